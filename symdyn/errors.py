@@ -70,6 +70,10 @@ class UnknownNameError(SymdynError, KeyError):
     __str__ = Exception.__str__  # that of KeyError puts its text into quotes
 
 
+class ArgumentError(SymdynError, TypeError, ValueError):
+    """A call of a function with a value that is missing, or that it does not take."""
+
+
 class EmitError(SymdynError):
     """A target that cannot express what was asked."""
 

@@ -97,6 +97,10 @@ class CFunction:
     _rows: Any = field(default=None, repr=False, compare=False)
     _threads: int = field(default=1, repr=False, compare=False)
 
+    def __post_init__(self) -> None:
+        """Say what it computes, as functions of the other targets do."""
+        self.__dict__["__doc__"] = f"Return the {self.text}."
+
     def __call__(self, *values: npt.ArrayLike, **named: npt.ArrayLike) -> Any:
         """Return the result for one state, arguments (n,), or for a batch of them, (..., n), which broadcast.
 

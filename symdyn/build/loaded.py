@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field, replace
 from typing import Any, overload
 
+import numpy as np
+
 from symdyn.build.extension import build_extension
-from symdyn.build.runners import RUNNERS, Call, run_or_python
+from symdyn.build.numeric_function import NumericFunction, numeric_function
+from symdyn.build.runners import RUNNERS, run_or_python
 from symdyn.dynamics import LoopChoices, Unasked, available, row_of
-from symdyn.emit import emit
+from symdyn.emit import Sources, emit
 from symdyn.emit.code.python import NUMPY
-from symdyn.emit.code.ufunc import LEAN, UFUNC
-from symdyn.errors import EmitError
-from symdyn.program import Program, Routine, formulate, identifier, lower
+from symdyn.emit.code.ufunc import LEAN, NAMED, UFUNC
+from symdyn.errors import EmitError, SceneError, UnknownNameError
+from symdyn.program import Program, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.value import value_of
 from symdyn.shown import Shown
 
 
@@ -30,42 +34,45 @@ class Loaded(Shown):
     Attributes:
         scene: the mechanism, its parameters bound.
         requests: what was asked for, such as "pose:tool".
-        calls: the callables by name. Each takes arrays (n,) or (..., n) whose leading dimensions broadcast, and `out=`.
+        calls: the functions by name. Each takes arrays (n,) or (..., n) whose leading dimensions broadcast, by place or
+            by name, and `out=`.
         signatures: how each is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
         compiled: whether they are NumPy ufuncs in C; else they are functions of the generated NumPy module.
         compiler, machine: as they were asked for.
         closing: what was chosen about closed loops.
+        free: values of parameters that stay arguments, which are taken where a call gives none.
         prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
     """
 
     scene: Scene
     requests: tuple[str, ...]
-    calls: Mapping[str, Callable[..., Any]]
+    calls: Mapping[str, NumericFunction]
     signatures: Mapping[str, str]
     compiled: bool
     compiler: str | None = None
     machine: str = "native"
     prepared: bool = False
     closing: LoopChoices = LoopChoices()  # noqa: RUF009  frozen
+    free: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
         self.__dict__.update(self.calls)
 
-    def __getattr__(self, name: str) -> Callable[..., Any]:
+    def __getattr__(self, name: str) -> NumericFunction:
         """Raise AttributeError: `name` is none of the functions."""
         raise AttributeError(self._missing(name))
 
-    def __getitem__(self, request: str) -> Callable[..., Any]:
+    def __getitem__(self, request: str) -> NumericFunction:
         """Return the function that was asked for as `request`, or that has this name.
 
         Raises:
-            KeyError: there is none; with the names of those that are there.
+            UnknownNameError: there is none; with the names of those that are there.
         """
         names = dict(zip(self.requests, list(self.calls)[-len(self.requests) :], strict=False))
         found = self.calls.get(names.get(request, identifier(request)))
         if found is None:
-            raise KeyError(self._missing(request))
+            raise UnknownNameError(self._missing(request))
         return found
 
     def _missing(self, name: str) -> str:
@@ -77,9 +84,12 @@ class Loaded(Shown):
         lines = "".join(f"\n    {signature}" for signature in self.signatures.values())
         return f"<{self.scene.name}, {kind}:{lines}>"
 
-    def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Scene, tuple[str, ...]]]:
-        again = partial(load, compiler=self.compiler, machine=self.machine, prepare=self.prepared, closing=self.closing)
-        return again, (self.scene, self.requests)
+    def __dir__(self) -> list[str]:
+        return [*self.calls, "calls", "compiled", "scene", "signatures"]
+
+    def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Any, ...]]:
+        settings = (self.compiler, self.machine, self.prepared, self.closing, self.free)
+        return _loaded, (self.scene, self.requests, *settings)
 
 
 def load(
@@ -90,6 +100,7 @@ def load(
     machine: str = "native",
     prepare: bool = False,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+    free: str | Sequence[str] = (),
 ) -> Loaded:
     """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
 
@@ -107,6 +118,8 @@ def load(
         closing: what to choose about closed loops.
         prepare: whether to take work on parameters alone out of the calls: `prepared = arm.prepare(params)`, once, is
             then the last operand of all other functions. Without free parameters there is nothing to prepare.
+        free: name of a parameter that stays an argument though it has a value, or names; a call that does not give it
+            takes that value.
 
     Raises:
         SceneError: the file has faults, or a parameter does not exist.
@@ -117,12 +130,55 @@ def load(
     known = scene_of(scene)
     known = bind(known, parameters) if parameters else known
     names = (functions,) if isinstance(functions, str) else functions
+    values = _values(known, (free,) if isinstance(free, str) else free)
+    opened = tuple(replace(p, value=None) if p.name in values else p for p in known.parameters)
+    known = replace(known, parameters=opened)
     requests = tuple(dict.fromkeys(usual(known, closing) if names is None else names))
-    program = lower(formulate(known, requests, closing=closing))
+    return _loaded(known, requests, compiler, machine, prepare, closing, values)
+
+
+def _values(scene: Scene, free: Sequence[str]) -> dict[str, float]:
+    """Return the scene's values of parameters that stay arguments; one without a value is an argument anyway."""
+    known = {p.name: p.value for p in scene.parameters}
+    faults = [f'free: "{name}" is not a parameter; {suggestion(name, known)}' for name in free if name not in known]
+    if faults:
+        raise SceneError(faults)
+    numbers = {name: value_of(value, {}) for name in free if (value := known[name]) is not None}
+    return {name: float(number) for name, number in numbers.items() if number is not None}
+
+
+def _loaded(
+    scene: Scene,
+    requests: tuple[str, ...],
+    compiler: str | None,
+    machine: str,
+    prepare: bool,
+    closing: LoopChoices,
+    free: Mapping[str, float],
+) -> Loaded:
+    """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit."""
+    program = lower(formulate(scene, requests, closing=closing))
     program = prepare_program(program) if prepare else program
-    calls, compiled = load_program(program, compiler, machine)
-    signatures = {name: _signature(name, routine) for name, routine in zip(calls, program.routines, strict=True)}
-    return Loaded(known, requests, calls, signatures, compiled, compiler, machine, is_prepared(program), closing)
+    sources = emit(program, UFUNC.name, option=NAMED)
+    modules: list[Any] = []
+
+    def run(given: Sources) -> Any:
+        modules.append(build_extension(given, compiler, machine=machine)[1])
+        return modules[0]
+
+    found, compiled = run_or_python(sources, run)
+    settings = (scene, requests, compiler, machine, is_prepared(program), closing, free)
+    calls = {}
+    for (name, call), routine in zip(found.items(), program.routines, strict=True):
+        one = numeric_function(scene, name, routine, call, free, (_one_loaded, (*settings, name)))
+        calls[name] = modules[0].named(call, one) if isinstance(call, np.ufunc) else one
+    told = {name: call.told for name, call in calls.items()}
+    return Loaded(scene, requests, calls, told, compiled, compiler, machine, is_prepared(program), closing, free)
+
+
+def _one_loaded(*settings: Any) -> NumericFunction:
+    """Return one of the functions of `_loaded`, in a process that has none of them yet."""
+    return _loaded(*settings[:-1]).calls[settings[-1]]
 
 
 def usual(
@@ -139,38 +195,26 @@ def is_large(request: str) -> bool:
     return row_of(request)[0].unasked is Unasked.WRITTEN
 
 
-def load_program(
-    program: Program, compiler: str | None = None, machine: str = "native", lean: bool = False
-) -> tuple[dict[str, Callable[..., Any]], bool]:
-    """Return the functions of a program by name, and whether they are compiled; see `load`, and for `lean` `UFUNC`."""
-    sources = emit(program, UFUNC.name, option=LEAN if lean else "")
-    return run_or_python(sources, lambda given: build_extension(given, compiler, machine=machine)[1])
-
-
-def _signature(name: str, routine: Routine) -> str:
-    """Return how a function is called, and the lengths of its operands."""
-    function = routine.function
-    names = ", ".join(argument.name for argument in function.arguments)
-    lengths = ",".join(f"({','.join(map(str, argument.shape))})" for argument in function.arguments)
-    shape = ",".join(map(str, function.shape))
-    return f"{name}({names}) -> {function.result}: {lengths}->({shape})"
+def load_program(program: Program) -> dict[str, Callable[..., Any]]:
+    """Return the functions of a program by name, of doubles, compiled in a tenth of the time that `load` takes."""
+    return run_or_python(emit(program, UFUNC.name, option=LEAN), lambda given: build_extension(given)[1])[0]
 
 
 @overload
 def lambdify(
     scene: SceneLike, name: str, target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
-) -> Call: ...
+) -> NumericFunction: ...
 @overload
 def lambdify(
     scene: SceneLike, name: tuple[str, ...], target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
-) -> tuple[Call, ...]: ...
+) -> tuple[NumericFunction, ...]: ...
 def lambdify(
     scene: SceneLike,
     name: str | tuple[str, ...],
     target: str = NUMPY.name,
     real: str = "double",
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
-) -> Call | tuple[Call, ...]:
+) -> NumericFunction | tuple[NumericFunction, ...]:
     """Return one of the scene's functions, or several, as callables of arrays (n,) or (..., n).
 
     Args:
@@ -190,7 +234,18 @@ def lambdify(
     if target not in runners:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
     wanted = (name,) if isinstance(name, str) else tuple(name)
-    program = lower(formulate(scene_of(scene), tuple(dict.fromkeys(wanted)), closing=closing))
+    known = scene_of(scene)
+    program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing))
     sources = emit(program, target, real, option=runners[target].many)
-    calls = dict(zip(dict.fromkeys(wanted), run_or_python(sources, runners[target].run)[0].values(), strict=True))
-    return calls[name] if isinstance(name, str) else tuple(calls[one] for one in wanted)
+    found = run_or_python(sources, runners[target].run)[0].values()
+    names, settings = tuple(dict.fromkeys(wanted)), (target, real, closing)
+    made = {}
+    for one, routine, call in zip(names, program.routines, found, strict=True):
+        again = _one_made, (known, one, names, *settings)
+        made[one] = numeric_function(known, routine.function.name, routine, call, {}, again)
+    return made[name] if isinstance(name, str) else tuple(made[one] for one in wanted)
+
+
+def _one_made(scene: Scene, name: str, names: tuple[str, ...], *settings: Any) -> NumericFunction:
+    """Return one of the functions of `lambdify`, in a process that has none of them yet."""
+    return lambdify(scene, names, *settings)[names.index(name)]

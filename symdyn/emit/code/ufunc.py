@@ -25,8 +25,9 @@ CODES: Mapping[str, str] = {"float": "NPY_FLOAT", "double": "NPY_DOUBLE"}
 MODULE = "_ufunc"
 """What the extension module adds to the name of the scene."""
 
-DOUBLES, LEAN = "doubles", "lean"
-"""Options: without float, and without entries for rows either, which takes compilers most of their time."""
+DOUBLES, LEAN, NAMED = "doubles", "lean", "named"
+"""Options: without float, and without entries for rows either, which takes compilers most of their time; with owners in
+Python, who find values by name."""
 
 
 def _write(draft: Draft) -> dict[str, Contents]:
@@ -37,7 +38,7 @@ def _write(draft: Draft) -> dict[str, Contents]:
     files: dict[str, Contents] = {}
     loops = []
     for name, tag in TAGS.items():
-        if draft.option and name != draft.real.name:
+        if draft.option in (DOUBLES, LEAN) and name != draft.real.name:
             continue
         renamed = replace(draft.program, scene=replace(draft.program.scene, name=f"{draft.stem}_{tag}"))
         batch = "" if draft.option == LEAN else BATCH
@@ -58,6 +59,7 @@ def _write(draft: Draft) -> dict[str, Contents]:
         "functions": tuple(_ufunc(page, function) for function in usable),
         "left_out": tuple(function.name for function in page.functions if function not in usable),
         "reals": loops,
+        "named": draft.option == NAMED,
         "operands": 1 + max((len(function.arguments) for function in usable), default=0),
         "rank": max((1, *(len(function.shape) for function in usable))),
     }
@@ -106,6 +108,7 @@ UFUNC = Target(
     options={
         DOUBLES: "double alone, compiled in half the time",
         LEAN: "double alone and state by state, compiled in a tenth of the time",
+        NAMED: "named(ufunc, owner) makes functions that ask an owner in Python for what NumPy refuses",
     },
     endings={
         f"{MODULE}.c": str,

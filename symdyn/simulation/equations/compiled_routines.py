@@ -123,7 +123,7 @@ def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compi
     if is_prepared(prepared) and not prepared[PREPARE].function.entries:  # nothing depends on what is free
         free = [tuple(a for a in one.arguments if a.name != PARAMS) for one in functions]
         return compiled(scene, graph, [replace(f, arguments=a) for f, a in zip(functions, free, strict=True)])
-    return Compiled(program, prepared, load_program(prepared, lean=True)[0])
+    return Compiled(program, prepared, load_program(prepared))
 
 
 class Kept(Generic[T]):
