@@ -165,8 +165,8 @@ def test_animations_are_pages_and_pictures(tmp_path: Path, capsys: pytest.Captur
     assert len(json.loads(page.split('type="application/json">')[1].split("</script>")[0])["t"]) == 11
     assert picture.startswith("<svg")
     assert 'dur="1s"' in picture
-    assert main([*words, "--animate", str(tmp_path / "a.gif")]) == 1
-    assert "animations are written to .html or .svg files" in capsys.readouterr().err
+    assert main([*words, "--animate", str(tmp_path / "a.avi")]) == 1
+    assert "animations are written to .html, .svg, .gif, .mp4 files" in capsys.readouterr().err
     assert main([*words, "--animate", str(tmp_path / "none" / "a.html")]) == 1
     assert "there is no folder" in capsys.readouterr().err
 

@@ -8,14 +8,15 @@ from pathlib import Path
 
 from symdyn.cli.linear_tools import ASKED, PICTURES, Data, Lines, System, pairs_of, written
 from symdyn.cli.scene_options import split
-from symdyn.cli.trajectory_options import flattened, pairs
+from symdyn.cli.trajectory_options import add_film_options, flattened, pairs, reel
+from symdyn.draw.films import FILMS
 from symdyn.errors import LinearizeError
 from symdyn.linear import locus, over_values
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.plot import check_plot
 from symdyn.simulation.prescribed.formulas_in_time import noted
-from symdyn.simulation.record import FILMS
+from symdyn.simulation.record import check_film
 
 ENDINGS = {
     "bode": (".csv", *PICTURES),
@@ -33,6 +34,7 @@ def add_asked(verb: argparse.ArgumentParser) -> None:
         group.add_argument(one.flag, **one.how)
     group.add_argument("--hertz", metavar="RANGE", help="frequencies of --bode, Hz: geomspace(0.1,10,200) or [1, 2, 5]")
     group.add_argument("--gains", metavar="FILE", help="where --lqr writes its gains, .json, for simulate --feedback")
+    add_film_options(group)
     group = verb.add_argument_group("over a parameter or a speed")
     group.add_argument("--over", metavar="RANGE", help='eigenvalues over "v=linspace(0,10,100)", and critical values')
     group.add_argument(
@@ -64,9 +66,15 @@ def check_asked(options: argparse.Namespace) -> None:
                 faults.add(f"--{option}", f"{path} is no {' or '.join(endings)} file")
             elif not path.parent.is_dir():
                 faults.add(str(path), f"there is no folder {path.parent}")
-            elif option != "animate" and ending in PICTURES:
+            elif option == "animate":
+                with noted(faults):
+                    check_film(path, reel(options))
+            elif ending in PICTURES:
                 with noted(faults):
                     check_plot(path)
+    if not options.animate:
+        with noted(faults):
+            reel(options)
     if faults.lines:
         raise LinearizeError(tuple(faults.lines))
 

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symdyn.cli.trajectory_options import flattened
+from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
 from symdyn.emit import writing
 from symdyn.linear import bode, moving, over_values
 from symdyn.linear.linearization import Linearization
@@ -151,7 +151,7 @@ def _finite(values: Any) -> list[float | None]:
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    found = moving.animate(system.found, Path(options.animate))
+    found = moving.animate(system.found, Path(options.animate), reel(options))
     lines = [
         f"{path}: the mode {shown(mode.value)} 1/s"
         + (f", {in_digits(mode.frequency, 6)} Hz, a round in {moving.PERIOD:g} s" if mode.oscillates else "")
@@ -274,7 +274,7 @@ ASKED: tuple[Asked, ...] = (
     ),
     Asked(
         "--animate",
-        {"metavar": "FILE", "help": "every mode as a moving picture, numbered: .svg, or .html with buttons"},
+        {"metavar": "FILE", "help": f"every mode as a moving picture, numbered: {ANIMATED}"},
         _animate,
         "animate",
     ),

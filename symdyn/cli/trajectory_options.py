@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from symdyn.cli.talk import give, print_paths
+from symdyn.cli.talk import Bar, give, print_paths
+from symdyn.draw import Reel
 from symdyn.errors import SimulateError
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
@@ -17,6 +19,8 @@ from symdyn.simulation.plot import check_plot, plot
 from symdyn.simulation.prescribed.formulas_in_time import close, words
 from symdyn.simulation.reaction_columns import axes_of
 from symdyn.simulation.record import about, check_film, check_record, csv_text, film, record
+
+ANIMATED = ".html, .svg (without buttons), .gif, .mp4"
 
 
 def add_output_options(verb: argparse.ArgumentParser) -> None:
@@ -33,7 +37,31 @@ def add_output_options(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("-o", "--output", metavar="FILE", help=".csv or .npz (default: CSV on stdout)")
     verb.add_argument("--plot", metavar="FILE", help="a plot: .svg, .pdf, .png or .html")
-    verb.add_argument("--animate", metavar="FILE", help="the mechanism as it moves: .html, or .svg without buttons")
+    verb.add_argument("--animate", metavar="FILE", help=f"the mechanism as it moves: {ANIMATED}")
+    add_film_options(verb)
+
+
+def add_film_options(verb: argparse._ActionsContainer) -> None:
+    """Add how a film is shown."""
+    verb.add_argument("--fps", type=float, metavar="N", help="frames a second of --animate (default: 30, of .gif 25)")
+    verb.add_argument("--size", metavar="WxH", help="pixels of --animate: 1280x720, or only a width (.svg, .gif, .mp4)")
+    verb.add_argument("--once", action="store_true", help="--animate ends at its end and does not begin again")
+
+
+def reel(options: argparse.Namespace) -> Reel:
+    """Return how a film is shown.
+
+    Raises:
+        SimulateError: a size that is none, or words of a film that is not asked for.
+    """
+    told = [f"--{name}" for name in ("fps", "size", "once") if getattr(options, name) not in (None, False)]
+    if told and not options.animate:
+        raise SimulateError(f"{', '.join(told)}: of --animate, which is not given")
+    size = re.fullmatch(r"(\d{1,5})(?:x(\d{1,5}))?", options.size) if options.size else None
+    if options.size and size is None:
+        raise SimulateError(f"--size {options.size}: give width and height in pixels, 1280x720, or a width alone")
+    pixels = None if size is None else (int(size[1]), int(size[2])) if size[2] else int(size[1])
+    return Reel(options.fps, pixels, not options.once)
 
 
 def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
@@ -54,7 +82,20 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
     return tuple(found)
 
 
-OUTPUTS = {"output": (check_record, record), "plot": (check_plot, plot), "animate": (check_film, film)}
+def _check_film(path: Path, options: argparse.Namespace) -> None:
+    check_film(path, reel(options))
+
+
+def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> None:
+    with Bar(f"drawing {path.name}") as progress:
+        film(trajectory, path, reel(options), progress)
+
+
+OUTPUTS: dict[str, tuple[Callable[..., None], Callable[..., None]]] = {
+    "output": (lambda path, _: check_record(path), lambda found, path, _: record(found, path)),
+    "plot": (lambda path, _: check_plot(path), lambda found, path, _: plot(found, path)),
+    "animate": (_check_film, _film),
+}
 """Options that name a file: what raises SimulateError where it cannot be one, and what writes a trajectory there."""
 
 
@@ -63,7 +104,8 @@ def check_outputs(options: argparse.Namespace) -> None:
     files = {key: name for key in OUTPUTS if (name := getattr(options, key))}
     collected(
         lambda: _axes(options.reactions),
-        *(partial(OUTPUTS[key][0], Path(name)) for key, name in files.items()),
+        lambda: reel(options),
+        *(partial(OUTPUTS[key][0], Path(name), options) for key, name in files.items()),
         *(partial(_check_folder, name) for name in files.values()),
     )
 
@@ -90,7 +132,7 @@ def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
         sys.stdout.write(csv_text(trajectory))
     for key, (_, write) in OUTPUTS.items():
         if name := getattr(options, key):
-            write(trajectory, Path(name))
+            write(trajectory, Path(name), options)
             print_paths(name)
 
 

@@ -30,8 +30,9 @@ from symdyn.scene import Scene, SceneLike, scene_of
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 Rows = list[list[int]]
 
-RATE = 30.0  # moments a second that are kept
+RATE = 30.0  # moments a second that are kept where nothing else is said
 MOST = 1800  # moments in all
+FINE = 120.0  # moments a second of the paths that points leave
 SAMPLES = 6  # moments at which labels keep clear of lines
 
 
@@ -42,11 +43,13 @@ def animation(
     parameters: Mapping[str, float] | None = None,
     view: tuple[float, float] | None = None,
     scheme: str = "auto",
+    fps: float = RATE,
+    loop: bool = True,
 ) -> str:
     """Return a motion as a page with a slider, play and pause, a choice of speeds, and keys for all of them.
 
-    The page keeps 30 moments a second of real time, 1800 at most, fewer where the motion has fewer. Named points leave
-    their paths. A reader who prefers reduced motion starts it by hand.
+    The page keeps `fps` moments a second of real time, 1800 at most, fewer where the motion has fewer. Named points
+    leave their paths. A reader who prefers reduced motion starts it by hand.
 
     Args:
         scene: any scene.
@@ -55,14 +58,17 @@ def animation(
         parameters: values of parameters; those without any are as in `picture`.
         view: azimuth and elevation of the viewer in degrees; None chooses.
         scheme: "auto", "light" or "dark".
+        fps: moments a second that are kept.
+        loop: whether it begins again at its end.
 
     Raises:
         DrawError: shapes that do not fit, times that do not increase, or no real value at a position.
     """
     scene = scene_of(scene)
-    drawing, t = moving(scene, times, positions, parameters, view)
+    drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}
+    data |= {} if loop else {"once": True}
     return render(
         "draw/animation.html.jinja",
         {
@@ -81,12 +87,14 @@ def moving(
     positions: Sequence[Sequence[float]] | Array,
     parameters: Mapping[str, float] | None,
     view: tuple[float, float] | None,
+    fps: float = RATE,
+    most: int = MOST,
 ) -> tuple[Drawing, Array]:
     """Return a motion as a drawing at the moments that are kept, and their times; see `animation`."""
     t, q = np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64)
     _checked(scene, t, q)
-    kept = _kept(t)
-    t, q = t[kept], q[kept]
+    fine, kept = _kept(t, max(fps, FINE), most), _kept(t, fps, most)
+    ways, t, q = q[fine], t[kept], q[kept]
     given = dict(parameters or {})
     values = values_of(scene, given)
     if scene.loops and any(parameter.name not in given for parameter in scene.free_parameters):
@@ -94,7 +102,7 @@ def moving(
     found = places(scene, q, values)
     seen = watched(scene, found, values, q, view)
     items, labels = mechanism(scene, found, seen)
-    items = (*_traces(found, seen), *items)
+    items = (*_traces(places(scene, ways, values), seen), *items)
     sampled = np.linspace(0, len(t) - 1, min(SAMPLES, len(t))).astype(int)
     segments = lines(items, len(t))[sampled]
     named = [*labels, *body_names(found, seen)]
@@ -118,9 +126,9 @@ def _checked(scene: Scene, t: Array, q: Array) -> None:
         raise DrawError(f"{scene.name}: the position at t = {t[row]:.6g} is not finite; cut the motion before it")
 
 
-def _kept(t: Array) -> Indices:
-    """Return which moments are kept: those nearest to a grid of `RATE` a second."""
-    count = int(min(MOST, max(2, round((t[-1] - t[0]) * RATE) + 1)))
+def _kept(t: Array, fps: float, most: int) -> Indices:
+    """Return which moments are kept: those nearest to a grid of `fps` a second."""
+    count = int(min(most, max(2, round((t[-1] - t[0]) * fps) + 1)))
     if len(t) <= count:
         return np.arange(len(t))
     grid = np.linspace(t[0], t[-1], count)
@@ -192,20 +200,31 @@ def moving_picture(
     parameters: Mapping[str, float] | None = None,
     view: tuple[float, float] | None = None,
     scheme: str = "auto",
+    fps: float = RATE,
+    loop: bool = True,
+    size: int | tuple[int, int] | None = None,
 ) -> str:
-    """Return a motion as SVG text that plays in real time and begins again at its end.
+    """Return a motion as SVG text that plays in real time and begins again at its end, or plays once.
 
     It has no buttons, and bodies that pass in front of each other keep the order of the first moment: `animation`,
-    which takes the same and raises the same, makes a page with both.
+    which takes the same and raises the same, makes a page with both. `size` is its width in pixels, or width and
+    height, where nothing around it says another one.
     """
     scene = scene_of(scene)
-    drawing, t = moving(scene, times, positions, parameters, view)
+    drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, rows, _ = tagged(drawing, scheme, len(t))
+    if size is not None:
+        _, _, wide, high = drawing.box
+        width, height = size if isinstance(size, tuple) else (size, round(size * high / wide))
+        text = re.sub(r' width="[\d.]+" height="[\d.]+">', f' width="{width}" height="{height}">', text, count=1)
     text = re.sub(r' data-item="\d+"', "", text)
     if len(t) < 2:
         return TAGGED.sub(_still, text)
-    clock = f'dur="{t[-1] - t[0]:.6g}s"{_key_times(t)} repeatCount="indefinite"'
+    clock = f'dur="{t[-1] - t[0]:.6g}s"{_key_times(t)} {REPEATED[loop]}'
     return TAGGED.sub(partial(_animated, rows, clock), text)
+
+
+REPEATED = {True: 'repeatCount="indefinite"', False: 'fill="freeze"'}
 
 
 def _key_times(t: Array) -> str:

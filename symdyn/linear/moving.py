@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.draw import Reel, film
 from symdyn.draw.pictures import spread
 from symdyn.draw.places import places
 from symdyn.draw.pose import values_of
@@ -25,7 +26,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Mode, untouched
 from symdyn.simulation.equations.opened import numbers_at
-from symdyn.simulation.record import FILMS, check_film, write_whole
+from symdyn.simulation.record import check_film
 
 PERIOD, MOMENTS = 2.0, 61
 """Seconds that one round is shown in, and moments of it."""
@@ -89,14 +90,14 @@ def shown(one: Linearization) -> list[Mode]:
     return [mode for mode in one.modes if np.abs(mode.shape[: one.positions]).max(initial=0.0) > MOVES]
 
 
-def files(one: Linearization, path: Path) -> list[tuple[Path, Mode]]:
+def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tuple[Path, Mode]]:
     """Return the file of every mode that can be shown: the one given, numbered where there are several.
 
     Raises:
         LinearizeError: nothing moves in any mode.
         SimulateError: an ending that no moving picture has.
     """
-    check_film(path)
+    check_film(path, reel)
     modes = shown(one)
     if not modes:
         raise LinearizeError(f"{one.scene.name}: --animate: no mode has a shape; all eigenvalues are zero")
@@ -105,13 +106,14 @@ def files(one: Linearization, path: Path) -> list[tuple[Path, Mode]]:
     return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]
 
 
-def animate(one: Linearization, path: Path) -> Sequence[tuple[Path, Mode]]:
-    """Write every mode as a moving picture, .svg or .html, and return which is where.
+def animate(one: Linearization, path: Path, reel: Reel | None = None) -> Sequence[tuple[Path, Mode]]:
+    """Write every mode as a film, of a kind that `symdyn.draw.film` writes, and return which is where.
 
     Raises:
-        LinearizeError, SimulateError: as of `files`, or a file that cannot be written.
+        LinearizeError, SimulateError: as of `files`.
+        DrawError: a file that cannot be written.
     """
-    found = files(one, path)
+    found, shown = files(one, path, reel), reel or Reel()
     for place, mode in found:
-        write_whole(place, FILMS[place.suffix.lower()](one.scene, *motion(one, mode)))
+        film(one.scene, *motion(one, mode), place, fps=shown.fps, size=shown.size, loop=shown.loop)
     return found

@@ -10,9 +10,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.draw import animation, moving_picture
+from symdyn import draw
+from symdyn.draw import Reel
+from symdyn.draw.films import Told
 from symdyn.emit import writing
-from symdyn.errors import EmitError, SimulateError
+from symdyn.errors import DrawError, EmitError, SimulateError
 from symdyn.simulation.trajectory import Trajectory
 
 
@@ -53,8 +55,6 @@ WRITERS: Mapping[str, Callable[[Trajectory], writing.Contents]] = {
     ".npz": lambda trajectory: partial(write_npz, trajectory),
 }
 
-FILMS: Mapping[str, Callable[..., str]] = {".html": animation, ".svg": moving_picture}
-
 
 def check_record(path: Path) -> None:
     """Raise SimulateError for an ending that no table has."""
@@ -62,10 +62,12 @@ def check_record(path: Path) -> None:
         raise SimulateError(f"{path}: trajectories are written to {' or '.join(WRITERS)} files")
 
 
-def check_film(path: Path) -> None:
-    """Raise SimulateError for an ending that no moving picture has."""
-    if path.suffix.lower() not in FILMS:
-        raise SimulateError(f"{path}: animations are written to {' or '.join(FILMS)} files")
+def check_film(path: Path, reel: Reel | None = None) -> None:
+    """Raise SimulateError for an ending that no moving picture has, or what such a file cannot be."""
+    try:
+        draw.check_film(path, reel)
+    except DrawError as fault:
+        raise SimulateError(str(fault)) from None
 
 
 def record(trajectory: Trajectory, path: Path) -> None:
@@ -78,15 +80,19 @@ def record(trajectory: Trajectory, path: Path) -> None:
     write_whole(path, WRITERS[path.suffix.lower()](trajectory))
 
 
-def film(trajectory: Trajectory, path: Path) -> None:
-    """Write the mechanism as it moves.
+def film(trajectory: Trajectory, path: Path, reel: Reel | None = None, told: Told | None = None) -> None:
+    """Write the mechanism as it moves; `told` is called with the share that is done.
 
     Raises:
-        SimulateError: an ending that is not known, or a file that cannot be written.
-        DrawError: a motion that ends where it is not finite, or no real value at a position.
+        SimulateError: an ending that is not known.
+        DrawError: a motion that ends where it is not finite, no real value at a position, or a file that cannot be
+            written.
     """
-    check_film(path)
-    write_whole(path, FILMS[path.suffix.lower()](trajectory.scene, trajectory.t, trajectory.q))
+    check_film(path, reel)
+    shown = reel or Reel()
+    draw.film(
+        trajectory.scene, trajectory.t, trajectory.q, path, fps=shown.fps, size=shown.size, loop=shown.loop, told=told
+    )
 
 
 def write_whole(path: Path, contents: writing.Contents) -> None:

@@ -68,13 +68,16 @@
     if (!running) return;
     if (before !== null) now += (stamp - before) / 1000 * Number(speed.value);
     before = stamp;
-    if (now > length) now = length > 0 ? now % length : 0;
+    const over = now > length;
+    if (over) now = motion.once ? length : length > 0 ? now % length : 0;
     show(frameAt(now));
-    requestAnimationFrame(tick);
+    if (over && motion.once) run(false);
+    else requestAnimationFrame(tick);
   };
   const run = on => {
     running = on && n > 1;
     before = null;
+    if (running && motion.once && now >= length) now = 0;
     play.textContent = running ? "Pause" : "Play";
     if (running) requestAnimationFrame(tick);
   };

@@ -1,0 +1,302 @@
+"""A motion in a file, by its ending: pages and pictures of our own, GIF and MP4 frame by frame, and glTF.
+
+Frames are painted by matplotlib for both; Pillow writes GIF and ffmpeg, as imageio-ffmpeg brings it, MP4.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from symdyn.draw.animate import animation, moving, moving_picture
+from symdyn.draw.canvas import require
+from symdyn.draw.paint import Frame, Painter
+from symdyn.draw.picture_files import File, write_whole
+from symdyn.draw.places import Array
+from symdyn.draw.svg import Drawing
+from symdyn.emit.writing import Contents
+from symdyn.errors import DrawError
+from symdyn.scene import Scene, SceneLike, scene_of
+
+FASTEST = 240.0  # frames a second
+MOST_FRAMES = 18_000  # ten minutes at 30 a second
+SMALLEST, LARGEST = 16, 4096  # pixels of a side
+SHARP, LONGEST = 2.0, 1280  # pixels a unit of the picture where no size is given, and pixels of a side, at most
+PALETTE, EXACT = 9, 32  # frames that the colours of a GIF are taken from, and colours that are not mixed
+
+Told = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Reel:
+    """How a film is shown.
+
+    Attributes:
+        fps: frames, or moments that are kept, a second of real time; None for what is usual of the kind of file.
+        size: width in pixels, or width and height; None for the size of the drawing.
+        loop: whether it begins again at its end.
+    """
+
+    fps: float | None = None
+    size: int | tuple[int, int] | None = None
+    loop: bool = True
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a film shows: as of `film`, `told` what share is done."""
+
+    scene: Scene
+    times: Array
+    positions: Array
+    parameters: Mapping[str, float] | None
+    view: tuple[float, float] | None
+    scheme: str
+    told: Told
+
+
+@dataclass(frozen=True)
+class Film:
+    """A kind of file.
+
+    Attributes:
+        write: its contents.
+        fps: what is usual.
+        takes: fields of `Reel` that it has a place for.
+        needs: packages of the extra "plot".
+        fastest: frames a second that players show.
+    """
+
+    write: Callable[[Motion, Reel, float], Contents]
+    fps: float
+    takes: tuple[str, ...]
+    needs: tuple[str, ...] = ()
+    fastest: float = FASTEST
+
+
+def film(
+    scene: SceneLike,
+    times: Sequence[float] | Array,
+    positions: Sequence[Sequence[float]] | Array,
+    file: File,
+    parameters: Mapping[str, float] | None = None,
+    view: tuple[float, float] | None = None,
+    scheme: str = "auto",
+    fps: float | None = None,
+    size: int | tuple[int, int] | None = None,
+    loop: bool = True,
+    told: Told | None = None,
+) -> Path:
+    """Write a motion to a .html, .svg, .gif, .mp4 or .glb file and return its path; all of it or nothing.
+
+    Between two positions that are given, points of the picture go straight ways.
+
+    Args:
+        scene: any scene, or where it is.
+        times: increasing, s; shape (N,).
+        positions: q at every time, shape (N, nq).
+        file: where it goes; the ending says what it becomes.
+        parameters: values of parameters; those without any are as in `picture`.
+        view: azimuth and elevation of the viewer in degrees; None chooses. A .glb is looked at from anywhere.
+        scheme: "auto" (as the reader prefers; light in .gif, .mp4), "light" or "dark".
+        fps: frames a second of real time: 30, 25 of a .gif (which shows 50 at most).
+        size: width in pixels, or width and height, of .svg, .gif and .mp4.
+        loop: whether a .html, .svg or .gif begins again at its end; of others, who plays them decides.
+        told: is called with the share that is done.
+
+    Raises:
+        DrawError: as of `animation`; an ending that is not known, or something that such a file has no place for; a
+            package that is missing; or a file that cannot be written.
+    """
+    reel = Reel(fps, size, loop)
+    path = check_film(file, reel)
+    kind = FILMS[path.suffix.lower()]
+    shown = Motion(
+        scene_of(scene), np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64),
+        parameters, view, scheme, told or (lambda share: None),
+    )  # fmt: skip
+    write_whole(path, kind.write(shown, reel, fps or kind.fps))
+    return path
+
+
+def check_film(file: File, reel: Reel | None = None) -> Path:
+    """Return the path of a film.
+
+    Raises:
+        DrawError: an ending that no film has, something that such a file has no place for, a size or a rate that is
+            none, or a package that is missing.
+    """
+    path, reel = Path(file), reel or Reel()
+    ending = path.suffix.lower()
+    if ending not in FILMS:
+        raise DrawError(f"{path}: animations are written to {', '.join(FILMS)} files")
+    kind = FILMS[ending]
+    for name, given in (("fps", reel.fps is not None), ("size", reel.size is not None), ("loop", not reel.loop)):
+        if given and name not in kind.takes:
+            having = ", ".join(other for other, one in FILMS.items() if name in one.takes)
+            raise DrawError(f"{path}: {WORDS[name]} belongs to {having}; leave it out")
+    if reel.fps is not None and not 0 < reel.fps <= kind.fastest:
+        raise DrawError(f"{path}: {reel.fps:g} frames a second; give more than 0 and at most {kind.fastest:g}")
+    sides = () if reel.size is None else (reel.size,) if isinstance(reel.size, int) else reel.size
+    if any(not SMALLEST <= side <= LARGEST for side in sides):
+        raise DrawError(f"{path}: {'x'.join(map(str, sides))} pixels; give {SMALLEST} to {LARGEST} a side")
+    if ending == ".mp4" and any(side % 2 for side in sides):
+        raise DrawError(f"{path}: {'x'.join(map(str, sides))} pixels; sides of an .mp4 are even numbers")
+    require(f"{ending} files", *kind.needs)
+    return path
+
+
+WORDS = {"fps": "a number of frames a second", "size": "a size in pixels", "loop": "playing once"}
+
+
+def _page(motion: Motion, reel: Reel, fps: float) -> str:
+    given = (motion.scene, motion.times, motion.positions, motion.parameters, motion.view, motion.scheme)
+    return animation(*given, fps=fps, loop=reel.loop)
+
+
+def _picture(motion: Motion, reel: Reel, fps: float) -> str:
+    given = (motion.scene, motion.times, motion.positions, motion.parameters, motion.view, motion.scheme)
+    return moving_picture(*given, fps=fps, loop=reel.loop, size=reel.size)
+
+
+# Frames
+
+
+def _frames(motion: Motion, reel: Reel, fps: float, even: bool) -> tuple[tuple[int, int], int, Iterator[Frame]]:
+    """Return width and height in pixels, the number of frames, and the frames."""
+    span = float(motion.times[-1] - motion.times[0]) if motion.times.size else 0.0
+    if not span * fps < MOST_FRAMES:  # not finite neither
+        told = f"{span:g} s at {fps:g} frames a second are more than {MOST_FRAMES} frames"
+        raise DrawError(f"{motion.scene.name}: {told}; give fewer a second, or a shorter motion")
+    drawing, t = moving(motion.scene, motion.times, motion.positions, motion.parameters, motion.view, fps, MOST_FRAMES)
+    count = round(span * fps) + 1
+    size = pixels(drawing, reel.size, even)
+    paint = Painter(drawing, size, motion.scheme)
+
+    def painted() -> Iterator[Frame]:
+        for k in range(count):
+            motion.told(k / count)
+            yield paint(float(np.interp(t[0] + k / fps, t, np.arange(len(t)))))
+
+    return size, count, painted()
+
+
+def pixels(drawing: Drawing, size: int | tuple[int, int] | None, even: bool) -> tuple[int, int]:
+    """Return width and height of a film, even numbers where they must be."""
+    if isinstance(size, tuple):
+        return size
+    _, _, wide, high = drawing.box
+    scale = min(SHARP, LONGEST / max(wide, high)) if size is None else size / wide
+    step = 2 if even else 1
+    width, height = (max(SMALLEST, min(LARGEST, math.ceil(side * scale / step) * step)) for side in (wide, high))
+    return (width if size is None else size), height
+
+
+def _gif(motion: Motion, reel: Reel, fps: float) -> Contents:
+    _, count, frames = _frames(motion, reel, fps, even=False)
+    shown = list(frames)
+    palette = _palette([shown[k] for k in np.unique(np.linspace(0, count - 1, PALETTE).astype(int))])
+    nearest = _Nearest(palette)
+    plain = [nearest(one) for one in shown]
+    ends = [10 * round(100 * k / fps) for k in range(count + 1)]  # ms; players know hundredths of a second
+    lasting = [after - before for before, after in pairwise(ends)]
+    options: dict[str, Any] = {"loop": 0} if reel.loop else {}
+
+    def fill(file: IO[bytes]) -> None:
+        first, *others = plain
+        duration = lasting if others else lasting[0]
+        first.save(file, "GIF", save_all=True, append_images=others, duration=duration, disposal=1, **options)
+
+    return fill
+
+
+def _palette(shown: Sequence[Frame]) -> Frame:
+    """Return 256 colours for all frames, taken from some of them, so that none flickers; those of faces are exact."""
+    from PIL import Image
+
+    packed, counts = np.unique(np.concatenate([_packed(one).ravel() for one in shown]), return_counts=True)
+    colours = _unpacked(packed)
+    exact = colours[np.argsort(-counts, kind="stable")[:EXACT]]
+    mixed = Image.fromarray(colours[None]).quantize(256 - EXACT, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    found = np.concatenate([exact, np.array(mixed, dtype=np.uint8).reshape(-1, 3)])[:256]
+    return np.concatenate([found, np.repeat(found[:1], 256 - len(found), axis=0)])
+
+
+def _packed(frame: Frame) -> Any:
+    return frame.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
+
+
+def _unpacked(packed: Any) -> Frame:
+    return np.stack([packed >> 16, packed >> 8 & 255, packed & 255], axis=-1).astype(np.uint8)
+
+
+class _Nearest:
+    """Gives every pixel of a frame its nearest colour of a palette; Pillow looks for one that is about as near."""
+
+    def __init__(self, palette: Frame) -> None:
+        from scipy.spatial import KDTree
+
+        self.palette, self.tree = palette, KDTree(palette.astype(np.float64))
+        self.known = np.full(2**24, -1, dtype=np.int16)
+
+    def __call__(self, frame: Frame) -> Any:
+        """Return the frame as an image of Pillow."""
+        from PIL import Image
+
+        packed = _packed(frame)
+        new = np.unique(packed[self.known[packed] < 0])
+        if len(new):
+            self.known[new] = self.tree.query(_unpacked(new).astype(np.float64))[1]
+        image = Image.fromarray(self.known[packed].astype(np.uint8))
+        image.putpalette(self.palette.tobytes())
+        return image
+
+
+PLAIN = [
+    "-crf", "18", "-preset", "medium", "-tune", "animation", "-movflags", "+faststart", "-map_metadata", "-1",
+    "-fflags", "+bitexact", "-flags:v", "+bitexact", "-bsf:v", "filter_units=remove_types=6", "-threads", "1",
+]  # fmt: skip
+"""Sharp lines; a file that begins to play before it is whole, and that tells no version, day or number of cores."""
+
+
+def _mp4(motion: Motion, reel: Reel, fps: float) -> Contents:
+    import imageio_ffmpeg
+
+    size, _, frames = _frames(motion, reel, fps, even=True)
+
+    def fill(file: IO[bytes]) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "film.mp4"
+            try:
+                writer = imageio_ffmpeg.write_frames(
+                    str(path), size, fps=fps, codec="libx264", macro_block_size=1, quality=None, output_params=PLAIN,
+                    ffmpeg_log_level="error",
+                )  # fmt: skip
+                writer.send(None)
+                for frame in frames:
+                    writer.send(frame.tobytes())
+                writer.close()
+                with path.open("rb") as made:
+                    shutil.copyfileobj(made, file)
+            except (OSError, RuntimeError) as fault:
+                lines = str(fault).strip().splitlines() or [type(fault).__name__]
+                raise DrawError(f"ffmpeg made no film ({lines[-1]}); write a .gif or .html instead") from fault
+
+    return fill
+
+
+FILMS: Mapping[str, Film] = {
+    ".html": Film(_page, 30.0, ("fps", "loop")),
+    ".svg": Film(_picture, 30.0, ("fps", "size", "loop")),
+    ".gif": Film(_gif, 25.0, ("fps", "size", "loop"), ("matplotlib", "PIL"), fastest=50.0),
+    ".mp4": Film(_mp4, 30.0, ("fps", "size"), ("matplotlib", "imageio_ffmpeg")),
+}
+"""Kinds of files by ending."""

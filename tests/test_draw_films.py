@@ -1,0 +1,234 @@
+"""Films: as many frames as were asked for, of the size that was, each the picture of its moment."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from arms import EXAMPLES, two_link
+from browser import chromium, opened
+from PIL import Image
+
+from symdyn.cli import main
+from symdyn.draw import film
+from symdyn.draw.animate import moving
+from symdyn.draw.paint import Painter
+from symdyn.draw.style import LIGHT
+from symdyn.errors import DrawError
+from symdyn.scene import read
+
+T = np.linspace(0.0, 1.0, 21)
+Q = np.stack([np.sin(3 * T), np.cos(2 * T)], axis=1)
+
+
+def drawn(moment: float, size: tuple[int, int]) -> np.ndarray:
+    """Return what is painted of the motion at a moment, counted in positions that are given."""
+    drawing, t = moving(two_link(), T, Q, None, None, 30.0)
+    assert len(t) == len(T)
+    return Painter(drawing, size)(moment).astype(int)
+
+
+def gif(path: Path) -> list[np.ndarray]:
+    with Image.open(path) as shown:
+        frames = []
+        for k in range(shown.n_frames):
+            shown.seek(k)
+            frames.append(np.asarray(shown.convert("RGB")).astype(int))
+        return frames
+
+
+@pytest.mark.long
+def test_a_gif_has_every_frame_at_its_time(tmp_path: Path) -> None:
+    path = film(two_link(), T, Q, tmp_path / "a.gif", fps=15, size=(320, 240))
+    frames = gif(path)
+    with Image.open(path) as shown:
+        lasting = []
+        for k in range(shown.n_frames):
+            shown.seek(k)
+            lasting.append(shown.info["duration"])
+        assert shown.info["loop"] == 0
+
+    assert len(frames) == 16
+    assert sum(lasting) == pytest.approx(16 / 15 * 1000, abs=10)
+    assert set(lasting) == {60, 70}
+    for k in (0, 7, 15):
+        off = np.abs(frames[k] - drawn(k / 15 * 20, (320, 240))).max(axis=2)
+        assert off.mean() < 1.0, k
+    assert np.abs(frames[0] - frames[8]).max() > 100
+    assert tuple(frames[3][0, 0]) == tuple(bytes.fromhex(LIGHT["paper"][1:]))
+    assert path.read_bytes() == film(two_link(), T, Q, tmp_path / "b.gif", fps=15, size=(320, 240)).read_bytes()
+
+
+@pytest.mark.long
+def test_a_gif_that_plays_once_has_no_loop(tmp_path: Path) -> None:
+    path = film(two_link(), T, Q, tmp_path / "a.gif", fps=5, size=120, loop=False)
+
+    assert b"NETSCAPE" not in path.read_bytes()
+    with Image.open(path) as shown:
+        assert shown.width == 120
+
+
+def decoded(path: Path, width: int, height: int) -> list[np.ndarray]:
+    import imageio_ffmpeg
+
+    frames = imageio_ffmpeg.read_frames(str(path))
+    about = next(frames)
+    assert about["size"] == (width, height)
+    return [np.frombuffer(frame, dtype=np.uint8).reshape(height, width, 3).astype(int) for frame in frames]
+
+
+@pytest.mark.long(0)
+@pytest.mark.runs
+def test_an_mp4_has_every_frame_and_tells_nothing_of_who_made_it(tmp_path: Path) -> None:
+    pytest.importorskip("imageio_ffmpeg", reason="needs imageio-ffmpeg, the extra plot")
+    path = film(two_link(), T, Q, tmp_path / "a.mp4", fps=10, size=(320, 240))
+    frames = decoded(path, 320, 240)
+
+    assert len(frames) == 11
+    for k in (0, 4, 10):
+        assert np.abs(frames[k] - drawn(2 * k, (320, 240))).mean() < 3, k
+    assert np.abs(frames[0] - frames[5]).max() > 100
+    assert not re.search(rb"x264 - core|20\d\d-\d\d-\d\d|Lavc\d|Lavf\d", path.read_bytes())
+    assert path.read_bytes() == film(two_link(), T, Q, tmp_path / "b.mp4", fps=10, size=(320, 240)).read_bytes()
+
+
+@pytest.mark.long(0)
+@pytest.mark.runs("chromium")
+def test_pages_and_pictures_play_once_or_for_ever(tmp_path: Path) -> None:
+    short = (two_link(), T[:7], Q[:7])
+    with chromium() as browser:
+        for loop in (True, False):
+            page_path = film(*short, tmp_path / f"page{loop}.html", fps=20, loop=loop)
+            with opened(browser, page_path) as page:
+                page.wait_for_timeout(700)
+                state = page.evaluate("[play.textContent, time.value === time.max]")
+            assert state[0] == ("Pause" if loop else "Play")
+            assert loop or state[1]
+    once, always = (film(*short, tmp_path / "a.svg", size=(300, 200), loop=k).read_text() for k in (False, True))
+
+    assert 'repeatCount="indefinite"' in always
+    assert "repeatCount" not in once
+    assert 'fill="freeze"' in once
+    assert 'width="300" height="200">' in once
+
+
+@pytest.mark.parametrize(
+    ("file", "more", "message"),
+    [
+        ("a.avi", {}, r"written to \.html, \.svg, \.gif, \.mp4"),
+        ("a.gif", {"fps": 60}, "at most 50"),
+        ("a.html", {"fps": 0}, "more than 0"),
+        ("a.mp4", {"fps": float("nan")}, "more than 0"),
+        ("a.html", {"size": 300}, r"a size in pixels belongs to \.svg, \.gif, \.mp4"),
+        ("a.mp4", {"loop": False}, r"playing once belongs to \.html, \.svg, \.gif"),
+        ("a.mp4", {"size": (321, 240)}, "even numbers"),
+        ("a.gif", {"size": (3, 9000)}, "16 to 4096 a side"),
+        ("none/full/a.gif", {}, "cannot write"),
+    ],
+)
+def test_what_no_film_can_be_is_told(file: str, more: dict[str, object], message: str, tmp_path: Path) -> None:
+    (tmp_path / "none").write_text("")
+    with pytest.raises(DrawError, match=message):
+        film(two_link(), T[:3], Q[:3], tmp_path / file, **more)
+    assert [path.name for path in tmp_path.iterdir()] == ["none"]
+
+
+def test_a_film_that_never_ends_is_refused_before_it_is_drawn(tmp_path: Path) -> None:
+    with pytest.raises(DrawError, match="more than 18000 frames; give fewer a second"):
+        film(two_link(), [0.0, 1e6], Q[:2], tmp_path / "a.gif")
+    with pytest.raises(DrawError, match="must be finite"):
+        film(two_link(), [0.0, float("inf")], Q[:2], tmp_path / "a.svg")
+
+
+def test_a_package_that_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "imageio_ffmpeg" else name)
+    with pytest.raises(DrawError, match=r'\.mp4 files need imageio_ffmpeg; pip install "symdyn\[plot\]"'):
+        film(two_link(), T, Q, tmp_path / "a.mp4")
+
+
+@pytest.mark.runs
+@pytest.mark.long(0)
+def test_an_ffmpeg_that_fails_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "false")
+    import imageio_ffmpeg._utils as found
+
+    found.get_ffmpeg_exe.cache_clear() if hasattr(found.get_ffmpeg_exe, "cache_clear") else None
+    with pytest.raises(DrawError, match="ffmpeg made no film"):
+        film(two_link(), T, Q, tmp_path / "a.mp4", fps=5, size=64)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.long(0)
+@pytest.mark.runs
+def test_three_verbs_write_films(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["--fps", "5", "--size", "200x120"]
+    pendulum = str(EXAMPLES / "double_pendulum.toml")
+
+    assert (
+        main(
+            [
+                "simulate",
+                pendulum,
+                "--until",
+                "0.4",
+                "--start",
+                "q1=1",
+                "--method",
+                "dop853",
+                "--animate",
+                "a.gif",
+                *words,
+            ]
+        )
+        == 0
+    )
+    motion = ["--motion", "q1=sin(t)", "q2=0", "--until", "0.4"]
+    assert main(["inverse", pendulum, *motion, "--animate", "b.gif", "--once", *words]) == 0
+    assert main(["linearize", pendulum, "--at", "q1=0,q2=0", "--animate", "c.gif", *words]) == 0
+    said = capsys.readouterr()
+    assert {"a.gif", "b.gif"} <= set(said.out.split())
+    assert [len(gif(Path(name))) for name in ("a.gif", "b.gif")] == [3, 3]
+    modes = sorted(tmp_path.glob("c-*.gif"))
+    assert len(modes) == 2
+    assert gif(modes[0])[0].shape == (120, 200, 3)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("--animate a.gif --size 10cm", "--size 10cm: give width and height in pixels"),
+        ("--animate a.mp4 --once", "playing once belongs to"),
+        ("--fps 20", "--fps: of --animate, which is not given"),
+        ("--animate a.gif --fps 0", "0 frames a second"),
+    ],
+)
+@pytest.mark.parametrize("verb", ["simulate --until 1", "linearize"])
+def test_a_mistake_is_one_line(verb: str, line: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    first, *more = verb.split()
+
+    assert main([first, str(EXAMPLES / "double_pendulum.toml"), *more, *line.split()]) == 1
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
+
+
+def test_pages_and_pictures_keep_as_many_moments_a_second(tmp_path: Path) -> None:
+    page, shown = (film(two_link(), T, Q, tmp_path / name, fps=4).read_text() for name in ("a.html", "a.svg"))
+
+    assert json.loads(re.search(r'type="application/json">(.*?)</script>', page)[1])["t"] == [0, 0.25, 0.5, 0.75, 1]
+    assert {text.count(";") for text in re.findall(r'attributeName="c[xy]" values="([^"]*)"', shown)} == {4}
+
+
+def test_paths_of_points_are_finer_than_frames() -> None:
+    scene = read(EXAMPLES / "double_pendulum.toml")
+    t = np.linspace(0, 1, 101)
+    drawing, kept = moving(scene, t, np.stack([t, t], axis=1), None, None, 10.0)
+
+    assert len(kept) == 11
+    traces = [shape for item in drawing.items if item.id.startswith("trace-") for shape in item.shapes]
+    assert [shape.parts for shape in traces] == [(101,)]
