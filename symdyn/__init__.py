@@ -12,7 +12,7 @@
     symdyn.sensitivity(scene, until=10)                     d(end of a run)/d(start, parameters)
     symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
     symdyn.collocation(scene, until=2, cost="F**2")         a motion that is looked for, for solvers: optimal control
-    symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML
+    symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML; symdyn.film: MP4
 
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
     from symdyn.build import build                          the same, compiled and loaded
@@ -29,7 +29,7 @@ TYPE_CHECKING = False  # importing typing would take longer than all else here
 if TYPE_CHECKING:
     from symdyn.build import lambdify
     from symdyn.build.loaded import load
-    from symdyn.draw import animation, picture
+    from symdyn.draw import animation, film, picture
     from symdyn.dynamics import derive
     from symdyn.dynamics.closed_forms.closed_form import closed_form
     from symdyn.emit.print.equations_of_motion import equations
@@ -87,6 +87,7 @@ _DOORS = {
     "derive": "symdyn.dynamics",
     "equations": "symdyn.emit.print.equations_of_motion",
     "example": "symdyn.scene",
+    "film": "symdyn.draw",
     "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
     "linearize": "symdyn.linear",
@@ -108,6 +109,7 @@ __all__ = [
     "derive",
     "equations",
     "example",
+    "film",
     "inverse",
     "lambdify",
     "linearize",

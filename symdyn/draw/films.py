@@ -115,6 +115,13 @@ def film(
     Raises:
         DrawError: as of `animation`; an ending that is not known, or something that such a file has no place for; a
             package that is missing; or a file that cannot be written.
+
+    >>> import symdyn, tempfile
+    >>> scene = symdyn.example("cart_pole")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = symdyn.film(scene, [0, 1], [[0, 0], [0.2, 1]], folder + "/cart.svg", size=400, loop=False)
+    ...     print(path.name, "freeze" in path.read_text())
+    cart.svg True
     """
     reel = Reel(fps, size, loop)
     path = check_film(file, reel)
