@@ -1,4 +1,4 @@
-"""`symdyn inverse SCENE --motion M`: motion prescribed over time, driving forces and reactions computed."""
+"""`symdyn inverse SCENE --motion M --path P`: motion prescribed over time, driving forces and reactions computed."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.talk import Waiting, fail, say
-from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened
-from symdyn.simulation import inverse, read_motion
+from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
+from symdyn.errors import SimulateError
+from symdyn.simulation import inverse, read_motion, read_path
+from symdyn.simulation.prescribed.path_entries import tables_in
 from symdyn.simulation.prescribed.scene_motion import motion_times
 
 
@@ -18,10 +20,24 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         "--motion",
         nargs="+",
         action="append",
-        required=True,
         metavar="M",
         help="coordinate=law: a formula in t, or constant, cubic, quintic, cycloidal, trapezoidal or spline, such as "
         '"q1=quintic(0, pi/2, 2)"; or a .toml or .csv file',
+    )
+    verb.add_argument(
+        "--path",
+        nargs="+",
+        action="append",
+        metavar="P",
+        help='point=x, y, z: laws of its place in ground axes, _ where it is free, such as "tool=0.5, 0.1*t, _"; '
+        "behind them rpy(roll, pitch, yaw), quaternion(w, x, y, z) or pointing(z, a, b, c); or point=FILE.csv, or a "
+        ".toml file",
+    )
+    verb.add_argument(
+        "--start",
+        metavar="LIST",
+        help="coordinates, e.g. q1=0.3,q2=pi/2, in place of the scene's: where those without a law rest, and of "
+        "several solutions, next to which one is taken",
     )
     verb.add_argument("--until", type=float, metavar="T", help="time of the end, s (default: the times of a .csv file)")
     add_output_options(verb)
@@ -30,11 +46,15 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compute and write."""
     scene = read_scene_to_move(options)
-    entries = flattened(options.motion)
-    motion, _, times = collected(
-        lambda: read_motion(scene, entries),
+    laws, paths = flattened(options.motion), flattened(options.path)
+    if not laws and not paths:
+        raise SimulateError("nothing says how it moves; give --motion coordinate=law, or --path point=x,y,z")
+    motion, path, start, _, times = collected(
+        lambda: read_motion(scene, laws),
+        lambda: read_path(scene, paths),
+        lambda: pairs(options.start, "--start"),
         lambda: check_outputs(options),
-        lambda: motion_times(entries, options.until, options.every),
+        lambda: motion_times([*laws, *tables_in(paths)], options.until, options.every),
     )
     with Waiting() as progress:
         progress(f"computing forces of {scene.name}")
@@ -44,6 +64,8 @@ def run(options: argparse.Namespace) -> int:
             times,  # type: ignore[arg-type]
             options.reactions,
             lambda line: say(f"symdyn: {line}"),
+            path=path,  # type: ignore[arg-type]
+            start=start,  # type: ignore[arg-type]
         )
     deliver(trajectory, options)
     if trajectory.complete:

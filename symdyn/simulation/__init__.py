@@ -7,6 +7,8 @@ from symdyn.simulation.gradients import Sensitivity, sensitivity
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.inverse_run import inverse
 from symdyn.simulation.prescribed.forces import Forces, read_forces
+from symdyn.simulation.prescribed.path_entries import read_path
+from symdyn.simulation.prescribed.point_path import ScenePath
 from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
 from symdyn.simulation.trajectory import Event, Trajectory
 
@@ -17,12 +19,14 @@ __all__ = [
     "Forces",
     "Gains",
     "SceneMotion",
+    "ScenePath",
     "Sensitivity",
     "Trajectory",
     "inverse",
     "read_feedback",
     "read_forces",
     "read_motion",
+    "read_path",
     "sensitivity",
     "simulate",
 ]

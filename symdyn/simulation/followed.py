@@ -86,7 +86,9 @@ class Followed:
     stopped: str
 
 
-def followed(tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known], t: Array) -> Followed:
+def followed(
+    tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known], t: Array, guess: Array
+) -> Followed:
     """Return what follows from laws at times, as far as it goes; see the module's legend.
 
     Args:
@@ -95,12 +97,13 @@ def followed(tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, 
         laws: their positions, rates and second rates at times (N,), each of shape (N, given).
         quasi: laws of velocities that are no rates of coordinates: value, rate and second rate at times.
         t: times, s, ascending.
+        guess: of the coordinates at the first time, shape (nq,).
 
     Raises:
         SimulateError: laws that contradict the rows at the first time, or leave motions undetermined.
     """
-    one, numbers = _Following(tied, given, laws, quasi), tied.numbers
-    q = one.placed(float(t[0]), numbers.start())
+    one, numbers = Following(tied, given, laws, quasi), tied.numbers
+    q = one.placed(float(t[0]), guess)
     no_equations(numbers, q)
     notes = one.undetermined(q)
     path = one.integrated(t, q) if one.rolls(q) else None
@@ -122,7 +125,7 @@ def followed(tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, 
     return Followed(positions[:n], velocities[:n], accelerations[:n], off[:n], notes, stopped)
 
 
-def _fallen(one: _Following, t: Array, q: Array, u: Array) -> tuple[int, str] | None:
+def _fallen(one: Following, t: Array, q: Array, u: Array) -> tuple[int, str] | None:
     """Return how many rows there are before a wheel comes to lie flat, also between two samples, and what is said.
 
     w, the sine of the angle between axis and normal, is |sin|: it falls before such a place and rises behind it.
@@ -148,11 +151,12 @@ def _fallen(one: _Following, t: Array, q: Array, u: Array) -> tuple[int, str] | 
     return min(found, default=None)
 
 
-class _Following:
+class Following:
     """The equations of the module's legend at a time and a position."""
 
     def __init__(self, tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known]) -> None:
         """Prepare the laws of the coordinates `given`."""
+        self.tied = tied
         self.numbers, self.functions, self.holding = tied.numbers, tied.functions, tied.holding
         self.given, self.laws, self.quasi = list(given), laws, quasi
         self.scene = self.numbers.scene
@@ -197,7 +201,7 @@ class _Following:
             if size <= 1e-14 * max(1.0, float(np.abs(q).max(initial=0.0))):
                 break
             H, G = self.functions("kinematics", q, self.still), self.functions("constraint_jacobian", q, self.still)
-            step = _solved(np.vstack([H[self.places], G]), np.concatenate([wanted - q[self.places], -r]))
+            step = shortest(np.vstack([H[self.places], G]), np.concatenate([wanted - q[self.places], -r]))
             tried = self.numbers.moved(q, step)
             tried[self.places] = wanted
             if not self.missed(tried) < size and size < CLOSED:
@@ -216,8 +220,8 @@ class _Following:
         Raises:
             SimulateError: the laws contradict each other, or the rows.
         """
-        A, b = self.matrix(q), self._demanded(t, 1)
-        u = self._solved(A, b)
+        A, b = self.matrix(q), self.first(t)
+        u = self.solved(A, b)
         if float(np.abs(A @ u - b).max(initial=0.0)) > AGREED * max(1.0, float(np.abs(u).max(initial=0.0))):
             raise SimulateError(
                 f"motion: t = {t:g} s: the loops and rows do not allow the velocities of {', '.join(self.given)} "
@@ -227,17 +231,25 @@ class _Following:
 
     def accelerations(self, t: float, q: Array, u: Array) -> Array:
         """Return u̇."""
+        return self.solved(self.matrix(q), self.second(t, q, u))
+
+    def first(self, t: float) -> Array:
+        """Return the right side of `matrix` for velocities."""
+        return self._demanded(t, 1)
+
+    def second(self, t: float, q: Array, u: Array) -> Array:
+        """Return the right side of `matrix` for accelerations."""
         b = self._demanded(t, 2)
         b[: len(self.moving)] -= self.functions("turning", q, u)[[self.places[k] for k in self.moving]]
         bias = self.functions("constraint_bias", q, u)
         b[len(b) - len(bias) :] = -bias
-        return self._solved(self.matrix(q), b)
+        return b
 
-    def _solved(self, A: Array, b: Array) -> Array:
+    def solved(self, A: Array, b: Array) -> Array:
         """Return x with A x = b, what laws say as it is."""
         x = A[: len(self.moving) + len(self.quasi)].T @ b[: len(self.moving) + len(self.quasi)]
         x[self.loose] = 0.0
-        x[self.loose] = _solved(A[:, self.loose], b - A @ x)
+        x[self.loose] = shortest(A[:, self.loose], b - A @ x)
         return x
 
     def _demanded(self, t: float, order: int) -> Array:
@@ -289,7 +301,7 @@ class _Following:
         if not len(free):
             return ()
         loose = [k for k in range(len(self.still)) if float(np.abs(free[:, k]).max()) > NOTHING]
-        names = [name for name in self._names(loose) if name not in self.given]
+        names = [name for name in self.names_of(loose) if name not in self.given]
         if not any(not row[k].is_zero for row in self.numbers.constraints.G for k in loose):
             return (f"no law is given for {', '.join(names)}: at rest",)
         G = self.functions("constraint_jacobian", q, self.still)
@@ -304,7 +316,7 @@ class _Following:
             f"--motion {names[0]}=0.3 for rest"
         )
 
-    def _names(self, velocities: Sequence[int]) -> list[str]:
+    def names_of(self, velocities: Sequence[int]) -> list[str]:
         """Return the coordinates that velocities move."""
         found: dict[str, None] = {}
         for joint, u in _velocities_of(self.scene):
@@ -323,7 +335,7 @@ def _velocities_of(scene: Scene) -> Iterator[tuple[Joint, range]]:
         first += len(joint.rates)
 
 
-def _solved(A: Array, b: Array) -> Array:
+def shortest(A: Array, b: Array) -> Array:
     """Return the shortest of all x that come closest to A x = b."""
     return np.asarray(np.linalg.lstsq(A, b, rcond=NEGLIGIBLE)[0], dtype=np.float64)
 

@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
-from symdyn.scene import Scene, express, velocity_name
+from symdyn.scene import Quantity, Scene, express, velocity_name
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.names import suggestion
@@ -68,17 +68,10 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         return start
     values = parameter_values(scene)
     faults = Faults("")
-    q = np.array([number_of(x, values, "start", faults) or 0.0 for x in starting_position(scene)])
+    q, given_q = _position(scene, start, values, faults)
     u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in starting_velocity(scene)])
     moved = prescribed(scene, Graph()).place
-    given_q: list[int] = []
     given_u: list[int] = []
-    for name, text in _by_name(start, "start", faults).items():
-        k = _index(name, scene.coordinates, "start", faults)
-        value = _value(text, values, f"start: {name}", faults)
-        if k is not None and value is not None:
-            q[k] = value
-            given_q.append(k)
     velocities = scene.velocities
     for name, text in _by_name(rates, "start rates", faults).items():
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
@@ -111,6 +104,33 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     return Start(q, u, tuple(notes))
 
 
+def read_guess(scene: Scene, start: Values | None = None) -> Array:
+    """Return coordinates as the scene and the user say, loops open or closed, shape (nq,).
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    faults = Faults("")
+    q, _ = _position(scene, start, parameter_values(scene), faults)
+    close(faults)
+    return numbers_at(scene).normalised(q)
+
+
+def _position(
+    scene: Scene, start: Values | None, values: Mapping[str, Quantity], faults: Faults
+) -> tuple[Array, list[int]]:
+    """Return coordinates at the start, and which of them the user gives."""
+    q = np.array([number_of(x, values, "start", faults) or 0.0 for x in starting_position(scene)])
+    given: list[int] = []
+    for name, text in _by_name(start, "start", faults).items():
+        k = _index(name, scene.coordinates, "start", faults)
+        value = _value(text, values, f"start: {name}", faults)
+        if k is not None and value is not None:
+            q[k] = value
+            given.append(k)
+    return q, given
+
+
 def no_equations(numbers: Numbers, q: Array) -> None:
     """Refuse a start at which equations of motion say nothing.
 
@@ -139,9 +159,9 @@ def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int |
     return None
 
 
-def _value(text: str, values: Mapping[str, object], where: str, faults: Faults) -> float | None:
+def _value(text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
     formula = read_formula(text, values, where, faults)
-    return None if formula is None else number_of(formula, values, where, faults)  # type: ignore[arg-type]
+    return None if formula is None else number_of(formula, values, where, faults)
 
 
 def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: Faults) -> None:

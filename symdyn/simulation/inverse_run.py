@@ -1,6 +1,7 @@
 """Motion prescribed, driving forces computed: the door `inverse`.
 
-In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py).
+In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py). Where
+points and frames have paths, coordinates follow these too (along_path.py).
 Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
 """
 
@@ -9,7 +10,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,33 +17,25 @@ import numpy.typing as npt
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.mechanism.prescribed import prescribed
-from symdyn.dynamics.mechanism.state import quaternions, state_symbols
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SimulateError
-from symdyn.graph import Graph, tangents
-from symdyn.program import cheapest
+from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneLike, bind, scene_of, spell, velocity_name
-from symdyn.scene.joints.start import starting_position
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import (
-    Compiled,
-    compiled,
-    compiled_once,
-    function_of,
-    point_names,
-    points,
-)
-from symdyn.simulation.equations.crossings import limits_of
-from symdyn.simulation.equations.decisions import written_decisions
-from symdyn.simulation.equations.opened import Opened, numbers_at, opened
+from symdyn.simulation.along_path import along
+from symdyn.simulation.equations.compiled_routines import point_names
+from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.followed import Followed, Tied, followed
-from symdyn.simulation.initial import no_equations
+from symdyn.simulation.initial import Values, no_equations, read_guess
+from symdyn.simulation.inverse_functions import InverseFunctions
 from symdyn.simulation.joint_limits import passages, passed
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, drive_names
-from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, close, number_of, parameter_values
+from symdyn.simulation.prescribed.formulas_in_time import bound, close, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
+from symdyn.simulation.prescribed.path_entries import read_path
+from symdyn.simulation.prescribed.point_path import ScenePath
 from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.trajectory import END, Trajectory
@@ -58,11 +50,13 @@ NOTHING = 1e-7
 
 def inverse(
     scene: SceneLike,
-    motion: SceneMotion | Entries,
-    times: npt.ArrayLike,
+    motion: SceneMotion | Entries = (),
+    times: npt.ArrayLike = (),
     reactions: bool | str = False,
     say: Callable[[str], None] | None = None,
     values: Mapping[str, object] | None = None,
+    path: ScenePath | Entries = (),
+    start: Values | None = None,
 ) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
@@ -78,6 +72,9 @@ def inverse(
             "body".
         say: takes what a user should know.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
+        path: where points and frames are to be, from `read_path`, or what that takes; coordinates without a law follow.
+        start: formulas by coordinate, in place of what the scene says: where coordinates without a law rest, or of
+            several solutions, next to which one is taken at the first time.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.
@@ -88,9 +85,11 @@ def inverse(
     scene = bind(scene, values) if values else scene
     motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
     t = _times(times)
-    axes = _check(scene, motion, t, reactions)
-    functions = _Functions(scene)
-    laws = _laws(scene, motion)
+    path = path if isinstance(path, ScenePath) else read_path(scene, path)
+    axes = _check(scene, motion, path, t, reactions)
+    functions = InverseFunctions(scene, path)
+    guess = read_guess(scene, start)
+    laws = _laws(scene, motion, guess)
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
     finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
     if not finite.all():
@@ -98,14 +97,15 @@ def inverse(
         name = scene.coordinates[column]
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
     free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
-    notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.closed else []
+    notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.follows else []
     columns: dict[str, Array] = {}
     stopped = END
-    if functions.closed:
-        found = _followed(scene, functions, motion, laws, [name for name in laws if name not in free], t)
+    if functions.follows:
+        given = [name for name in laws if name not in free]
+        found = _followed(scene, functions, motion, laws, given, t, path, guess)
         q, u, a, stopped = found.q, found.u, found.a, found.stopped
         notes += found.notes
-        columns |= {"loop_error": found.off} if functions.holding.any() else {}
+        columns |= {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
     else:
         no_equations(numbers_at(scene), q[0])
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
@@ -139,9 +139,16 @@ def _times(times: npt.ArrayLike) -> Array:
 
 
 def _followed(
-    scene: Scene, functions: _Functions, motion: SceneMotion, laws: Mapping[str, Law], given: list[str], t: Array
+    scene: Scene,
+    functions: InverseFunctions,
+    motion: SceneMotion,
+    laws: Mapping[str, Law],
+    given: list[str],
+    t: Array,
+    path: ScenePath,
+    guess: Array,
 ) -> Followed:
-    """Return what follows from the laws of `given` coordinates through loops and rows."""
+    """Return what follows from paths and the laws of `given` coordinates through loops and rows."""
 
     def known(at: Array) -> tuple[Array, Array, Array]:
         parts = list(zip(*(laws[name](at) for name in given), strict=True)) or [()] * 3
@@ -153,7 +160,10 @@ def _followed(
     numbers = numbers_at(scene)
     tied = Tied(numbers, lambda name, q, u: functions(name, 0.0, q, u), functions.holding)
     quasi = {scene.velocities.index(name): law for name, law in motion.quasi.items()}
-    found = followed(tied, given, known, quasi, t)
+    if path.points:
+        found = along(tied, given, known, quasi, path, functions.rates, t, guess)
+    else:
+        found = followed(tied, given, known, quasi, t, guess)
     return replace(found, notes=(*found.notes, *off_planes(numbers, found.q[0])))
 
 
@@ -184,7 +194,7 @@ def _impossible(scene: Scene, tau: Array) -> list[str]:
     ]
 
 
-def _passed(scene: Scene, functions: _Functions, t: Array, q: Array, u: Array, tau: Array) -> list[str]:
+def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Array, tau: Array) -> list[str]:
     """Return what is to be said of limits of joints that the motion and its forces leave, at the samples."""
     if not functions.limits:
         return []
@@ -199,29 +209,29 @@ def _own(scene: Scene) -> dict[str, Law]:
     return {j.coordinates[0]: formula_law(bound(j.motion, values), spell(j.motion)) for j in moved if j.motion}
 
 
-def _laws(scene: Scene, motion: SceneMotion) -> dict[str, Law]:
+def _laws(scene: Scene, motion: SceneMotion, start: Array) -> dict[str, Law]:
     """Return a law for every coordinate, in order."""
-    values, own, faults = parameter_values(scene), _own(scene), Faults("")
-    start = {
-        name: number_of(x, values, "start", faults) or 0.0
-        for name, x in zip(scene.coordinates, starting_position(scene), strict=True)
+    own = _own(scene)
+    return {
+        name: motion.laws.get(name) or own.get(name) or constant(float(x))
+        for name, x in zip(scene.coordinates, start, strict=True)
     }
-    close(faults)
-    return {name: motion.laws.get(name) or own.get(name) or constant(start[name]) for name in scene.coordinates}
 
 
-def _check(scene: Scene, motion: SceneMotion, t: Array, reactions: bool | str) -> str:
+def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactions: bool | str) -> str:
     """Return the axes of reactions that are wanted, "" for none; all faults together."""
     parameter_values(scene)
     faults = Faults("")
     axes = axes_of(reactions, faults)
     if not scene.velocities:
         faults.add(scene.name, "nothing moves: no joint has a coordinate")
-    if not len(t) or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
+    if not len(t):
+        faults.add("times", "none is given; give them in seconds, such as numpy.linspace(0, 2, 201)")
+    elif not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
         faults.add("times", "must be finite and rise")
-    low, high = motion.span
-    if len(t) and (t[0] < low or t[-1] > high):
-        faults.add("motion", f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")
+    for what, (low, high) in (("motion", motion.span), ("path", path.span)):
+        if len(t) and (t[0] < low or t[-1] > high):
+            faults.add(what, f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")
     moved = prescribed(scene, Graph()).place
     for name in motion.laws:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
@@ -230,54 +240,8 @@ def _check(scene: Scene, motion: SceneMotion, t: Array, reactions: bool | str) -
     return axes
 
 
-class _Functions:
-    """Compiled functions of positions, velocities and accelerations.
-
-    Attributes:
-        closed: whether there are rows to keep; loops whose rows are all redundant have none.
-        limits: of joints, in the order of the entries of "limits".
-        holding: of the rows, whether each holds a position.
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        found = opened(scene)
-        self._made = compiled_once(("inverse", found.scene, written_decisions(scene)), lambda: _compiled(found))
-        self._calls = self._made.at(found.values)
-        functions = {routine.function.name: routine.function for routine in self._made.program.routines}
-        self.closed = "constraint_jacobian" in functions
-        residuals = functions["constraint_residual"].entries if self.closed else ()
-        self.limits = limits_of(found.scene, graph := Graph(), state_symbols(found.scene, graph).tau)
-        self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
-
-    def __call__(
-        self, name: str, t: Any, q: Array, u: Array, a: Array | None = None, tau: Array | None = None
-    ) -> Array:
-        """Return a function's values, one a row."""
-        known = {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t}
-        with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
-            found = np.asarray(self._calls[name](*(known[one] for one in self._made.takes(name))), dtype=np.float64)
-        return np.broadcast_to(found, (*q.shape[:-1], *self._made.program[name].function.shape))
-
-
-def _compiled(scene: Opened) -> Compiled:
-    """Return the functions of a scene, its parameters free."""
-    w = Workspace(scene.scene, scene.closing)
-    names = ["inverse_dynamics"]
-    if w.scene.is_closed:
-        names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
-    functions = [cheapest(w, name) for name in names]
-    columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
-    H = [column[k] for k in range(len(w.state.q)) for column in columns]
-    turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
-    kinematics = replace(function_of(w, "kinematics", H, ("q", "qd")), shape=(len(w.state.q), w.state.n))
-    limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
-    functions += [points(w), kinematics, function_of(w, "turning", turned, ("q", "qd"))]
-    functions += [function_of(w, "limits", limits, ("q", "qd", "tau"))] if limits else []
-    return compiled(w.scene, w.graph, functions)
-
-
 def _velocities(
-    scene: Scene, functions: _Functions, motion: SceneMotion, t: Array, q: Array, rate: Array, second: Array
+    scene: Scene, functions: InverseFunctions, motion: SceneMotion, t: Array, q: Array, rate: Array, second: Array
 ) -> tuple[Array, Array]:
     """Return u and u̇ of positions whose rates are known; what tables say about quasi-velocities goes first."""
     H = functions("kinematics", t, q, np.zeros((len(t), len(scene.velocities))))

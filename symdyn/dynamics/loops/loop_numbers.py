@@ -231,19 +231,19 @@ def missed(label: Label, numbers: Numbers, q: Array, by: float) -> str:
     assert label.wrench is not None, "a formula of the user has no residual"
     force, moment = (numbers.at(part, q) for part in label.wrench)
     if np.abs(force).max() > 1e-12:
-        return f"its gap along {_direction(force)} is {by:.3g} m"
-    return f"its direction about {_direction(moment)} is off by {by:.3g}"
+        return f"its gap along {direction_words(force)} is {by:.3g} m"
+    return f"its direction about {direction_words(moment)} is off by {by:.3g}"
 
 
 def in_words(force: Array, moment: Array) -> str:
     """Return a wrench in words, such as "force along x"."""
     if np.abs(force).max() > 1e-12:
         pitch = " with its moment" if np.abs(moment).max() > 1e-12 else ""
-        return f"force along {_direction(force)}{pitch}"
-    return f"moment about {_direction(moment)}"
+        return f"force along {direction_words(force)}{pitch}"
+    return f"moment about {direction_words(moment)}"
 
 
-def _direction(vector: Array) -> str:
+def direction_words(vector: Array) -> str:
     """Return x, y or z where the vector lies along one, else its components."""
     unit = vector / np.linalg.norm(vector)
     for k, name in enumerate("xyz"):

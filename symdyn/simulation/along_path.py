@@ -1,0 +1,273 @@
+"""What follows from paths of points and frames, with laws of coordinates beside them: the solution and its words.
+
+Where there are several solutions the guess chooses: the coordinates next to it at the first time. All that is told says
+when, where, and what would help.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.loops.loop_numbers import direction_words
+from symdyn.dynamics.loops.newton import newton, seen_closed
+from symdyn.errors import DerivationError, SimulateError
+from symdyn.scene import velocity_name
+from symdyn.simulation.followed import CLOSED, Followed, Following, Known, Tied
+from symdyn.simulation.initial import no_equations
+from symdyn.simulation.path_equations import PathEquations, Place
+from symdyn.simulation.prescribed.point_path import Approach, ScenePath
+from symdyn.simulation.tracked import AVOIDED, CLEAR, Branch, Stuck
+from symdyn.simulation.trajectory import END
+
+NEAR = 0.3
+"""How far from a guess Newton's method may end, rad or m, to be believed to be on its branch."""
+
+GUESSES = 30
+"""Random guesses of the first place, where the given one leads to none."""
+
+SMALL = 1e-3
+"""Parts of a direction that are not told."""
+
+WAY_OUT = "keep the path away from there, begin on another branch (--start), or leave a component free (_)"
+
+
+def along(
+    tied: Tied,
+    given: Sequence[str],
+    laws: Known,
+    quasi: Mapping[int, Known],
+    path: ScenePath,
+    rates: Callable[[Array, Array], dict[str, Array]],
+    t: Array,
+    guess: Array,
+) -> Followed:
+    """Return what follows at times, as far as it goes.
+
+    Args:
+        tied: the mechanism and its functions, those of "pose", "jacobian" and "jdot_qdot" of what has a path too.
+        given: names of the coordinates with a law.
+        laws: of these, as of `followed`.
+        quasi: laws of velocities that are no rates of coordinates.
+        path: of points and frames.
+        rates: rates of "kinematics", "constraint_jacobian" and every "jacobian" at q and u, asked for where freedoms
+            are left.
+        t: times, s, ascending.
+        guess: coordinates, shape (nq,).
+
+    Raises:
+        SimulateError: the path is out of reach at the first time, or begins at a singular place.
+    """
+    equations = PathEquations(Following(tied, given, laws, quasi), path.points, rates)
+    first, notes = _first(equations, float(t[0]), guess)
+    notes = [*notes, *_left(equations, first)]
+    no_equations(equations.numbers, first.q)
+    rows, more, stopped = (_integrated if equations.integrating else _continued)(equations, first, t, path.span)
+    q, u, a = (np.array([getattr(row, part) for row in rows]) for part in ("q", "u", "a"))
+    off = np.array([float(np.abs(equations.missed(row.t, row.q)).max(initial=0.0)) for row in rows])
+    return Followed(q, u, a, off, (*notes, *more), stopped)
+
+
+def _first(equations: PathEquations, t: float, guess: Array) -> tuple[Place, list[str]]:
+    """Return the place at the first time that is next to a guess, and what is said of it."""
+    equations.looked_at(t, guess)
+    notes: list[str] = []
+    q = equations.placed(t, guess)
+    if q is None or float(np.abs(q - guess).max(initial=0.0)) > NEAR:
+        walked = _walked(equations, t, guess)
+        q = q if walked is None else walked
+    if q is None:
+        drawn = [equations.numbers.drawn(seed) for seed in range(GUESSES)]
+        found = [one for one in (equations.placed(t, near) for near in drawn) if one is not None]
+        if not found:
+            ends = [equations.nearest(t, near) for near in (guess, *drawn[:8])]
+            best = min(ends, key=lambda end: end[1])[0]
+            raise SimulateError(f"path: t = {t:g} s: out of reach: {_misses(equations, t, best)}; {_reach(equations)}")
+        q = min(found, key=lambda one: float(np.abs(np.sin((one - guess) / 2)).max(initial=0.0)))
+        notes.append("path: nothing is found from the start; one of random guesses is taken: give --start")
+    q = _turned_back(equations, t, q, guess)
+    equations.looked_at(t, q)
+    try:
+        place = equations.place(t, q)
+    except SimulateError:
+        place = None
+    if place is None or (place.clear < AVOIDED and not equations.left):
+        raise SimulateError(
+            f"path: t = {t:g} s: it begins at a singular place, {_singular(equations, t, q)}; "
+            "begin elsewhere, on another branch (--start), or leave a component free (_)"
+        )
+    return place, notes
+
+
+def _walked(equations: PathEquations, t: float, guess: Array) -> Array | None:
+    """Return the first place on the branch of a guess: its frames go straight there; None where that leads nowhere."""
+    following, numbers, still = equations.following, equations.numbers, equations.following.still
+    wanted = following.at(t)[0]
+    q = guess.copy()
+    q[following.places] = wanted
+    names = list(numbers.scene.velocities)
+    held = [velocity_name(name) for name in following.given]
+    try:
+        if following.holding.any():
+            q = newton(numbers, q, [names.index(name) for name in held if name in names])
+            if not seen_closed(numbers, q):
+                return None
+        ways = []
+        for path, asked in equations.asked(t):
+            T = equations.functions(f"pose:{path.name}", q, still)
+            ways.append(Approach(path.name, path.rows, asked, T[:, :3], T[:, 3]))
+        rest = Following(following.tied, following.given, lambda s: _resting(wanted, len(s)), {})
+        walk = PathEquations(rest, ways, equations.rates)
+        walk.looked_at(0.0, q)
+        branch, here = Branch(walk, (0.0, 1.0)), walk.place(0.0, q)
+        end = branch.on(here, 1.0) if here.clear > AVOIDED else None
+    except (Stuck, SimulateError, DerivationError):
+        return None
+    return None if end is None or branch.passed else equations.placed(t, end.q)
+
+
+def _resting(q: Array, count: int) -> tuple[Array, Array, Array]:
+    still = np.zeros((count, len(q)))
+    return still + q, still, still
+
+
+def _turned_back(equations: PathEquations, t: float, q: Array, guess: Array) -> Array:
+    """Return a place with the turns that change nothing taken back, next to a guess."""
+    allowed = CLOSED * max(1.0, equations.length)
+    for k, turns in enumerate(np.round((q - guess) / (2 * np.pi))):
+        tried = q.copy()
+        tried[k] -= 2 * np.pi * turns
+        if turns and float(np.abs(equations.missed(t, tried)).max(initial=0.0)) <= allowed:
+            q = tried
+    return q
+
+
+def _left(equations: PathEquations, first: Place) -> list[str]:
+    """Return which coordinates rest, and what chooses where freedoms are left."""
+    notes, following = [], equations.following
+    resting = [name for name in following.names_of(equations.idle.tolist()) if name not in following.given]
+    if resting:
+        notes.append(f"no law is given for {', '.join(resting)}, which {equations.names} does not depend on: at rest")
+    if equations.left:
+        free = [name for name in following.names_of(equations.loose.tolist()) if name not in following.given]
+        more = "1 freedom is" if equations.left == 1 else f"{equations.left} freedoms are"
+        notes.append(
+            f"path: {more} left: the velocities of {', '.join(free)} are those with the least sum of squares; or give "
+            f"{'a law' if equations.left == 1 else f'{equations.left} laws'} beside, such as --motion {free[-1]}=0.3"
+        )
+    return notes
+
+
+def _continued(
+    equations: PathEquations, first: Place, t: Array, span: tuple[float, float]
+) -> tuple[list[Place], list[str], str]:
+    """Return places at times, notes of singular ones, and why they end."""
+    branch, here, rows, stopped = Branch(equations, span), first, [first], END
+    for k, now in enumerate(t[1:].tolist(), start=1):
+        try:
+            row, here = branch.sampled(here, now)
+        except Stuck as stuck:
+            stopped = _stopped(equations, stuck.here, t[k : k + 2])
+            break
+        rows.append(row)
+    last = rows[-1].t
+    notes = [
+        f"path: t = {one.t:.6g} s: through a singular place to another branch, {_singular(equations, one.t, one.q)}"
+        for one in sorted(branch.passed, key=lambda one: one.t)
+        if one.t <= last or stopped == END
+    ]
+    near = min((row for row in rows), key=lambda row: row.clear if row.clear > 0 else 1.0)
+    if 0 < near.clear < CLEAR and not branch.passed:
+        notes.append(f"path: t = {near.t:.6g} s: near a singular place, {_singular(equations, near.t, near.q)}")
+    return rows, notes, stopped
+
+
+def _integrated(
+    equations: PathEquations, first: Place, t: Array, span: tuple[float, float]
+) -> tuple[list[Place], list[str], str]:
+    """Return the same where positions follow from velocities alone."""
+    rows, stopped, way = [first], END, equations.integrated(t, first)
+    try:
+        next(way)
+        for k, now in enumerate(t[1:].tolist(), start=1):
+            q = equations.placed(now, next(way))
+            if q is None:
+                stopped = _stopped(equations, rows[-1], t[k : k + 2])
+                break
+            rows.append(equations.place(now, q))
+    except SimulateError as fault:
+        stopped = f"{fault}; {WAY_OUT}"
+    near = min(rows, key=lambda row: row.clear)
+    said = f"path: t = {near.t:.6g} s: near a singular place, {_singular(equations, near.t, near.q)}"
+    return rows, [said] if near.clear < CLEAR else [], stopped
+
+
+# Words
+
+
+def _stopped(equations: PathEquations, here: Place, ahead: Array) -> str:
+    """Return why a path ends at a place, on the way to the times that are next."""
+    for t in ahead.tolist():
+        best, off = equations.nearest(t, here.q)
+        if off > 10 * CLOSED * max(1.0, equations.length):
+            return (
+                f"path: t = {here.t:.6g} s: it goes out of reach there: at t = {t:.6g} s "
+                f"{_misses(equations, t, best)}; {_reach(equations)}"
+            )
+    return (
+        f"path: t = {here.t:.6g} s: singular: the coordinates cannot go on smoothly, "
+        f"{_singular(equations, here.t, here.q)}; {WAY_OUT}"
+    )
+
+
+def _reach(equations: PathEquations) -> str:
+    beside = f", or other laws of {', '.join(equations.following.given)}" if equations.following.given else ""
+    return f"give a path nearer to where {equations.names} can be{beside}"
+
+
+def _misses(equations: PathEquations, t: float, q: Array) -> str:
+    """Return how far points and frames are from their paths at a position."""
+    found, still = [], equations.following.still
+    for path, asked in equations.asked(t):
+        T = equations.functions(f"pose:{path.name}", q, still)
+        off = asked.residual(T[:, :3], T[:, 3])
+        held = np.isfinite(asked.origin)
+        gap, turn = (float(np.linalg.norm(x)) for x in (off[: held.sum()], off[held.sum() :]))
+        place = ", ".join("_" if not known else f"{x:.6g}" for x, known in zip(asked.origin, held, strict=True))
+        parts = [f"({place}) by {gap:.6g} m"] * (gap > CLOSED) + [f"its turning by {turn:.6g} rad"] * (turn > CLOSED)
+        if parts:
+            found.append(f"{path.name} misses {' and '.join(parts)}")
+    loops = float(np.abs(equations.functions("constraint_residual", q, still)).max(initial=0.0))
+    if loops > 1e-6:
+        found.append(f"the loops are open by {loops:.3g}")
+    return ", ".join(found) or "nothing is missed"
+
+
+def _singular(equations: PathEquations, t: float, q: Array) -> str:
+    """Return what cannot move and which coordinates move without it, at a singular place."""
+    A = equations.scaled(equations.matrix(t, q))
+    U, _, Vt = np.linalg.svd(A)
+    k = equations.rank - 1
+    y, way = U[:, k] / equations.row_sizes, Vt[k]
+    first, found = len(A) - sum(path.rows for path in equations.paths), []
+    for path, asked in equations.asked(t):
+        wrench = asked.S.T @ y[first : first + path.rows]
+        first += path.rows
+        force, moment = wrench[:3] * equations.length, wrench[3:]  # what it can do does no work on them
+        low = SMALL * max(float(np.linalg.norm(force)), float(np.linalg.norm(moment)), SMALL)
+        line, axis = ("" if np.linalg.norm(one) <= low else direction_words(_rounded(one)) for one in (force, moment))
+        if line and axis:
+            found.append(f"{path.name} turns about {axis} only as it moves along {line}")
+        elif line or axis:
+            found.append(f"{path.name} cannot {'move along' if line else 'turn about'} {line or axis}")
+    shares = np.abs(way) / np.abs(way).max(initial=1e-300)
+    names = equations.following.names_of([int(one) for one, x in zip(equations.loose, shares, strict=True) if x > 1e-3])
+    where = ", ".join(f"{name} = {x + 0.0:.6g}" for name, x in zip(equations.numbers.scene.coordinates, q, strict=True))
+    return f"at {where}: {', '.join(found) or 'its loops open a freedom'}, and {', '.join(names)} can move without it"
+
+
+def _rounded(vector: Array) -> Array:
+    unit = vector / np.linalg.norm(vector)
+    return np.where(np.abs(unit) < 1e-4, 0.0, unit)

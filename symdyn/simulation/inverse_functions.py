@@ -1,0 +1,128 @@
+"""What motion to forces is computed with: compiled functions of positions, velocities and accelerations of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.state import state_symbols
+from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Graph, tangents
+from symdyn.program import cheapest, identifier
+from symdyn.scene import Scene
+from symdyn.simulation.equations.compiled_routines import (
+    Calls,
+    Compiled,
+    compiled,
+    compiled_once,
+    function_of,
+    points,
+)
+from symdyn.simulation.equations.crossings import limits_of
+from symdyn.simulation.equations.decisions import written_decisions
+from symdyn.simulation.equations.opened import Opened, opened
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.simulation.prescribed.point_path import ScenePath
+
+
+class InverseFunctions:
+    """Compiled functions of positions, velocities and accelerations.
+
+    Attributes:
+        follows: whether there are rows or paths that coordinates follow; loops whose rows are all redundant have none.
+        limits: of joints, in the order of the entries of "limits".
+        holding: of the rows of loops and contacts, whether each holds a position.
+        holds: whether rows or paths do.
+    """
+
+    def __init__(self, scene: Scene, path: ScenePath) -> None:
+        found, names = opened(scene), tuple(one.name for one in path.points)
+        key = (found.scene, written_decisions(scene), names)
+        self._open, self._names, self._key = found, names, key
+        self._made = compiled_once(("inverse", *key), lambda: _compiled(found, names))
+        self._calls = self._made.at(found.values)
+        functions = {routine.function.name: routine.function for routine in self._made.program.routines}
+        closed = "constraint_jacobian" in functions
+        residuals = functions["constraint_residual"].entries if closed else ()
+        self.limits = limits_of(found.scene, graph := Graph(), state_symbols(found.scene, graph).tau)
+        self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
+        self.follows, self.holds = closed or bool(names), bool(self.holding.any()) or bool(names)
+        self._lacking = (
+            {}
+            if closed
+            else {"constraint_residual": (0,), "constraint_bias": (0,)}
+            | {"constraint_jacobian": (0, len(scene.velocities))}
+        )
+
+    def __call__(
+        self, name: str, t: Any, q: Array, u: Array, a: Array | None = None, tau: Array | None = None
+    ) -> Array:
+        """Return a function's values, one a row."""
+        if name in self._lacking:
+            return np.zeros((*q.shape[:-1], *self._lacking[name]))
+        return _called(self._made, self._calls, name, t, q, u, a, tau)
+
+    def rates(self, q: Array, u: Array) -> dict[str, Array]:
+        """Return the rates of kinematics, rows and Jacobians by name."""
+        made = compiled_once(("rates", *self._key), lambda: _compiled_rates(self._open, self._names))
+        calls = made.at(self._open.values)
+        known = {routine.function.name for routine in made.program.routines}
+        n = len(self._open.scene.velocities)
+        names = ("kinematics", "constraint_jacobian", *(f"jacobian:{name}" for name in self._names))
+        found = {name: _called(made, calls, name, 0.0, q, u) for name in names if identifier(name) in known}
+        return {"constraint_jacobian": np.zeros((0, n))} | found
+
+
+def _called(
+    made: Compiled,
+    calls: Calls,
+    name: str,
+    t: Any,
+    q: Array,
+    u: Array,
+    a: Array | None = None,
+    tau: Array | None = None,
+) -> Array:
+    name, known = identifier(name), {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t}
+    with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
+        found = np.asarray(calls[name](*(known[one] for one in made.takes(name))), dtype=np.float64)
+    return np.broadcast_to(found, (*q.shape[:-1], *made.program[name].function.shape))
+
+
+def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
+    """Return functions of a scene, its parameters free."""
+    w = Workspace(scene.scene, scene.closing)
+    names = ["inverse_dynamics"]
+    if w.scene.is_closed:
+        names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
+    names += [f"{kind}:{name}" for name in points_on_paths for kind in ("pose", "jacobian", "jdot_qdot")]
+    functions = [cheapest(w, name) for name in names]
+    turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
+    limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
+    functions += [points(w), _kinematics(w), function_of(w, "turning", turned, ("q", "qd"))]
+    functions += [function_of(w, "limits", limits, ("q", "qd", "tau"))] if limits else []
+    return compiled(w.scene, w.graph, functions)
+
+
+def _kinematics(w: Workspace) -> Function:
+    columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
+    H = [column[k] for k in range(len(w.state.q)) for column in columns]
+    return replace(function_of(w, "kinematics", H, ("q", "qd")), shape=(len(w.state.q), w.state.n))
+
+
+def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
+    """Return the rates of kinematics, rows and Jacobians."""
+    w = Workspace(scene.scene, scene.closing)
+    names = ["constraint_jacobian"] if w.scene.is_closed else []
+    names += [f"jacobian:{name}" for name in points_on_paths]
+    functions = [_kinematics(w), *(cheapest(w, name) for name in names)]
+    moved = [
+        replace(function_of(w, one.name, tangents(one.entries, w.state.velocity), ("q", "qd")), shape=one.shape)
+        for one in functions
+    ]
+    return compiled(w.scene, w.graph, moved)

@@ -1,0 +1,252 @@
+"""Paths of points and frames: where they are to be, how they are to be turned, as laws in time.
+
+    tool = x, y, z                          its origin in ground axes, m: three laws; _ leaves a component free
+    tool = x, y, z, rpy(a, b, c)            and its axes, Rz(c) Ry(b) Rx(a), as URDF turns
+    tool = x, y, z, quaternion(w, x, y, z)  the same; divided by its length
+    tool = x, y, z, pointing(z, a, b, c)    its axis x, y or z along (a, b, c), free to turn about it
+    tool = FILE.csv                         columns x, y, z, or point_tool_x, ... as runs have them, and roll, pitch,
+                                            yaw or qw, qx, qy, qz; with rates x_dot and x_ddot where they are known
+
+What a path asks for is written in rows of the motion of its frame, [v; ω] = J u in ground axes:
+
+    S J u = b        S J u̇ = ḃ - Ṡ J u - S J̇ u
+
+    S            position: rows of 1 for the components that are asked for
+                 axes: 1; one axis d: 1 - d dᵀ, whose row along d is empty
+    ω, ω̇         of axes: 2 e' e* and 2 e'' e* for a unit quaternion e, e* its conjugate; of one axis: d × ḋ, d × d̈
+    residual     p - p*; the rotation vector of R R*ᵀ; of one axis: minus the turn about d' × d that takes d' to d
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import SimulateError
+from symdyn.simulation.prescribed.motion_laws import Law
+
+TURNS: Mapping[str, tuple[str, ...]] = {
+    "rpy": ("roll", "pitch", "yaw"),
+    "quaternion": ("qw", "qx", "qy", "qz"),
+    "pointing": ("x", "y", "z"),
+}
+"""Ways to say how a frame is turned, and what their laws are called, as columns of a table are too."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a path asks of its frame at one time; the module's legend.
+
+    Attributes:
+        S, rate_of_S: shapes (k, 6).
+        b, rate_of_b: shapes (k,).
+        origin: wanted, m, shape (3,); NaN where it is free.
+        axes: wanted, shape (3, 3); None where they are free.
+        axis: number of the one axis that is asked for, of `axes`; None for all.
+    """
+
+    S: Array
+    rate_of_S: Array
+    b: Array
+    rate_of_b: Array
+    origin: Array
+    axes: Array | None
+    axis: int | None
+
+    def residual(self, R: Array, p: Array) -> Array:
+        """Return by how much a placement misses it, shape (k,), m and rad."""
+        held = np.isfinite(self.origin)
+        return np.concatenate([(p - self.origin)[held], self._turned(R)])
+
+    def _turned(self, R: Array) -> Array:
+        if self.axes is None:
+            return np.zeros(0)
+        if self.axis is None:
+            return _rotation_vector(R @ self.axes.T)
+        d, wanted = R[:, self.axis], self.axes[:, self.axis]
+        normal = np.cross(wanted, d)
+        sine, cosine = float(np.linalg.norm(normal)), float(d @ wanted)
+        if sine == 0.0 and cosine < 0:  # straight back: about any axis across it
+            normal = np.cross(wanted, np.eye(3)[int(np.abs(wanted).argmin())])
+            return np.asarray(np.pi * normal / np.linalg.norm(normal))
+        return normal if sine == 0.0 else np.asarray(np.arctan2(sine, cosine) / sine * normal)
+
+
+@dataclass(frozen=True)
+class PointPath:
+    """The path of one point or body.
+
+    Attributes:
+        name: of it.
+        origin: laws of its place; None where it is free.
+        way: "rpy", "quaternion", "pointing", or "" where it may turn as it likes.
+        turning: laws of `TURNS[way]`.
+        axis: number of the axis that points.
+    """
+
+    name: str
+    origin: tuple[Law | None, ...]
+    way: str = ""
+    turning: tuple[Law, ...] = ()
+    axis: int | None = None
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """All laws."""
+        return (*(law for law in self.origin if law is not None), *self.turning)
+
+    @property
+    def rows(self) -> int:
+        """How many rows it asks for."""
+        return sum(law is not None for law in self.origin) + (3 if self.way else 0)
+
+    def at(self, t: float) -> Asked:
+        """Return what is asked for at a time, s.
+
+        Raises:
+            SimulateError: a law has no finite value there, or a direction no length.
+        """
+        now = np.array([t])
+        found = [None if law is None else np.array([float(one[0]) for one in law(now)]) for law in self.origin]
+        held = [k for k, one in enumerate(found) if one is not None]
+        origin = np.array([np.nan if one is None else one[0] for one in found])
+        S, b = np.eye(6)[held], [one[1] for one in found if one is not None]
+        rate_of_b = [one[2] for one in found if one is not None]
+        rate_of_S, axes = np.zeros_like(S), None
+        if self.way:
+            laws = np.array([[float(one[0]) for one in law(now)] for law in self.turning]).T
+            axes, across, rate_of_across, w, dw = _axes(self.way, laws, self.axis)
+            below = np.zeros((3, 3))
+            S, rate_of_S = (
+                np.vstack([S, np.hstack([below, across])]),
+                np.vstack([rate_of_S, np.hstack([below, rate_of_across])]),
+            )
+            b, rate_of_b = [*b, *w], [*rate_of_b, *dw]
+        asked = Asked(S, rate_of_S, np.array(b), np.array(rate_of_b), origin, axes, self.axis)
+        if not all(np.isfinite(part).all() for part in (asked.b, asked.rate_of_b, origin[held], asked.S)):
+            texts = ", ".join(law.text for law in self.laws)
+            raise SimulateError(f"path: {self.name}: ({texts}) has no finite value or derivative at t = {t:g} s")
+        return asked
+
+
+@dataclass(frozen=True)
+class Approach:
+    """The straight way of a frame from a placement, at 0, to where a path asks for it to be, at 1."""
+
+    name: str
+    rows: int
+    asked: Asked
+    R: Array
+    p: Array
+
+    def at(self, s: float) -> Asked:
+        """Return what is asked for on the way."""
+        from scipy.spatial.transform import Rotation
+
+        held = np.isfinite(self.asked.origin)
+        way = np.where(held, self.asked.origin - self.p, np.nan)
+        S, axes, turn = np.eye(6)[: 3 if self.asked.axes is None else 6], None, np.zeros(0)
+        S, rate = S[[*np.flatnonzero(held), *range(3, len(S))]], np.zeros((self.rows, 6))
+        if self.asked.axes is not None:
+            turn = -self.asked.residual(self.R, self.p)[held.sum() :]
+            axes = Rotation.from_rotvec(s * turn).as_matrix() @ self.R
+            if self.asked.axis is not None:
+                d = axes[:, self.asked.axis]
+                S[-3:, 3:] -= np.outer(d, d)
+                rate[-3:, 3:] = -np.outer(np.cross(turn, d), d) - np.outer(d, np.cross(turn, d))
+        return replace(
+            self.asked,
+            S=S,
+            rate_of_S=rate,
+            b=np.concatenate([way[held], turn]),
+            rate_of_b=np.zeros(self.rows),
+            origin=self.p + s * way,
+            axes=axes,
+        )
+
+
+@dataclass(frozen=True)
+class ScenePath:
+    """Paths by point; `span` is the first and last time at which all are known."""
+
+    points: tuple[PointPath, ...] = ()
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time at which all laws are known."""
+        spans = [law.span for point in self.points for law in point.laws]
+        return max((low for low, _ in spans), default=-np.inf), min((high for _, high in spans), default=np.inf)
+
+
+# Turning
+
+
+@np.errstate(all="ignore")  # what is not finite is told
+def _axes(way: str, laws: Array, axis: int | None) -> tuple[Array, Array, Array, Array, Array]:
+    """Return R*, the rows that ω is asked for in and their rate, and what is asked of ω and ω̇."""
+    x, v, a = laws
+    if way == "pointing":
+        d, rate, second = _unit(x, v, a)
+        R = np.full((3, 3), np.nan)
+        R[:, axis or 0] = d
+        across, turned = np.eye(3) - np.outer(d, d), -np.outer(rate, d) - np.outer(d, rate)
+        return R, across, turned, np.cross(d, rate), np.cross(d, second)
+    if way == "rpy":
+        x, v, a = _product(_product(_about(2, x, v, a), _about(1, x, v, a)), _about(0, x, v, a))
+    e, rate, second = _unit(x, v, a)
+    back = e * np.array([1.0, -1.0, -1.0, -1.0])
+    w, dw = 2 * _times(rate, back)[1:], 2 * _times(second, back)[1:]  # e'' e* = ω̇/2 - ω²/4: the rest is its scalar
+    return _matrix(e), np.eye(3), np.zeros((3, 3)), w, dw
+
+
+def _unit(x: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+    """Return x/|x|, its rate and second rate."""
+    length = np.sqrt(x @ x)
+    first = (x @ v) / length
+    second = (v @ v + x @ a - first**2) / length
+    return (
+        x / length,
+        v / length - x * first / length**2,
+        a / length - (2 * v * first + x * second) / length**2 + 2 * x * first**2 / length**3,
+    )
+
+
+Quaternion3 = tuple[Array, Array, Array]
+
+
+def _about(k: int, x: Array, v: Array, a: Array) -> Quaternion3:
+    """Return the quaternion of a turn about axis k by angle k of three, its rate and second rate."""
+    c, s = np.cos(x[k] / 2), np.sin(x[k] / 2)
+    e, way = np.zeros(4), np.zeros(4)
+    e[0], e[k + 1], way[0], way[k + 1] = c, s, -s, c
+    return e, way * v[k] / 2, way * a[k] / 2 - e * v[k] ** 2 / 4
+
+
+def _product(one: Quaternion3, other: Quaternion3) -> Quaternion3:
+    a, b = one, other
+    return (
+        _times(a[0], b[0]),
+        _times(a[1], b[0]) + _times(a[0], b[1]),
+        _times(a[2], b[0]) + 2 * _times(a[1], b[1]) + _times(a[0], b[2]),
+    )
+
+
+def _times(a: Array, b: Array) -> Array:
+    vector = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
+    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], vector])
+
+
+def _matrix(e: Array) -> Array:
+    w, v = e[0], e[1:]
+    across = np.cross(np.eye(3), v)  # skew, as rows e_k × v: the matrix of v ×
+    return np.asarray((w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * across)
+
+
+def _rotation_vector(R: Array) -> Array:
+    """Return the rotation vector of a rotation, at most π long."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(R).as_rotvec(), dtype=np.float64)
