@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 project = "symdyn"
 author = "the authors of symdyn"
 copyright = "the authors of symdyn, MIT licence"
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml_formulas"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml_formulas", "shown_docstrings"]
 exclude_patterns = ["site", "walkthroughs/*.ipynb"]
 suppress_warnings = ["myst.header"]  # a page of a lesson may begin with its second level
 
@@ -23,7 +23,11 @@ myst_heading_anchors = 3
 myst_links_external_new_tab = False
 nb_execution_mode = "off"  # outputs are stored; `make notebooks` rewrites them
 
+html_math_renderer = "mathml"
+default_role = "code"  # what docstrings put between backticks
+
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
 autodoc_typehints = "signature"
 napoleon_use_rtype = False
 

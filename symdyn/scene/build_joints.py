@@ -54,39 +54,38 @@ def joint(name: str, type: str, parent: str, child: str, **keys: object) -> Entr
         type: a key of `JOINTS`, such as "revolute", "spherical" or "fixed".
         parent: the body it hangs on, or "ground".
         child: the body it carries.
-        **keys: as in a TOML file, those of its type (see `JOINTS`) among them.
-
-            origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a
-                Pose.
-            tip: from the moved joint frame to the child's body frame.
-            coordinate: name of q of a joint that has one; q1, q2, ... when left out.
-            coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
-            drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint; a list with
-                one of these for every velocity.
-            force: generalized force beside the drive, N m or N, in parameters, coordinates, velocities and t; a list
-                with one for every velocity.
-            mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a
-                coordinate: position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint
-                with several.
-            armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
-            rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
-            damping: viscous damping of every velocity, N m s/rad or N s/m.
-            friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
-                "smoothing": ...} for friction that enters the equations, see `Friction`.
-            limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
-                kept as data.
-            start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
-            start_rates: velocities at the start; zeros when left out.
-            motion: prescribed motion, a formula in t, of a joint with a drive.
-            locked: the joint stands still and becomes a fixed one.
-            position: where it stands, rad or m; zero when left out.
-            axis: direction in the joint frame, any length but zero; z when left out.
-            second_axis: of a universal joint, in the frame that the first rotation has turned; x when left out.
-            pitch: of a helical joint, advance a turn, m.
-            length: of a rod, m.
-            orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
-            steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
-            units: of a custom joint, "rad" or "m" for every coordinate.
+        **keys: as in a TOML file, those of its type (see `JOINTS`) among them:
+        origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a
+            Pose.
+        tip: from the moved joint frame to the child's body frame.
+        coordinate: name of q of a joint that has one; q1, q2, ... when left out.
+        coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
+        drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint; a list with
+            one of these for every velocity.
+        force: generalized force beside the drive, N m or N, in parameters, coordinates, velocities and t; a list
+            with one for every velocity.
+        mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a
+            coordinate: position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint
+            with several.
+        armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
+        rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
+        damping: viscous damping of every velocity, N m s/rad or N s/m.
+        friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
+            "smoothing": ...} for friction that enters the equations, see `Friction`.
+        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
+            kept as data.
+        start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
+        start_rates: velocities at the start; zeros when left out.
+        motion: prescribed motion, a formula in t, of a joint with a drive.
+        locked: the joint stands still and becomes a fixed one.
+        position: where it stands, rad or m; zero when left out.
+        axis: direction in the joint frame, any length but zero; z when left out.
+        second_axis: of a universal joint, in the frame that the first rotation has turned; x when left out.
+        pitch: of a helical joint, advance a turn, m.
+        length: of a rod, m.
+        orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
+        steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
+        units: of a custom joint, "rad" or "m" for every coordinate.
     """
     plain = {"drive": True, "locked": False}  # what is so without saying it
     said = {key: value for key, value in keys.items() if value is not plain.get(key)}
