@@ -27,7 +27,7 @@ def told() -> list[str]:
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.lstrip().startswith(('"', 'f"')):
                 found |= set(NAME.findall(line))
-    return sorted(name for name in found if not name.endswith((".py", ".git", ".md")))
+    return sorted(name for name in found if not name.endswith((".py", ".git", ".md", ".fish")))
 
 
 @pytest.mark.parametrize("name", told())

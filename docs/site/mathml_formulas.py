@@ -10,7 +10,6 @@ from sphinx.application import Sphinx
 
 from symdyn.teach.mathml import inner
 
-
 NUMBER = r"\\qquad \\text{(\1)}"
 
 TAG = re.compile(r"\\tag\{([^{}]*)\}")
