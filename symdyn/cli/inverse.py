@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
         lambda: read_motion(scene, laws),
         lambda: read_path(scene, paths),
         lambda: pairs(options.start, "--start"),
-        lambda: check_outputs(options),
+        lambda: check_outputs(scene, options),
         lambda: motion_times([*laws, *tables_in(paths)], options.until, options.every),
     )
     with Waiting() as progress:

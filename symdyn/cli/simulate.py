@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
         lambda: read_forces(scene, flattened(options.forces)),
         lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
         lambda: _feedback(scene, options),
-        lambda: check_outputs(options),
+        lambda: check_outputs(scene, options),
         lambda: check_run(scene, options.until, options.every, options.rtol, options.atol, formulas, options.method),
     )
     with Bar(f"simulating {scene.name}") as progress:

@@ -11,10 +11,12 @@ from pathlib import Path
 
 from symdyn.cli.talk import Bar, give, print_paths
 from symdyn.draw import Reel
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, UnknownNameError
+from symdyn.scene import Scene
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import Trajectory
+from symdyn.simulation.panels import check_columns
 from symdyn.simulation.plot import check_plot, plot
 from symdyn.simulation.prescribed.formulas_in_time import close, words
 from symdyn.simulation.reaction_columns import axes_of
@@ -37,6 +39,11 @@ def add_output_options(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("-o", "--output", metavar="FILE", help=".csv or .npz (default: CSV on stdout)")
     verb.add_argument("--plot", metavar="FILE", help="a plot: .svg, .pdf, .png or .html")
+    verb.add_argument(
+        "--plot-columns",
+        metavar="LIST",
+        help="what --plot shows, columns or patterns, e.g. q1,q1_dot,point_* (default: what moves)",
+    )
     verb.add_argument("--animate", metavar="FILE", help=f"the mechanism as it moves: {ANIMATED}")
     add_film_options(verb)
 
@@ -62,6 +69,21 @@ def reel(options: argparse.Namespace) -> Reel:
         raise SimulateError(f"--size {options.size}: give width and height in pixels, 1280x720, or a width alone")
     pixels = None if size is None else (int(size[1]), int(size[2])) if size[2] else int(size[1])
     return Reel(options.fps, pixels, not options.once)
+
+
+def _check_chosen(scene: Scene, options: argparse.Namespace) -> None:
+    """Raise SimulateError for columns of a plot that no run has, or that no plot is asked for."""
+    if options.plot_columns and not options.plot:
+        raise SimulateError("--plot-columns: of --plot, which is not given")
+    try:
+        check_columns(scene, _chosen(options))
+    except UnknownNameError as fault:
+        raise SimulateError(f"--plot-columns: {fault}") from None
+
+
+def _chosen(options: argparse.Namespace) -> list[str]:
+    """Return the names and patterns that --plot-columns says."""
+    return [name.strip() for name in (options.plot_columns or "").split(",") if name.strip()]
 
 
 def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
@@ -93,18 +115,19 @@ def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> No
 
 OUTPUTS: dict[str, tuple[Callable[..., None], Callable[..., None]]] = {
     "output": (lambda path, _: check_record(path), lambda found, path, _: record(found, path)),
-    "plot": (lambda path, _: check_plot(path), lambda found, path, _: plot(found, path)),
+    "plot": (lambda path, _: check_plot(path), lambda found, path, more: plot(found, path, _chosen(more))),
     "animate": (_check_film, _film),
 }
 """Options that name a file: what raises SimulateError where it cannot be one, and what writes a trajectory there."""
 
 
-def check_outputs(options: argparse.Namespace) -> None:
+def check_outputs(scene: Scene, options: argparse.Namespace) -> None:
     """Raise SimulateError for files that could not be written in the end, before anything is computed."""
     files = {key: name for key in OUTPUTS if (name := getattr(options, key))}
     collected(
         lambda: _axes(options.reactions),
         lambda: reel(options),
+        lambda: _check_chosen(scene, options),
         *(partial(OUTPUTS[key][0], Path(name), options) for key, name in files.items()),
         *(partial(_check_folder, name) for name in files.values()),
     )

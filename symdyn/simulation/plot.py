@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from symdyn.algebra.numeric import Array
 from symdyn.draw.canvas import import_matplotlib, saved, settings
-from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import SimulateError
 from symdyn.extras import install
 from symdyn.simulation.integrate import importable
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.panels import Curve, Panel, panels
 from symdyn.simulation.record import write_whole
-from symdyn.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from symdyn.simulation.trajectory import Trajectory
 
 ENDINGS = (".svg", ".pdf", ".png", ".html")
 
@@ -35,7 +36,17 @@ MONITORS = {
 """What the monitors of a run tell, in words; those of a contact have its name behind theirs."""
 
 MOST_LINES = 12
-"""Curves of one panel; further ones are left out, and the title says so."""
+"""Curves of one axis; further ones are left out, and the title says so."""
+
+MOST_POINTS = 20_000
+"""Points of curves beyond which dots make a smaller picture than lines."""
+
+SETTINGS = {
+    "svg.fonttype": "none",
+    "font.size": 9.0,
+    "mathtext.fontset": "dejavusans",
+    "axes.formatter.useoffset": False,
+}
 
 
 def check_plot(path: Path) -> None:
@@ -46,70 +57,107 @@ def check_plot(path: Path) -> None:
         raise SimulateError(f"plots need matplotlib; {install('plot')}")
 
 
-def plot(trajectory: Trajectory, path: Path) -> None:
-    """Write a plot of a trajectory.
+def plot(trajectory: Trajectory, path: Path, names: Sequence[str] = ()) -> None:
+    """Write a plot of a trajectory: of columns that names or patterns choose, or of the usual ones.
 
     Raises:
         SimulateError: an ending that is not known, no matplotlib, or a file that cannot be written.
+        UnknownNameError: a name that chooses nothing.
     """
     check_plot(path)
     kind = path.suffix.lower()
-    picture = draw(trajectory, "svg" if kind == ".html" else kind[1:])
+    picture = draw(trajectory, "svg" if kind == ".html" else kind[1:], names)
     write_whole(path, _page(trajectory, picture) if kind == ".html" else picture)
 
 
-def panels(trajectory: Trajectory) -> list[tuple[str, list[tuple[str, Array]]]]:
-    """Return title and curves of every panel."""
-    scene, extra = trajectory.scene, trajectory.extra
-    columns = [
-        (
-            f"coordinates, {'rad, m, or 1 for quaternions' if quaternions(scene) else 'rad or m'}",
-            list(zip(scene.coordinates, trajectory.q.T, strict=True)),
-        ),
-        ("velocities, per s", list(zip(scene.velocities, trajectory.qd.T, strict=True))),
-        ("driving forces, N m or N", list(zip(drive_names(scene), trajectory.tau.T, strict=True))),
-    ]
-    if not np.any(trajectory.tau):
-        columns.pop()
-    energies = [(name, extra[name]) for name in ("kinetic_energy", "potential_energy", "work") if name in extra]
-    errors = [(name, extra[name]) for name in ("energy_error", "loop_error") if name in extra]
-    columns += [("energies, J", energies)] if energies else []
-    columns += [("errors: energy, J; loops, m or 1", errors)] if errors else []
-    return columns
+def figure(trajectory: Trajectory, names: Sequence[str] = ()) -> Figure:
+    """Return a plot as a figure of matplotlib, which a notebook shows; arguments as for `plot`.
+
+    Raises:
+        SimulateError: matplotlib is not installed.
+        UnknownNameError: a name that chooses nothing.
+    """
+    if not importable("matplotlib"):
+        raise SimulateError(f"plots need matplotlib; {install('plot')}")
+    parts = panels(trajectory, names)
+    with settings(SETTINGS):
+        found = _made(trajectory.scene.name, *_filling(trajectory, parts))
+    count = len(trajectory.t) * sum(len(part.curves) for part in parts)
+    kind = ("svg", "image/svg+xml") if count <= MOST_POINTS else ("png", "image/png")
+    found._repr_mimebundle_ = partial(_bundle, found, trajectory.scene.name, *kind)  # type: ignore[attr-defined]
+    return found
 
 
-def draw(trajectory: Trajectory, kind: str) -> bytes:
+def draw(trajectory: Trajectory, kind: str, names: Sequence[str] = ()) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same trajectory, the same bytes."""
-    parts = panels(trajectory)
+    size, fill = _filling(trajectory, panels(trajectory, names))
+    return framed(trajectory.scene.name, size, kind, fill)
+
+
+def _filling(trajectory: Trajectory, parts: Sequence[Panel]) -> tuple[tuple[float, float], Callable[[Any], None]]:
+    """Return the size of a figure, inches, and what draws the axes on it."""
 
     def fill(figure: Any) -> None:
         axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, (title, curves) in zip(axes, parts, strict=True):
-            for name, values in curves[:MOST_LINES]:
-                axis.plot(trajectory.t, values, label=name, linewidth=1.0)
-            more = len(curves) - MOST_LINES
-            axis.set_title(title + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
-            axis.grid(alpha=0.3)
-            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
-            for event in trajectory.events:
-                axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
-        axes[-1].set_xlabel("t, s")
+        for axis, part in zip(axes, parts, strict=True):
+            _draw(axis, part, trajectory)
+        if parts:
+            axes[-1].set_xlabel("$t$, s")
+            figure.align_ylabels(axes)
 
-    return framed(trajectory.scene.name, (8.0, 2.2 * len(parts)), kind, fill)
+    return (8.0, max(2.2, 0.4 + 1.9 * len(parts))), fill
+
+
+def _draw(axis: Any, part: Panel, trajectory: Trajectory) -> None:
+    """Draw the curves of one axis."""
+    for one in part.curves[:MOST_LINES]:
+        axis.plot(trajectory.t, one.values, label=_label(one), linewidth=1.0)
+    more = len(part.curves) - MOST_LINES
+    axis.set_title(part.title + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
+    axis.set_ylabel(part.unit)
+    axis.grid(alpha=0.3)
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
+    for event in trajectory.events:
+        axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
+
+
+def _label(curve: Curve) -> str:
+    """Return what a curve is called; by its name where matplotlib does not know a letter of its symbol."""
+    from matplotlib.mathtext import MathTextParser
+
+    try:
+        MathTextParser("path").parse(curve.label)
+    except ValueError:
+        return curve.column.words
+    return curve.label
+
+
+def _bundle(
+    found: Figure, title: str, kind: str, media: str, include: object = None, exclude: object = None
+) -> dict[str, str | bytes]:
+    """Return what a notebook shows of a figure, as it is now."""
+    with settings(SETTINGS | {"svg.hashsalt": title}):
+        picture = saved(found, kind, 150)
+    return {media: picture.decode() if kind == "svg" else picture, "text/plain": repr(found)}
 
 
 def framed(title: str, size: tuple[float, float], kind: str, fill: Callable[[Any], None]) -> bytes:
     """Return a picture as "svg", "pdf" or "png" that `fill` draws on a figure, its size in inches."""
     import_matplotlib()
+    with settings(SETTINGS | {"svg.hashsalt": title}):
+        return saved(_made(title, size, fill), kind, 150)
+
+
+def _made(title: str, size: tuple[float, float], fill: Callable[[Any], None]) -> Figure:
+    """Return a figure that `fill` draws, under a title that is no mathematics, whatever a scene is called."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with settings({"svg.hashsalt": title, "svg.fonttype": "none", "font.size": 9.0}):
-        figure = Figure(figsize=size, layout="constrained")
-        FigureCanvasAgg(figure)
-        fill(figure)
-        figure.suptitle(title, x=0.01, ha="left")
-        return saved(figure, kind, 150)
+    made = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(made)
+    fill(made)
+    made.suptitle(title, x=0.01, ha="left").set_parse_math(False)
+    return made
 
 
 def _page(trajectory: Trajectory, svg: bytes) -> str:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,14 +15,14 @@ from symdyn.draw import Reel
 from symdyn.draw.films import Told
 from symdyn.emit import writing
 from symdyn.errors import DrawError, EmitError, SimulateError
-from symdyn.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from symdyn.simulation.trajectory import Trajectory
 
 
 def csv_text(trajectory: Trajectory) -> str:
     """Return the table as CSV: a header, then the shortest digits that read back to the same doubles."""
-    names, table = trajectory.table()
-    lines = [",".join(names), *(",".join(map(repr, row)) for row in table.tolist())]
-    return "\n".join(lines) + "\n"
+    return trajectory.to_csv()
 
 
 def write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.emit import writing
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.values.names import choice
 from symdyn.shown import Shown
+from symdyn.simulation import tables
+from symdyn.simulation.columns import Column, columns, missing
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
+
+if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped]
+    import xarray
+    from matplotlib.figure import Figure
 
 END = "end"
 INTERRUPTED = "interrupted"
@@ -91,11 +100,16 @@ class Trajectory(Shown):
         accelerations = (acceleration_name(name) for name in rates)
         return (TIME, *self.scene.coordinates, *rates, *accelerations, *drive_names(self.scene), *self.extra)
 
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """What each of the columns is, its unit for one."""
+        return columns(self.scene, self.extra)
+
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns)."""
-        columns = [self.t[:, None], self.q, self.qd, self.qdd, self.tau]
-        columns += [column[:, None] for column in self.extra.values()]
-        return self.names, np.hstack(columns)
+        parts = [self.t[:, None], self.q, self.qd, self.qdd, self.tau]
+        parts += [column[:, None] for column in self.extra.values()]
+        return self.names, np.hstack(parts)
 
     def keys(self) -> tuple[str, ...]:
         """Return the names of the columns, so that a run is taken for a table."""
@@ -109,6 +123,54 @@ class Trajectory(Shown):
         """
         names, table = self.table()
         if name not in names:
-            what = f"no column {name}" if isinstance(name, str) else f"columns have names, and {name!r:.40} is none"
-            raise UnknownNameError(f"{self.scene.name}: {what}; {choice(str(name), names)}")
+            raise UnknownNameError(f"{self.scene.name}: {missing(name, names)}")
         return table[:, names.index(name)]
+
+    def to_csv(self, path: str | Path | None = None) -> str:
+        """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a path if given.
+
+        Raises:
+            EmitError: the file cannot be written.
+        """
+        text = tables.csv_text(*self.table())
+        if path is not None:
+            writing.write({Path(path).name: text}, Path(path).parent)
+        return text
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the columns as a data frame over the index t, s; `attrs["units"]` has a unit for each.
+
+        Raises:
+            SimulateError: pandas is not installed.
+        """
+        return tables.frame(self.columns, self.table()[1], self._about)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the columns as a data set over the coordinate t, s; each has its unit as `attrs["units"]`.
+
+        Raises:
+            SimulateError: xarray is not installed.
+        """
+        return tables.data_set(self.columns, self.table()[1], self._about)
+
+    def plot(self, *names: str | Sequence[str]) -> Figure:
+        """Return a figure of matplotlib, which a notebook shows: an axis a unit.
+
+        Args:
+            names: of columns, or patterns such as "point_*"; without any, the coordinates, velocities, driving forces
+                that are not zero, energies, and what is off.
+
+        Raises:
+            UnknownNameError: there is no such column.
+            SimulateError: matplotlib is not installed.
+        """
+        from symdyn.simulation.plot import figure
+
+        return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+
+    @property
+    def _about(self) -> dict[str, str | float]:
+        made: dict[str, str | float] = (
+            {"method": self.method, "rtol": self.rtol, "atol": self.atol} if self.method else {}
+        )
+        return {"scene": self.scene.name, "stopped": self.stopped, **made}

@@ -1,0 +1,133 @@
+"""What the columns of a run are: of which kind, in which unit, and how they are written where there is mathematics."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from symdyn.emit.escape import in_latex
+from symdyn.emit.print.printed_names import latex_symbols, print_name
+from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.values.names import choice
+from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+
+FORCES, ENERGIES, OTHERS = "driving forces", "energies", "others"
+
+
+@dataclass(frozen=True)
+class Column:
+    """What one column of a run is.
+
+    Attributes:
+        name: its name.
+        kind: in the plural, such as "coordinates".
+        unit: such as "rad/s"; "" where it is not known, as that of a multiplier of a formula.
+        latex: its symbol; "" where its name is the better word.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    latex: str = ""
+
+    @property
+    def words(self) -> str:
+        """Its name as words, where it has no symbol."""
+        return self.name.replace("_", " ")
+
+
+@dataclass(frozen=True)
+class Row:
+    """Columns beside the state, by the pattern of their names.
+
+    Attributes:
+        pattern: of the whole name.
+        kind: of all of them.
+        unit: of one, from the match.
+        latex: its symbol, from the match.
+    """
+
+    pattern: str
+    kind: str
+    unit: Callable[[re.Match[str]], str] | str
+    latex: Callable[[re.Match[str]], str] = lambda found: ""
+
+
+def _force(found: re.Match[str]) -> str:
+    return "N" if found["what"][0] == "f" else "N m"
+
+
+def _momentum(found: re.Match[str]) -> str:
+    return "kg m/s" if found["what"] == "P" else "kg m^2/s"
+
+
+ROWS = (
+    Row("(kinetic|potential)_energy|work", ENERGIES, "J"),
+    Row("(drive|other)_power", "powers", "W"),
+    Row("energy_error", "error of the energy balance", "J"),
+    Row("loop_error", "residual of the loops", "m or 1"),
+    Row("loop_rate_error", "velocity against rows", "m/s or rad/s"),
+    Row(
+        "point_(?P<name>.+)_(?P<axis>[xyz])",
+        "points",
+        "m",
+        lambda found: f"{found['axis']}_{{\\mathrm{{{in_latex(found['name'])}}}}}",
+    ),
+    Row(r"reaction_.+_(?P<what>[fm])[xyz](_joint|_ground)?(_not_unique)?", "reactions", _force),
+    Row(r"multiplier_.+_(?P<what>[fm])[xyz]_joint(_\d+)?(_not_unique)?", "multipliers", _force),
+    Row(r"multiplier_.+_(?P<what>force|moment)(_\d+)?(_not_unique)?", "multipliers", _force),
+    Row(r"multiplier_.+_(along|across|normal)(_\d+)?(_not_unique)?", "multipliers", "N"),
+    Row(r"multiplier_.+", "multipliers", ""),
+    Row(r"momentum_.+_(?P<what>[PL])[xyz]", "momenta", _momentum),
+)
+"""The first that fits."""
+
+
+def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
+    """Return what the columns of a run of a scene are, in their order, those beside the state by name."""
+    latex = latex_symbols(scene, [name for name in drive_names(scene) if name not in scene.drives])
+    rates, forces = velocity_units(scene), drive_names(scene)
+    found = [Column(TIME, "time", "s", TIME)]
+    places = zip(scene.coordinates, coordinate_units(scene), strict=True)
+    found += [Column(name, "coordinates", unit, latex[name]) for name, unit in places]
+    for kind, ending, names in (
+        ("velocities", "/s", scene.velocities),
+        ("accelerations", "/s^2", tuple(map(acceleration_name, scene.velocities))),
+    ):
+        found += [Column(name, kind, unit + ending, latex[name]) for name, unit in zip(names, rates, strict=True)]
+    for name, unit in zip(forces, rates, strict=True):
+        found.append(Column(name, FORCES, "N m" if unit == "rad" else "N", latex[name]))
+    said = {
+        one.name: Column(one.name, "inputs", one.unit, one.latex or str(print_name(one.name))) for one in scene.inputs
+    }
+    said |= {one.name: Column(one.name, "outputs", one.unit) for one in scene.outputs}
+    own = {
+        f"momentum_{velocity.removesuffix('_dot')}": unit
+        for velocity, unit in zip(scene.velocities, rates, strict=True)
+    }
+    return (*found, *(said.get(name) or _beside(name, own) for name in extra))
+
+
+def known(name: str) -> bool:
+    """Tell whether a column beside the state may be called so."""
+    return _beside(name, {}).kind != OTHERS or name.startswith("momentum_")
+
+
+def _beside(name: str, momenta: Mapping[str, str]) -> Column:
+    """Return what a column beside the state is."""
+    if name in momenta:
+        return Column(name, "momenta", "kg m^2/s" if momenta[name] == "rad" else "kg m/s")
+    for row in ROWS:
+        if found := re.fullmatch(row.pattern, name):
+            return Column(name, row.kind, row.unit if isinstance(row.unit, str) else row.unit(found), row.latex(found))
+    return Column(name, OTHERS, "")
+
+
+def missing(name: object, names: Sequence[str]) -> str:
+    """Return what is said of a name that no column has."""
+    if not isinstance(name, str):
+        return f"{name!r:.40} is no name of a column; {choice('', names)}"
+    return f"there is no column {name}; {choice(name, names)}"

@@ -1,0 +1,239 @@
+"""A run as an object: columns by name, tables of other packages, CSV, and plots of what one wants to see."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.cli import main
+from symdyn.errors import SimulateError, SymdynError, UnknownNameError
+from symdyn.scene import read, read_text
+from symdyn.simulation import Trajectory, inverse, simulate
+from symdyn.simulation import plot as plots
+from symdyn.simulation.columns import columns
+from symdyn.simulation.panels import panels
+from symdyn.simulation.plot import _label, draw
+from symdyn.simulation.prescribed.numbers_in_time import read_columns
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+ARM = EXAMPLES / "cart_pole.toml"
+
+
+@pytest.fixture(scope="module")
+def run() -> Trajectory:
+    return simulate(ARM, "F=0.5*sin(t)", until=1.0, every=0.05, start="theta=0.2", method="dop853", reports="theta_dot")
+
+
+@pytest.mark.runs("cc")
+def test_columns_come_by_name_and_a_wrong_name_is_told_the_right_one(run: Trajectory) -> None:
+    assert np.array_equal(run["theta"], run.q[:, 1])
+    assert np.array_equal(run["F"], run.tau[:, 0])
+    assert np.array_equal(run["t"], run.t)
+    assert run["energy_error"].shape == run.t.shape
+    with pytest.raises(
+        UnknownNameError, match=r"^cart_pole: there is no column thetta; did you mean theta\? \(there are t"
+    ):
+        run["thetta"]
+    with pytest.raises(KeyError, match=r"^cart_pole: 3 is no name of a column; there are t, x, theta, "):
+        run[3]  # type: ignore[index]
+    assert issubclass(UnknownNameError, SymdynError)
+
+
+@pytest.mark.runs("cc")
+def test_a_run_is_a_data_frame_with_units(run: Trajectory) -> None:
+    pytest.importorskip("pandas")
+    frame = run.to_pandas()
+
+    assert frame.index.name == "t"
+    assert np.array_equal(frame.index, run.t)
+    assert list(frame.columns) == list(run.names[1:])
+    assert np.array_equal(frame["theta"], run["theta"])
+    units = frame.attrs["units"]
+    assert [units[name] for name in ("x", "theta", "theta_dot", "x_ddot", "F", "tau_theta", "work", "drive_power")] == [
+        "m", "rad", "rad/s", "m/s^2", "N", "N m", "J", "W",
+    ]  # fmt: skip
+    assert (frame.attrs["scene"], frame.attrs["stopped"], frame.attrs["method"]) == ("cart_pole", "end", "dop853")
+
+
+@pytest.mark.runs("cc")
+def test_a_run_is_a_data_set_whose_variables_know_their_units(run: Trajectory) -> None:
+    pytest.importorskip("xarray")
+    found = run.to_xarray()
+
+    assert found["t"].attrs == {"units": "s", "long_name": "time"}
+    assert found["theta"].attrs == {"units": "rad", "long_name": "coordinates"}
+    assert found["theta"].dims == ("t",)
+    assert float(found["theta"].sel(t=1.0)) == run["theta"][-1]
+    assert set(found.data_vars) == set(run.names[1:])
+    assert all(isinstance(value, (str, float, int)) for value in found.attrs.values())  # so that netCDF takes them
+
+
+@pytest.mark.runs("cc")
+def test_csv_reads_back_to_the_same_digits_here_and_where_it_is_given_as_a_motion(
+    run: Trajectory, tmp_path: Path
+) -> None:
+    text = run.to_csv(tmp_path / "run.csv")
+    assert (tmp_path / "run.csv").read_text() == text == run.to_csv()
+    back = read_columns(tmp_path / "run.csv")
+    assert np.array_equal(back.values["theta"], run["theta"])
+    assert np.abs(inverse(ARM, str(tmp_path / "run.csv"), run.t)["F"] - run["F"]).max() < 1e-9
+    with pytest.raises(SymdynError, match=r"cannot write run\.csv there"):
+        run.to_csv("/dev/null/run.csv")
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("package", ["pandas", "xarray"])
+def test_a_package_that_is_missing_is_told_with_the_way_out(
+    run: Trajectory, monkeypatch: pytest.MonkeyPatch, package: str
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(SimulateError, match=rf"^to_{package}\(\) needs {package}, .*; pip install {package}, or take "):
+        getattr(run, f"to_{package}")()
+
+
+@pytest.mark.runs("cc")
+def test_plots_without_matplotlib_are_told_the_command(run: Trajectory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plots, "importable", lambda name: False)
+    with pytest.raises(SimulateError, match=r'^plots need matplotlib; pip install "symdyn\[plot\]"$'):
+        run.plot()
+
+
+@pytest.mark.runs("cc")
+def test_every_axis_of_a_plot_has_one_unit_and_forces_that_are_zero_are_left_out(run: Trajectory) -> None:
+    pytest.importorskip("matplotlib")
+    axes = run.plot().axes
+
+    assert [(axis.get_title(loc="left"), axis.get_ylabel()) for axis in axes] == [
+        ("coordinates", "m"), ("coordinates", "rad"), ("velocities", "m/s"), ("velocities", "rad/s"),
+        ("driving forces", "N"), ("energies", "J"), ("error of the energy balance", "J"),
+    ]  # fmt: skip
+    assert all(len({one.column.unit for one in panel.curves}) == 1 for panel in panels(run))
+    labels = [[line.get_label() for line in axis.get_lines() if line.get_label()[0] != "_"] for axis in axes]
+    assert labels[:5] == [["$x$"], [r"$\theta$"], [r"$\dot x$"], [r"$\dot{\theta}$"], ["$F$"]]
+    assert labels[5] == ["kinetic energy", "potential energy", "work"]
+    still = simulate(ARM, until=0.1, start="theta=0.2", method="dop853")
+    assert "driving forces" not in [panel.title for panel in panels(still)]
+
+
+@pytest.mark.runs("cc")
+def test_columns_of_a_plot_are_chosen_by_name_and_by_pattern_also_where_they_are_zero(run: Trajectory) -> None:
+    found = panels(run, ["theta", "tau_*", "theta", "x", "point_tip_?"])
+    assert [(panel.title, panel.unit, [one.column.name for one in panel.curves]) for panel in found] == [
+        ("coordinates", "rad", ["theta"]), ("driving forces", "N m", ["tau_theta"]),
+        ("coordinates, points", "m", ["x", "point_tip_x", "point_tip_y", "point_tip_z"]),
+    ]  # fmt: skip
+    assert [panel.unit for panel in panels(run, ["x_ddot"])] == ["m/s²"]
+    assert found[2].curves[1].label == r"$x_{\mathrm{tip}}$"
+    with pytest.raises(UnknownNameError, match="there is no column thetta; did you mean theta"):
+        run.plot("x", "thetta")
+    with pytest.raises(UnknownNameError, match=r"there is no column q\*; there are"):
+        run.plot(["q*"])
+
+
+@pytest.mark.runs("cc")
+def test_energies_far_from_zero_are_counted_from_their_least_value() -> None:
+    """A pendulum that hangs 1 km up moves by millijoules; nearer to zero its energy is drawn as it is."""
+    text = (EXAMPLES / "pendulum.toml").read_text()
+    high = simulate(read_text(text), until=1.0, start="q1=1e-2", method="dop853", values={"g": 9.81})
+    (energies,) = [panel for panel in panels(high) if panel.title == "energies"]
+    potential = energies.curves[1]
+
+    assert potential.zero == high["potential_energy"].min()
+    assert np.array_equal(potential.values, high["potential_energy"] - potential.zero)
+    assert potential.label == f"potential energy + {-potential.zero:.5g} J"
+    assert energies.curves[0].zero == 0.0
+    (alone,) = panels(high, ["potential_energy"])
+    assert np.array_equal(alone.curves[0].values, high["potential_energy"])
+    swinging = simulate(ARM, until=2.0, start="theta=0.2", method="dop853")
+    (near,) = [panel for panel in panels(swinging) if panel.title == "energies"]
+    assert [one.zero for one in near.curves] == [0.0] * len(near.curves)
+
+
+@pytest.mark.runs("cc")
+def test_no_name_of_a_scene_breaks_a_plot_or_becomes_mathematics() -> None:
+    pytest.importorskip("matplotlib")
+    names = ["lambda1", "a__b", "x_", "Ixx1", "theta_left", "I1xx", "epsilon", "Upsilon", "ab", "m_1_dot_x", "tau99"]
+    text = 'name = "odd"\n'
+    for k, name in enumerate(names):
+        text += (
+            f'[bodies.b{k}]\nmass = 1\ncom = [0, 0, 0]\n[joints.j{k}]\ntype = "prismatic"\nparent = "ground"\n'
+            f'child = "b{k}"\naxis = [1, 0, 0]\ncoordinate = "{name}"\n'
+        )
+    scene = read_text(text)
+    t, zeros = np.linspace(0, 1, 5), np.ones((5, len(names)))
+    made = Trajectory(scene, t, zeros, zeros, zeros, zeros)
+    figure = made.plot("*")
+    for panel in panels(made, ["*"]):
+        assert all(_label(one) == one.label for one in panel.curves), panel
+    assert b"<svg" in draw(made, "svg")
+    hostile = replace(made, scene=replace(scene, name=r"$x^2$ <b>&amp; \frac"))  # which no reader lets through
+    picture = draw(hostile, "svg").decode()
+    assert "$x^2$ &lt;b&gt;&amp;amp; \\frac" in picture
+    assert len(figure.axes) == 4
+
+
+@pytest.mark.runs("cc")
+def test_a_notebook_shows_the_figure(run: Trajectory) -> None:
+    pytest.importorskip("matplotlib")
+    formatters = pytest.importorskip("IPython.core.formatters")
+    figure = run.plot("theta")
+    figure.axes[0].set_title("mine")
+    shown, _ = formatters.DisplayFormatter().format(figure)
+    assert "mine" in shown["image/svg+xml"]
+    assert shown["image/svg+xml"].startswith("<?xml")
+    assert figure._repr_mimebundle_() == figure._repr_mimebundle_()  # the same bytes
+
+
+@pytest.mark.runs("cc")
+def test_units_of_reactions_multipliers_and_momenta_are_known() -> None:
+    disc = read(EXAMPLES / "rolling_disc.toml")
+    names = [
+        "reaction_flight_fx", "reaction_flight_my_joint", "multiplier_contact_normal", "multiplier_hinge_mx_joint",
+        "multiplier_slip", "momentum_flight_Px", "momentum_flight_Ly", "momentum_flight_wx", "loop_rate_error",
+    ]  # fmt: skip
+    found = columns(disc, names)[-len(names) :]
+    assert [one.unit for one in found] == [
+        "N", "N m", "N", "N m", "", "kg m/s", "kg m^2/s", "kg m^2/s", "m/s or rad/s",
+    ]  # fmt: skip
+
+
+@pytest.mark.runs("cc")
+def test_the_shell_picks_columns_and_tells_a_wrong_one_before_it_computes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib")
+    picture, table = tmp_path / "run.svg", tmp_path / "run.csv"
+    command = ["simulate", str(ARM), "--until", "0.2", "--start", "theta=0.2", "--method", "dop853", "-o", str(table)]
+    assert main([*command, "--plot", str(picture), "--plot-columns", "theta,point_tip_*"]) == 0
+    text = picture.read_text()
+    assert "points" in text
+    assert "velocities" not in text
+    capsys.readouterr()
+
+    table.unlink()
+    assert main([*command, "--plot", str(picture), "--plot-columns", "theta,thetta"]) == 1
+    assert "--plot-columns: cart_pole: there is no column thetta; did you mean theta" in capsys.readouterr().err
+    assert not table.exists()
+    assert main([*command, "--plot-columns", "theta"]) == 1
+    assert "--plot-columns: of --plot, which is not given" in capsys.readouterr().err
+    assert main([*command, "--plot", str(picture), "--plot-columns", "reaction_*"]) == 1  # which --reactions would have
+    assert "there is no column reaction_*" in capsys.readouterr().err
+    assert table.exists()
+
+
+@pytest.mark.runs
+@pytest.mark.long
+def test_matplotlib_and_pandas_are_imported_when_they_are_asked_for() -> None:
+    code = (
+        "import sys, symdyn\n"
+        f"run = symdyn.simulate({str(ARM)!r}, until=0.1, method='dop853')\n"
+        "run['theta'], run.to_csv(), run.columns\n"
+        "print([name for name in ('pandas', 'xarray', 'matplotlib') if name in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout == "[]\n", found.stdout
+    assert symdyn.simulate is simulate
