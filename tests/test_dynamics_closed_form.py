@@ -18,7 +18,7 @@ from symdyn.dynamics.mechanism.directions import christoffel
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, express, number, parse, read, with_symbolic_inertia
+from symdyn.scene import Scene, body, express, number, parse, read, revolute, scene, with_symbolic_inertia
 from symdyn.scene.toml import read_text
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -204,6 +204,19 @@ def test_a_coefficient_that_does_not_exist_is_an_error_that_lists_those_that_do(
             DerivationError, match=r"no coefficient .* give \('k_z', i, j\), .* i and j in 0\.\.1 and pair in"
         ):
             ask(*key)
+
+
+@pytest.mark.parametrize(("angle", "shown"), [("pi/10", "pi/10"), ("3/10", "0.3"), ("1", "1")])
+def test_an_axis_given_by_an_angle_leaves_no_root(angle: str, shown: str) -> None:
+    """sqrt(sin(pi/10)**2 + cos(pi/10)**2) is one, whatever the angle."""
+    axis = [f"cos({angle})", 0, f"sin({angle})"]
+    tilted = scene(
+        "tilted",
+        bodies=[body("link", mass=2, com=[1, 0, 0])],
+        joints=[revolute("j", "ground", "link", axis=axis)],
+    )
+    form = closed_form(tilted).form("k_z", 0, 0)
+    assert text_of(form) == f"2*sin({shown})**2"
 
 
 def test_parallel_axes_are_found_through_prismatic_joints() -> None:

@@ -15,7 +15,7 @@ import pytest
 from symdyn import lambdify
 from symdyn.cli import main
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
-from symdyn.scene import Scene, acceleration_name, read, spell
+from symdyn.scene import Scene, acceleration_name, body, loop, read, revolute, scene, spell
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CLOSED = ("four_bar", "slider_crank", "governor", "rsup", "cart_with_wheel")
@@ -99,6 +99,21 @@ def test_the_rows_of_a_four_bar_are_short() -> None:
 
     assert "-b + d*cos(phi + psi) + c*cos(phi + psi - chi) - a*cos(psi) = 0" in lines
     assert any(line.endswith("= c*sin(phi + psi - chi)*lambda1 + c*cos(phi + psi - chi)*lambda2") for line in lines)
+
+
+def test_a_loop_on_a_turning_base_folds_products_into_sums_of_angles() -> None:
+    """Two branches stand side by side on a body whose own axis is another one, as a palletizing arm has it."""
+    bars = [body(name, mass=1, com=[1, 0, 0]) for name in ("base", "upper", "crank", "rod")]
+    joints = [
+        revolute("yaw", "ground", "base", axis=[0, 0, 1]),
+        revolute("p", "base", "upper", axis=[0, 1, 0], coordinate="p", start=-1),
+        revolute("s", "base", "crank", axis=[0, 1, 0], coordinate="s", start=-1, origin=["-3/10", 0, 0]),
+        revolute("r", "crank", "rod", axis=[0, 1, 0], coordinate="r", start=1, origin=[1, 0, 0]),
+    ]
+    close = loop("close", "revolute", "rod", "upper", axis=[0, 1, 0], origin=["3/10", 0, 0], tip=[-1, 0, 0])
+    text = equations_text(scene("pallet", bodies=bars, joints=joints, loops=[close]), "text")
+
+    assert "# positions\n-0.3 + cos(p - s - r) + 0.3*cos(s + r) - cos(r) = 0\n" in text
 
 
 def test_trees_say_nothing_of_multipliers() -> None:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 
+import numpy as np
 import pytest
 from arms import puma560, two_link
 from closed_mechanisms import symbolic_four_bar
 from figure_5_39 import single_loop
 
+import symdyn
+from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
+from symdyn.emit.print.dalembert_lines import dalembert_lines
 from symdyn.emit.print.dalembert_page import dalembert_text
 from symdyn.errors import EmitError
-from symdyn.scene import body, prismatic, read, scene
+from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.scene import bind, body, express, parse, prismatic, read, scene
 
 
 def test_page_of_the_two_link_arm():
@@ -65,8 +71,64 @@ def test_the_same_page_twice():
     assert dalembert_text(symbolic_four_bar()) == dalembert_text(symbolic_four_bar())
 
 
+@pytest.mark.long
+@pytest.mark.runs
+@pytest.mark.parametrize("name", ["two_link", "slider_crank", "scara"])
+def test_plain_text_is_a_linear_system_whose_solution_is_the_drive(name):
+    mechanism = symdyn.example(name)
+    mechanism = bind(mechanism, {one.name: 1 + k / 3 for k, one in enumerate(mechanism.free_parameters)})
+    text = dalembert_lines(mechanism)
+    unknowns = re.findall(r"^# (\w+): ", text, re.MULTILINE)
+    lines = [line for line in re.sub(r"\n +", " ", text).splitlines() if line and not line.startswith("#")]
+    graph = Graph()
+    sides = [express(parse(line.removesuffix(" = 0")), graph) for line in lines]
+    rng = np.random.default_rng(3)
+    if mechanism.is_closed:  # a state on the manifold, with accelerations and drives that go together
+        run = symdyn.simulate(mechanism, {"M": "0.4"}, until=0.3)
+        q, qd, qdd, wanted = run.q[-1], run.qd[-1], run.qdd[-1], {"M": 0.4}
+    else:
+        q, qd, qdd = rng.uniform(-1, 1, (3, len(mechanism.coordinates)))
+        tau = symdyn.lambdify(mechanism, "inverse_dynamics")(q, qd, qdd)
+        wanted = dict(zip(mechanism.drives, tau, strict=True))
+    state = dict(zip(mechanism.coordinates, q, strict=True)) | dict(zip(mechanism.velocities, qd, strict=True))
+    state |= {name.replace("_dot", "_ddot"): x for name, x in zip(mechanism.velocities, qdd, strict=True)}
+    state |= {one.name: float(one.value.value) for one in mechanism.parameters}
+    symbols = [node for node in reachable(sides) if node.op is Op.SYMBOL]
+
+    def residual(x):
+        given = state | dict(zip(unknowns, x, strict=True))
+        return np.array(evaluate(sides, Floats(), {node: given[node.value] for node in symbols}))
+
+    b = residual(np.zeros(len(unknowns)))
+    A = np.column_stack([residual(row) - b for row in np.eye(len(unknowns))])
+    found = dict(zip(unknowns, np.linalg.solve(A, -b), strict=True))
+    assert len(lines) == len(unknowns) == A.shape[0]
+    for drive, size in wanted.items():
+        assert found[drive] == pytest.approx(size, abs=1e-9)
+
+
+def test_numbers_are_not_rounded_in_silence(capsys):
+    scara = symdyn.example("scara")
+    assert "Decimal numbers are rounded to 6 digits." in dalembert_text(scara)
+    assert "rounded" not in dalembert_text(two_link())
+
+    digits = ["--as", "dalembert", "--format", "text"]
+    assert main(["equations", str(scara.source), *digits]) == 0
+    assert capsys.readouterr().out == dalembert_lines(scara) + "\n"
+    assert main(["equations", str(scara.source), "--as", "dalembert", "--format", "sympy"]) == 1
+    assert "written in LaTeX and, without --document, as text" in capsys.readouterr().err
+
+
+def test_a_drive_called_like_a_reaction_keeps_its_name():
+    rail = prismatic("rail", "ground", "cart", axis=[1, 0, 0], drive="F_rail_y")
+    text = dalembert_lines(scene("cart", bodies=[body("cart", mass=1)], joints=[rail]))
+
+    assert "# F_rail_y: drive of joint rail" in text
+    assert "# F_rail_y_: force along y" in text
+
+
 def test_a_system_that_nobody_reads_is_refused(monkeypatch):
-    monkeypatch.setattr("symdyn.emit.print.dalembert_page.MOST", 20)
+    monkeypatch.setattr("symdyn.emit.print.dalembert_system.MOST", 20)
     with pytest.raises(EmitError, match="36 unknowns are more than anyone reads"):
         dalembert_text(puma560())
 
@@ -74,8 +136,8 @@ def test_a_system_that_nobody_reads_is_refused(monkeypatch):
 def test_command_line(capsys):
     assert main(["equations", "examples/two_link.toml", "--as", "dalembert"]) == 0
     assert r"\bar F^{R}_{11}" in capsys.readouterr().out
-    assert main(["equations", "examples/two_link.toml", "--as", "dalembert", "--format", "text"]) == 1
-    assert "written in LaTeX, not as text" in capsys.readouterr().err
+    assert main(["equations", "examples/two_link.toml", "--as", "dalembert", "--format", "text", "--document"]) == 1
+    assert "written in LaTeX and, without --document, as text" in capsys.readouterr().err
 
 
 @pytest.mark.runs

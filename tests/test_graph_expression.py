@@ -8,8 +8,9 @@ import pytest
 from graphs import LEAVES
 from oracles import BIG
 
-from symdyn.graph import ARITY, Graph, LinearForm, Op, evaluate, linear_form, reachable
+from symdyn.graph import ARITY, Graph, LinearForm, Op, as_number, evaluate, linear_form, reachable
 from symdyn.graph.ops import FUNCTIONS
+from symdyn.scene import express, parse
 
 
 @pytest.fixture
@@ -175,3 +176,22 @@ def test_operations_are_leaves_arithmetic_or_functions():
 
     assert set(Op) == LEAVES | arithmetic | FUNCTIONS
     assert not FUNCTIONS & (LEAVES | arithmetic)
+
+
+@pytest.mark.parametrize(
+    ("formula", "value"),
+    [
+        ("sin(a)**2 + cos(a)**2", 1),
+        ("(cos(a)*cos(b))**2 + (cos(a)*sin(b))**2 + sin(a)**2", 1),
+        ("(sqrt(2)*cos(a))**2 + 2*sin(a)*sin(a)", 2),
+        ("sin(a)**4 + 2*sin(a)**2*cos(a)**2 + cos(a)**4 - a*b + b*a", 1),
+        ("a - a", 0),
+        ("sin(a)**2 + cos(b)**2", None),
+        ("sqrt(a)*sqrt(a) + 1", None),
+        ("sin(a)**64 + cos(a)**2", None),
+        ("sin(a)**2 - cos(a)**2", None),
+    ],
+)
+def test_a_polynomial_in_sines_that_is_one_number_is_known(formula: str, value: int | None) -> None:
+    graph = Graph()
+    assert as_number(express(parse(formula), graph)) == value

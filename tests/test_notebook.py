@@ -71,7 +71,7 @@ def test_every_noun_that_shows_itself_has_a_row_and_every_row_a_function() -> No
 
 def test_what_doors_return_shows_itself() -> None:
     """Doors say what they return; text, scenes and functions aside, each of these has a row."""
-    plain = {"str", "Call", "Call | tuple[Call, ...]", "tuple[str, ...]"}
+    plain = {"str", "Path", "Call", "Call | tuple[Call, ...]", "tuple[str, ...]"}
     names = {one.__name__ for one in classes()}
     for door in symdyn.__all__:
         returns = getattr(getattr(symdyn, door), "__annotations__", {}).get("return")

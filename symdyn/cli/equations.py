@@ -48,10 +48,16 @@ def _base_parameters(scene: Scene, options: argparse.Namespace) -> str:
 
 
 def _dalembert(scene: Scene, options: argparse.Namespace) -> str:
+    if options.format == "text" and not options.document:
+        from symdyn.emit.print.dalembert_lines import dalembert_lines
+
+        return dalembert_lines(scene)
     from symdyn.emit.print.dalembert_page import dalembert_text
 
     if options.format != "latex":
-        raise EmitError(f"D'Alembert's system is written in LaTeX, not as {options.format}; leave --format out")
+        raise EmitError(
+            f"D'Alembert's system is written in LaTeX and, without --document, as text, not as {options.format}"
+        )
     return dalembert_text(scene, options.document)
 
 

@@ -6,6 +6,7 @@ from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
 from symdyn.graph.ops import ARITY, FUNCTIONS, Op
+from symdyn.graph.pythagoras import as_number
 from symdyn.graph.turns import turns
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "Scalar",
     "Slopes",
     "arithmetic",
+    "as_number",
     "copy_node",
     "evaluate",
     "gradient",

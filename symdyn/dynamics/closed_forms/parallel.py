@@ -21,13 +21,15 @@ class Neighbours:
         q: the joint's coordinate.
         below: the coordinate of the next revolute joint towards the ground; None if there is none.
         alignment: cosine of the angle between the two axes, which is ±1 for parallel ones.
-        standing: axis in the ground frame where no joint below turns it, else None.
+        stand: name of the body that carries the axis, with joints between that do not turn it.
+        axis: the axis as that body sees it.
     """
 
     q: Expr
     below: Expr | None
     alignment: Expr
-    standing: Vec | None = None
+    stand: str
+    axis: Vec
 
 
 def _axis(joint: Joint, graph: Graph) -> Vec | None:
@@ -46,25 +48,27 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
         axis = apply(placement(below.tip, graph).R, axis)
         kind, other = JOINTS[below.type], _axis(below, graph)
         if (kind.axis(below) is None and kind.velocities(below)) or (other and below.coupling):
-            break  # its turn takes the axis out of line, or the angle is no unit of the ring
+            return Neighbours(q, None, graph.zero, below.child, axis)  # no angle of the ring
         if other:
-            return Neighbours(q, graph.symbol(below.coordinate), dot(axis, other))
-    else:
-        return Neighbours(q, None, graph.zero, apply(placement(below.origin, graph).R, axis))
-    return Neighbours(q, None, graph.zero)
+            return Neighbours(q, graph.symbol(below.coordinate), dot(axis, other), below.child, axis)
+    return Neighbours(q, None, graph.zero, GROUND, apply(placement(below.origin, graph).R, axis))
 
 
 def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[AngleGroup, ...]:
     """Return the groups of two and more joints with parallel axes, with every sum of angles along a path.
 
-    `across` makes chains that stand on the ground side by side one group, as loops between them need; the differences
-    of their total angles are then among the sums.
+    `across` makes chains that stand side by side on one body, or on the ground, one group, as loops between them need;
+    the differences of their total angles are then among the sums.
     """
     carrier = {joint.child: joint for joint in scene.joints}
     turning = [joint for joint in scene.joints if _axis(joint, graph) and not joint.coupling]
     neighbours = [_neighbours(joint, carrier, graph) for joint in turning]
-    standing = [(pair.q, pair.standing) for pair in neighbours if across and pair.standing is not None]
-    beside = {(a, b): dot(u, v) for k, (b, v) in enumerate(standing) for a, u in standing[:k]}
+    beside = {
+        (one.q, pair.q): dot(one.axis, pair.axis)
+        for k, pair in enumerate(neighbours)
+        for one in neighbours[:k]
+        if across and one.stand == pair.stand
+    }
     nodes = [*(pair.alignment for pair in neighbours), *beside.values()]
     ring = TrigonometricRing(nodes)  # where "equal to ±1" is decided, exactly
     found = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))

@@ -6,32 +6,22 @@ Where the mechanism moves in a plane of coordinates, three equations a body are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Iterator, Sequence
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Symbol, form_of, product_of, sum_of
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.loops.loop_numbers import in_words
+from symdyn.algebra.form import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import DIGITS, LINE, align, bmatrix, definition, matrix_width
+from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_page import symbol_row, symbol_table
 from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.errors import DerivationError, EmitError
-from symdyn.graph import Expr, evaluate, reachable
+from symdyn.graph import Expr, reachable
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
-
-MOST = 60
-"""Unknowns beyond which nobody reads the system."""
-
-Forms = Callable[[Expr], Form]
 
 
 def dalembert_text(scene: Scene, document: bool = False) -> str:
@@ -40,16 +30,7 @@ def dalembert_text(scene: Scene, document: bool = False) -> str:
     Raises:
         EmitError: the mechanism is too large to be read.
     """
-    workspace = Workspace(scene)
-    try:
-        system = equilibrium(workspace.hanging, planar=True)
-    except DerivationError:
-        system = equilibrium(workspace.hanging)
-    if len(system.unknowns) > MOST:
-        raise EmitError(
-            f"{scene.name}: {len(system.unknowns)} unknowns are more than anyone reads (the limit is {MOST}); "
-            "the outputs reactions and reactions:joint compute them"
-        )
+    system = printed_system(scene)
     page = _Page(scene, system)
     sections = [
         {"title": "Equations and unknowns", "text": page.count(), "body": "\n".join(page.unknown_vector())},
@@ -61,6 +42,8 @@ def dalembert_text(scene: Scene, document: bool = False) -> str:
             "body": "\n".join(page.system_blocks()),
         },
     ]
+    if any(re.search(r"\d\.\d", section["body"]) for section in sections):
+        sections[0]["text"] += f" Decimal numbers are rounded to {digits_or(DIGITS)} digits."
     if not document:
         return "\n\n".join(f"\\paragraph{{{s['title']}.}} {s['text']}\n{s['body']}" for s in sections)
     from symdyn.emit.render import render
@@ -84,7 +67,7 @@ class _Page:
     def __init__(self, scene: Scene, system: Equilibrium) -> None:
         self.scene, self.system = scene, system
         self.write = Latex(latex_symbols(scene) | {TIME: TIME}, digits_or(DIGITS))
-        self.forms = _forms(system)
+        self.forms = forms_of(system)
         nodes = reachable([*system.right(), *(x for block in system.blocks.values() for part in block for x in part)])
         self.timed = any(node.value == TIME for node in nodes)
         self.names = [self._name(unknown) for unknown in system.unknowns]
@@ -99,23 +82,16 @@ class _Page:
             drive = one.drives[unknown.number] if unknown.number < len(one.drives) else None
             return self.write.symbols.get(drive or "", "") or rf"\tau_{{{joint},{unknown.number + 1}}}"
         if unknown.kind == REACTION:
-            words = self._words(unknown)
+            words = direction(self.system, unknown)
             if words[-2:] in (" x", " y", " z"):
                 return f"{'F' if words.startswith('force') else 'M'}_{{{joint},{words[-1]}}}"
         return rf"R_{{{joint},{unknown.number + 1}}}"
-
-    def _words(self, unknown: Unknown) -> str:
-        """Return what an unknown is where it has a fixed direction in its joint frame; else ""."""
-        samples = self.system.hanging.samples
-        force, moment = unknown.acts[0][1]
-        first, second = (samples.at([*force, *moment], seed) for seed in (2, 3))
-        return in_words(first[:3], first[3:]) if abs(first - second).max() < 1e-12 else ""
 
     def symbol_rows(self) -> Iterator[dict[str, str]]:
         """Yield the rows of the unknowns for the table of symbols; drives have their own."""
         for name, unknown in zip(self.names, self.system.unknowns, strict=True):
             if unknown.kind != DRIVE:
-                words = self._words(unknown) or f"component {unknown.number + 1}"
+                words = direction(self.system, unknown) or f"component {unknown.number + 1}"
                 yield symbol_row(
                     name,
                     f"{words} of the {unknown.kind} in joint {unknown.joint}, joint axes",
@@ -267,19 +243,3 @@ def _upright(name: str) -> str:
 
 def _chunks(names: Sequence[str], size: int) -> list[list[str]]:
     return [list(names[k : k + size]) for k in range(0, len(names), size)]
-
-
-def _forms(system: Equilibrium) -> Forms:
-    """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring."""
-    state, graph = system.hanging.state, system.hanging.graph
-    entries = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
-    entries += [x for block in system.blocks.values() for part in block for x in part]
-    needed = list(dict.fromkeys(entries))
-    try:
-        parallel = angle_groups(system.hanging.scene, graph)
-        ring = TrigonometricRing(needed, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
-        values = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
-    except DerivationError:
-        return form_of
-    compact = Compactor(ring, parallel)
-    return lambda node: compact(values[node])

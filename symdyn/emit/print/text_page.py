@@ -16,13 +16,13 @@ INDENT = "    "
 
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
-    motions = (_wrapped(name, broken_text(form)) for name, form in page.motions)
+    motions = (equation_lines(name, broken_text(form)) for name, form in page.motions)
     return "\n".join([*PARAGRAPHS[group](page), *motions, *_constraints(page, group)])
 
 
 def text_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     """Return `name = formula`, one a paragraph."""
-    return "\n".join(_wrapped(name, broken_text(form)) for name, form in named)
+    return "\n".join(equation_lines(name, broken_text(form)) for name, form in named)
 
 
 def coefficient_name(kind: str, indices: Sequence[int]) -> str:
@@ -33,8 +33,8 @@ def coefficient_name(kind: str, indices: Sequence[int]) -> str:
     return f"{kind}{first}{'_' if len(rest) > 1 else ''}{''.join(rest)}"
 
 
-def _wrapped(left: str, right: str) -> str:
-    """Return `left = right`, both with break marks, in lines; the right-hand side starts a line if it is long."""
+def equation_lines(left: str, right: str) -> str:
+    """Return `left = right`, both with break marks, in lines; a long right-hand side starts one."""
     if BREAK not in left:  # a definition
         return _lines(f"{left} = {right}", WIDTH)
     shown = _lines(left, WIDTH)
@@ -50,14 +50,14 @@ def _lines(text: str, first: int) -> str:
 
 def _equations(page: Printable) -> Iterator[str]:
     for i in range(len(page.rows)):
-        yield _wrapped(broken_text(page.left(i)), broken_text(page.driving(i)))
+        yield equation_lines(broken_text(page.left(i)), broken_text(page.driving(i)))
 
 
 def _textbook(page: Printable) -> Iterator[str]:
     for i, row in enumerate(page.rows):
         names = [(coefficient_name(c.kind, c.indices), c) for c in row if not c.vanishes]
         terms = (f"{name}*{text_of(c.rate)}" if c.of else name for name, c in names)
-        yield _wrapped(broken_text(page.driving(i)), f" {BREAK}+ ".join(terms) or "0")
+        yield equation_lines(broken_text(page.driving(i)), f" {BREAK}+ ".join(terms) or "0")
     yield ""
     yield from _coefficients(page)
 
@@ -68,10 +68,10 @@ def _matrix(page: Printable) -> Iterator[str]:
     n = range(len(page.rows))
     for c in (c for i in n for c in page.inertia(i)):
         if c.indices == min(c.places):
-            yield _wrapped(" = ".join(f"M[{i},{j}]" for i, j in c.places), broken_text(c.form))
+            yield equation_lines(" = ".join(f"M[{i},{j}]" for i, j in c.places), broken_text(c.form))
     for name, entry in (("c", page.coriolis), ("g", page.gravity)):
-        yield from (_wrapped(f"{name}[{i + 1}]", broken_text(entry(i))) for i in n)
-    yield from (_wrapped(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
+        yield from (equation_lines(f"{name}[{i + 1}]", broken_text(entry(i))) for i in n)
+    yield from (equation_lines(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
 
 
 def _constraints(page: Printable, group: str) -> Iterator[str]:
@@ -92,23 +92,23 @@ def _constraints(page: Printable, group: str) -> Iterator[str]:
             yield ""
         for k, row in enumerate(found.rows, 1):
             if row.residual is not None:
-                yield _wrapped(f"r[{k}]", broken_text(row.residual))
+                yield equation_lines(f"r[{k}]", broken_text(row.residual))
             for i, entry in enumerate(row.G, 1):
-                yield _wrapped(f"G[{k},{i}]", broken_text(entry))
+                yield equation_lines(f"G[{k},{i}]", broken_text(entry))
             if row.bias is not None:
-                yield _wrapped(f"(Gdot*qd)[{k}]", broken_text(row.bias))
+                yield equation_lines(f"(Gdot*qd)[{k}]", broken_text(row.bias))
         return
     blocks = (("positions", found.positions()), ("velocities", found.rates()), ("accelerations", found.accelerations()))
     for name, forms in blocks:
         if forms:
             yield ""
             yield f"# {name}"
-        yield from (_wrapped(broken_text(form) + BREAK, "0").replace(BREAK, "") for form in forms)
+        yield from (equation_lines(broken_text(form) + BREAK, "0").replace(BREAK, "") for form in forms)
 
 
 def _coefficients(page: Printable) -> Iterator[str]:
     for c in page.written:
-        yield _wrapped(" = ".join(coefficient_name(c.kind, place) for place in c.places), broken_text(c.form))
+        yield equation_lines(" = ".join(coefficient_name(c.kind, place) for place in c.places), broken_text(c.form))
     for zero in page.vanishing:
         yield _zero_line([coefficient_name(c.kind, c.indices) for c in zero])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from symdyn.graph import Expr, Graph, gradient
+from symdyn.graph import Expr, Graph, as_number, gradient
 from symdyn.scene.joints.joint_kind import Block, Gimbal, JointMotion, Move
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint, Pose
@@ -56,9 +56,11 @@ ORIENTATION = Key("orientation", _orientation, "quaternion")
 
 
 def unit(axis: Vector, graph: Graph) -> Vec:
-    """Return the axis with length 1, exact (with a root where its length is irrational)."""
+    """Return the axis with length 1, exact (with a root where its length is irrational): 1 of (cos a, sin a, 0)."""
     x, y, z = (express(entry, graph) for entry in axis)
-    return scale(graph.one / graph.sqrt(dot((x, y, z), (x, y, z))), (x, y, z))
+    square = dot((x, y, z), (x, y, z))
+    number = as_number(square)
+    return scale(graph.one / graph.sqrt(number if number and number > 0 else square), (x, y, z))
 
 
 def towards(u: Vec) -> Mat:
