@@ -16,6 +16,7 @@ from symdyn.errors import ArgumentError
 from symdyn.program import Routine
 from symdyn.scene import Scene, spell
 from symdyn.scene.values.names import suggestion
+from symdyn.shown import Shown
 
 WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "subok"})
 """Keywords of NumPy; what has one of these names in a scene is given by place."""
@@ -40,7 +41,7 @@ class Operand:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NumericFunction:
+class NumericFunction(Shown):
     """A function of arrays (n,) or (..., n), whose leading dimensions broadcast.
 
     `f(q, qd, qdd, params)` goes by place; `f(q, qd, qdd, m1=2, h1=1)` names the entries of what is left out, and

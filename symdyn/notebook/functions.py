@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from symdyn.build.loaded import Loaded
+from symdyn.build.numeric_function import NumericFunction
 from symdyn.dynamics import Equations, Function
 from symdyn.notebook.page import Markup, head, note, table
 from symdyn.program import Program
@@ -35,7 +36,18 @@ def loaded(found: Loaded) -> list[Markup]:
     return [
         head(found.scene.name, kind),
         table(("function", "lengths"), (text.split(": ", 1) for text in found.signatures.values())),
-        note("leading dimensions broadcast; out= takes the place of the result"),
+        note("leading dimensions broadcast; parameters and inputs may be given by name"),
+    ]
+
+
+def numeric(found: NumericFunction) -> list[Markup]:
+    """Return how a function is called, and the entries of its arguments, which may be given by name."""
+    rows = [(one.name, "number" if one.scalar else len(one.entries), ", ".join(one.entries)) for one in found.operands]
+    return [
+        head(found.name, found.told.partition(": ")[2]),
+        table(("argument", "length", "entries"), rows),
+        table(("fixed", "value"), found.fixed.items()),
+        note("leading dimensions broadcast; parameters and inputs may be given by name"),
     ]
 
 

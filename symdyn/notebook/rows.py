@@ -10,6 +10,7 @@ from symdyn.notebook.page import Markup, page
 
 NOUNS = {
     "symdyn.build.loaded:Loaded": "functions:loaded",
+    "symdyn.build.numeric_function:NumericFunction": "functions:numeric",
     "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:closed_form",
     "symdyn.dynamics.roads.named_functions:Equations": "functions:derived",
     "symdyn.emit.print.equations_of_motion:EquationsOfMotion": "mathematics:equations_of_motion",
