@@ -20,9 +20,9 @@ from symdyn.algebra.numeric import Batches
 from symdyn.dynamics import derive
 from symdyn.graph import evaluate
 from symdyn.program import Program, lower
+from symdyn.program.states import quaternion_places
 from symdyn.scene import Scene, body, read, revolute, scene, write_text
 from symdyn.scene.units import coordinate_units
-from symdyn.verify.accuracy import quaternion_places
 
 Array = npt.NDArray[np.float64]
 Value = TypeVar("Value")

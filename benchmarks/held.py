@@ -8,9 +8,9 @@ import numpy as np
 from cases import EXAMPLES, Array, Case
 
 from symdyn.bench.states import positions_of
+from symdyn.program.states import quaternion_places
 from symdyn.scene import read, read_text
 from symdyn.scene.units import coordinate_units
-from symdyn.verify.accuracy import quaternion_places
 
 FEET = {"fl": ("0.19", "0.13"), "fr": ("0.19", "-0.13"), "rl": ("-0.19", "0.13"), "rr": ("-0.19", "-0.13")}
 """Where the feet stand at the start, m."""

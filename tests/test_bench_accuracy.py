@@ -22,8 +22,8 @@ from symdyn.bench.time_and_error import marked
 from symdyn.cli import main
 from symdyn.graph import evaluate
 from symdyn.program import formulate, lower
+from symdyn.program.states import quaternion_places
 from symdyn.scene import read
-from symdyn.verify.accuracy import quaternion_places
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM = Positions(("rad",) * 6, np.empty((0, 6)))

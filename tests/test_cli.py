@@ -66,7 +66,7 @@ def test_generate_prints_the_paths_of_what_it_wrote(tmp_path: Path, capsys: Capt
         main(["generate", scene, "--target", "c", "--functions", "mass_matrix, mass_matrix", "-o", str(tmp_path)]) == 0
     )
     out = capsys.readouterr().out.split()
-    assert out == [str(tmp_path / "cart_pole.c"), str(tmp_path / "cart_pole.h")]
+    assert out == [str(tmp_path / name) for name in ("cart_pole.c", "cart_pole.h", "main.c", "CMakeLists.txt")]
     assert "symdyn generate cart_pole.toml --target c --functions mass_matrix" in (tmp_path / "cart_pole.c").read_text()
 
 

@@ -21,10 +21,10 @@ import numpy.typing as npt
 from symdyn.algebra.big import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
+from symdyn.program.states import values_of
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import METHODS, importable
 from symdyn.simulation.integrate.heyoka_expressions import library, refuses, translate
-from symdyn.verify.accuracy import values_of
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]

@@ -34,8 +34,8 @@ from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate, reachable
 from symdyn.program import Routine, formulate, lower
+from symdyn.program.states import FUNCTION_ULPS, ROUNDOFF, values_of
 from symdyn.scene import Scene
-from symdyn.verify.accuracy import FUNCTION_ULPS, ROUNDOFF, values_of
 
 Array = npt.NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from symdyn.dynamics import Argument
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS
 from symdyn.errors import DerivationError
+from symdyn.program.states import quaternion_places
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
-from symdyn.verify.accuracy import quaternion_places
 
 Array = npt.NDArray[np.float64]
 

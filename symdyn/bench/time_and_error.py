@@ -28,8 +28,8 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import formulate, lower
 from symdyn.program.formulation import candidates, cheapest
+from symdyn.program.states import ROUNDOFF, TINIEST
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.verify.accuracy import ROUNDOFF, TINIEST
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]

@@ -22,9 +22,10 @@ from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.library import load
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources, emit
-from symdyn.emit.code.c import BATCH, C
+from symdyn.emit.code.c import BATCH, HEADER_ONLY, C
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import find_real
+from symdyn.errors import BuildError
 from symdyn.program import Program
 from symdyn.program.assemble import shared
 
@@ -55,6 +56,8 @@ def build(
     """
     sources = emit(what, C.name, real, option=BATCH) if isinstance(what, Program) else what
     check_target(sources, C)
+    if sources.option == HEADER_ONLY:
+        raise BuildError("header-only sources have no file to compile; emit them without that option")
     path, library = load(sources.texts, find_compiler(compiler, machine), patience)
     opening, dtype = stem(sources.program.scene.name), find_real(sources.real).dtype
     functions = tuple(

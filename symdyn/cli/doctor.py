@@ -25,7 +25,8 @@ from symdyn.build.folder import CACHE_VARIABLE, cache_folder
 from symdyn.build.library import SUFFIX
 from symdyn.build.run_node import CANDIDATES
 from symdyn.cli.talk import give, print_table, print_text
-from symdyn.errors import BuildError
+from symdyn.emit import write
+from symdyn.errors import BuildError, EmitError
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
 
@@ -91,10 +92,9 @@ def _compiler() -> dict[str, Any]:
         compiler = find_compiler()
         facts |= {"command": " ".join(compiler.command), "version": next(iter(compiler.version.splitlines()), "")}
         with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
-            source = Path(folder) / "probe.c"
-            source.write_text(PROBE, encoding="utf-8")
+            (source,) = write({"probe.c": PROBE}, folder)
             compile_library(compiler, source, Path(folder) / f"probe{SUFFIX}", patience=30.0)
-    except (BuildError, OSError) as fault:
+    except (BuildError, EmitError, OSError) as fault:
         return facts | {"why": str(fault).splitlines()[0]}
     return facts | {"works": True, "without": None}
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
+from pathlib import Path
 
 from symdyn.cli.scene_options import (
     add_closing,
@@ -16,11 +18,14 @@ from symdyn.cli.scene_options import (
 )
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import available
-from symdyn.emit import TARGETS, emit, write
+from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.program import at_rest, formulate, lower, prepare
 from symdyn.program.prepare import is_prepared
 from symdyn.scene.robot_words import leaves
+
+MADE, BEGINNING = b"Written by symdyn generate", 1000
+"""What a file beside sources says of itself in its first bytes, so many."""
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -66,5 +71,22 @@ def run(options: argparse.Namespace) -> int:
                 say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
         progress("printing")
         sources = emit(program, options.target, options.real, again(options, always="target"), options.option)
-    print_paths(*write(sources, options.output))
+        more = beside(sources)
+    print_paths(*write({**sources, **_ours(more, Path(options.output))}, options.output))
     return 0
+
+
+def _ours(files: Mapping[str, str], folder: Path) -> dict[str, str]:
+    """Return the files beside sources without those that stand in the folder and are somebody else's; says which."""
+    kept = {}
+    for name, text in files.items():
+        try:
+            with (folder / name).open("rb") as file:
+                ours = MADE in file.read(BEGINNING)
+        except OSError:  # there is none; what else is wrong `write` tells
+            ours = True
+        if ours:
+            kept[name] = text
+        else:
+            say(f"{name}: is not of symdyn and left as it is; generate into another folder to have ours")
+    return kept

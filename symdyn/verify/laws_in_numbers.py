@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.verify.accuracy import sample
+from symdyn.program.states import sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
 from symdyn.verify.law import Look, Seen
 from symdyn.verify.natural import forward_findings, reaction_findings

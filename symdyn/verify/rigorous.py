@@ -25,11 +25,12 @@ from symdyn.emit.code.real import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import lower
+from symdyn.program.states import ROUNDOFF, TINIEST, sample, values_of
 from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
 from symdyn.shown import Shown
-from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample, values_of
+from symdyn.verify.accuracy import Array
 from symdyn.verify.certificate import finite, modules_of, taken
 
 MOST_BITS = 4096

@@ -23,6 +23,7 @@ from symdyn.emit import TARGETS, Draft, Sources, Target
 from symdyn.emit.code.operators import OPERATORS, Printer, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
+from symdyn.emit.code.target import alone
 from symdyn.emit.escape import in_comment
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Op
@@ -111,6 +112,7 @@ AWK = Target(
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=partial(in_comment, prefix="# "),
     write=write,
+    beside=alone,
 )
 
 TARGETS[AWK.name] = AWK

@@ -21,8 +21,8 @@ from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
 from symdyn.program import Program, choose, lower
+from symdyn.program.states import values_of
 from symdyn.scene import Scene
-from symdyn.verify.accuracy import values_of
 
 Array = npt.NDArray[np.float64]
 

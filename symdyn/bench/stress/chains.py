@@ -22,7 +22,7 @@ from symdyn.bench.stress.calls import EPSILON, Calls, calls
 from symdyn.bench.stress.scenes import chain
 from symdyn.bench.stress.solving import BESIDE, cases
 from symdyn.graph import evaluate
-from symdyn.verify.accuracy import ROUNDOFF, values_of
+from symdyn.program.states import ROUNDOFF, values_of
 
 Array = npt.NDArray[np.float64]
 

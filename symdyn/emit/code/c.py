@@ -4,10 +4,11 @@
     void <scene>_<function>_batch(size_t n, const real *q, ..., const real *params, real *out)    structure of arrays
     void <scene>_<function>_rows(size_t n, const real *q, ..., const real *params, real *out)     array of structures
 
-The last two are there with option "batch". Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for
-`_rows`, in `out` likewise; params, or what was prepared from it, is one set for all states, and `out` overlaps no
-argument. Both run blocks of states through loops that compilers vectorise, and take sines and cosines by a routine of
-their own; so does the scalar function then, when it needs several.
+With option "header-only" all of it is one header. The last two are there with option "batch". Entry i of state k is
+q[i * n + k] for `_batch` and q[k * length + i] for `_rows`, in `out` likewise; params, or what was prepared from it,
+is one set for all states, and `out` overlaps no argument. Both run blocks of states through loops that compilers
+vectorise, and take sines and cosines by a routine of their own; so does the scalar function then, when it needs
+several.
 
 A long function calls parts of itself: compilers take more than linear time for it.
 """
@@ -22,7 +23,7 @@ from symdyn.emit.code.c_batch import LANES, batches, cuts
 from symdyn.emit.code.c_sincos import sincos_values
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, Real, digits
-from symdyn.emit.code.target import Draft, Target
+from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.graph import Op
@@ -46,7 +47,7 @@ def _spellings(real: Real) -> Mapping[Op, Spelling]:
     }
 
 
-BATCH = "batch"
+BATCH, HEADER_ONLY = "batch", "header-only"
 
 SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
 """Functions of our own in the source file, written there when they are called."""
@@ -60,7 +61,7 @@ def _printer(real: Real) -> Printer:
 
 
 def _write(draft: Draft) -> dict[str, str]:
-    """Return source and header."""
+    """Return source and header, or the header that is all of it."""
     program, page, printer, real = draft.program, draft.page, draft.printer, draft.real
     batch = draft.option == BATCH
     operations = {op for function in page.functions for op in function.operations}
@@ -78,12 +79,34 @@ def _write(draft: Draft) -> dict[str, str]:
         "lanes": LANES,
         "common": PREPARED if is_prepared(program) else PARAMS,
         "batch": batch,
+        "lone": draft.option == HEADER_ONLY,
         "codes": batches(program, page, printer, real) if batch else cuts(program, page, printer),
     }
     values["cut"] = any(many and many.parts for many in values["codes"])
     values["sincos"] = any(many and many.sincos for many in values["codes"])
     values |= sincos_values(real.name) if values["sincos"] else {}
+    if draft.option == HEADER_ONLY:
+        values["private"] = _private(values)
+        return {".h": render("c/lone.h.jinja", values)}
     return {".c": render("c/source.c.jinja", values), ".h": render("c/header.h.jinja", values)}
+
+
+def _private(values: Mapping[str, Any]) -> list[str]:
+    """Return names of functions that are not for callers: two headers in one file must not share them."""
+    helpers = [name for name, used in ((SIGN_HELPER, "uses_sign"), (EXP_HELPER, "uses_exp")) if values[used]]
+    parts = [
+        f"{function.name}_part{part.number}"
+        for function, many in zip(values["page"].functions, values["codes"], strict=True)
+        for part in (many.parts if many else ())
+    ]
+    return helpers + parts
+
+
+def _beside(sources: Sources) -> dict[str, str]:
+    """Return an example that knows what must come out, and what builds it by CMake."""
+    from symdyn.emit.code.c_example import files_beside
+
+    return files_beside(sources, sources.option == HEADER_ONLY, sources.option == BATCH)
 
 
 C = Target(
@@ -91,11 +114,15 @@ C = Target(
     title="C",
     text="C99",
     reals=tuple(REALS),
-    options={BATCH: "functions over many states too, fit for vector code"},
+    options={
+        BATCH: "functions over many states too, fit for vector code",
+        HEADER_ONLY: "one header with all of it, static inline, for C and C++",
+    },
     endings={".c": str, ".h": str},
     first=0,
     keywords=frozenset(),  # every function begins with the name of the scene
     printer=_printer,
     comment=in_comment,
     write=_write,
+    beside=_beside,
 )

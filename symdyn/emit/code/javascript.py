@@ -13,7 +13,7 @@ from functools import partial
 
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
-from symdyn.emit.code.target import Draft, Target
+from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.graph import Op
@@ -61,4 +61,5 @@ JS = Target(
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_comment,
     write=_write,
+    beside=alone,
 )

@@ -16,7 +16,7 @@ from importlib.resources import files
 
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, Real, digits
-from symdyn.emit.code.target import Draft, Target
+from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
 from symdyn.graph import ARITY, Op
@@ -90,4 +90,5 @@ NUMPY = Target(
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write,
+    beside=alone,
 )

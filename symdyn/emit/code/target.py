@@ -15,6 +15,11 @@ from symdyn.program import Program
 Contents = str | bytes
 
 
+def alone(sources: Sources) -> dict[str, str]:
+    """Return nothing, of a target whose files stand alone."""
+    return {}
+
+
 @dataclass(frozen=True)
 class Draft:
     """A program on its way into files.
@@ -54,6 +59,7 @@ class Target:
         printer: writes expressions, by real type.
         comment: text as lines of a comment, which nothing in it can end.
         write: contents by ending; the file to compile or to import first.
+        beside: what a user wants beside the files and they do not need, by name: an example, what builds it.
     """
 
     name: str
@@ -67,6 +73,7 @@ class Target:
     printer: Callable[[Real], Printer]
     comment: Callable[[str], str]
     write: Callable[[Draft], Mapping[str, Contents]]
+    beside: Callable[[Sources], Mapping[str, str]]
 
     def draft(self, program: Program, real: Real, command: str, option: str = "") -> Draft:
         """Return a program as this target's text, not laid out yet; `command` is what the header says to run again.

@@ -12,7 +12,7 @@ from dataclasses import replace
 from symdyn.emit.code.c import BATCH, C
 from symdyn.emit.code.real import REALS
 from symdyn.emit.code.source_text import FunctionText, Page
-from symdyn.emit.code.target import Contents, Draft, Target
+from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
 from symdyn.program.assemble import shared
@@ -119,4 +119,5 @@ UFUNC = Target(
     printer=C.printer,
     comment=C.comment,
     write=_write,
+    beside=alone,
 )
