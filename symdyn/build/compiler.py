@@ -129,6 +129,18 @@ def compile_library(
         raise BuildError(f"{shown} could not compile {source.name} (exit {code}):\n{said}\n{_ways_out()}")
 
 
+def try_compiler(compiler: Compiler, patience: float = 30.0) -> None:
+    """Compile a line of C into a library, and forget it.
+
+    Raises:
+        BuildError: the compiler does not do it, and why.
+    """
+    with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
+        source = Path(folder) / "probe.c"
+        source.write_text("double probe(double x);\ndouble probe(double x) { return x; }\n", encoding="utf-8")
+        compile_library(compiler, source, source.with_suffix(".so"), patience)
+
+
 def _run(command: Sequence[str], patience: float, place: Path | None = None) -> tuple[int | None, str]:
     """Run a command and return its exit code (None: it had to be stopped) and all it said.
 

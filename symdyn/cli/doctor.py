@@ -9,24 +9,20 @@ import argparse
 import platform
 import shutil
 import sys
-import tempfile
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, packages_distributions
 from importlib.metadata import version as installed
 from importlib.util import find_spec
 from os import W_OK, access
-from pathlib import Path
 from typing import Any
 
-from symdyn.build.compiler import compile_library, find_compiler
+from symdyn.build.compiler import find_compiler, try_compiler
 from symdyn.build.entry import distrust
 from symdyn.build.extension import python_headers
 from symdyn.build.folder import CACHE_VARIABLE, cache_folder
-from symdyn.build.library import SUFFIX
 from symdyn.build.run_node import CANDIDATES
 from symdyn.cli.talk import give, print_table, print_text
-from symdyn.emit import write
-from symdyn.errors import BuildError, EmitError
+from symdyn.errors import BuildError
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
 
@@ -44,8 +40,6 @@ PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
 
 NO_COMPILER = "load, lambdify and simulate run the NumPy module: the same results, slower; verify measures no C"
 NO_HEADERS = "load runs the NumPy module: the same results, slower"
-
-PROBE = "double probe(double x) { return x; }\n"
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -91,10 +85,8 @@ def _compiler() -> dict[str, Any]:
     try:
         compiler = find_compiler()
         facts |= {"command": " ".join(compiler.command), "version": next(iter(compiler.version.splitlines()), "")}
-        with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
-            (source,) = write({"probe.c": PROBE}, folder)
-            compile_library(compiler, source, Path(folder) / f"probe{SUFFIX}", patience=30.0)
-    except (BuildError, EmitError, OSError) as fault:
+        try_compiler(compiler)
+    except (BuildError, OSError) as fault:
         return facts | {"why": str(fault).splitlines()[0]}
     return facts | {"works": True, "without": None}
 
