@@ -1,5 +1,6 @@
 """`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost.
 
+`--schema` prints what editors check scenes by.
 `--frames` shows the link frames that the generator chose, `--base-parameters` the regrouped inertias as formulas.
 """
 
@@ -12,9 +13,10 @@ from typing import Any
 
 from symdyn.cli.facts import gather, parts
 from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_options, closing_of, read_scene
-from symdyn.cli.talk import Waiting, asking, give, print_rich, print_table, say, short
+from symdyn.cli.talk import Waiting, asking, give, print_json, print_rich, print_table, say, short
 from symdyn.graph import growing
 from symdyn.program import Counts
+from symdyn.scene.schema import schema
 
 MOST_NESTED = 200
 """Joints up to which the tree is drawn with its branches; a longer chain would leave the page."""
@@ -22,17 +24,25 @@ MOST_NESTED = 200
 
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
-    add_reading_options(verb)
+    add_reading_options(verb, optional=True)
     add_formulation(verb)
     add_closing(verb)
     alone = verb.add_argument_group("one thing alone")
     alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
     alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
+    alone.add_argument("--schema", action="store_true", help="the JSON Schema of scenes, for editors; takes no SCENE")
 
 
 @growing()  # once over all of it: each time that the collector wakes it walks every node
 def run(options: argparse.Namespace) -> int:
     """Print what is known about the scene."""
+    if options.schema:
+        give(schema())
+        if not options.json:
+            print_json(schema())
+        return 0
+    if options.scene is None:
+        options.parser.error("the following arguments are required: SCENE")
     scene = read_scene(options)
     closing = closing_of(options, scene)
     if options.frames or options.base_parameters:

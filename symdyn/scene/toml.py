@@ -10,14 +10,12 @@ from pathlib import Path
 from typing import cast
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.declare import Declaration, assemble
+from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, assemble
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_name, suggestion
 from symdyn.scene.values.table import Entry, Faults, shorten, show
-
-TABLES = ("parameters", "bodies", "joints", "points", "inputs", "outputs")
 
 SHORT = {"parameters": "value", "inputs": "value", "outputs": "formula"}
 """What a number or text in place of a table says."""
@@ -141,7 +139,7 @@ def _reworded(message: str) -> str:
 
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
-    keys = ("name", "gravity", *TABLES, *sections(), "loop", "dh")
+    keys = ("name", "gravity", *TABLE_KEYS, *sections(), "loop", "dh")
     for key in root:
         if key not in keys:
             faults.add("", f"unknown key {show(key)}; {suggestion(key, keys)}")
@@ -156,7 +154,7 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
     return Declaration(
         name=name,
         gravity=root.get("gravity"),
-        **{kind: _entries(root, kind, faults) for kind in TABLES},
+        **{kind: _entries(root, kind, faults) for kind in TABLE_KEYS},
         elements={section: _entries(root, section, faults) for section in sections()},
         loops=_loops(root, faults),
         dh=None if dh is None else Entry("dh", dh, "dh"),

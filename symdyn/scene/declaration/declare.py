@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from symdyn.scene.checks.draft import Draft
 from symdyn.scene.checks.whole import check
 from symdyn.scene.declaration.body_table import read_body
-from symdyn.scene.declaration.dh import expand
-from symdyn.scene.declaration.joint_table import read_joints, read_loops
+from symdyn.scene.declaration.dh import BODY_KEYS, expand
+from symdyn.scene.declaration.joint_table import joint_keys, read_joints, read_loops
 from symdyn.scene.declaration.locking import lock, read_locks
 from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.forces import read_elements
@@ -25,6 +25,16 @@ POINT_KEYS = ("body", "at")
 INPUT_KEYS = ("value", "unit", "latex", "text")
 
 OUTPUT_KEYS = ("formula", "unit", "text")
+
+TABLE_KEYS: Mapping[str, tuple[str, ...]] = {
+    "parameters": PARAMETER_KEYS,
+    "bodies": BODY_KEYS,
+    "joints": joint_keys(),
+    "points": POINT_KEYS,
+    "inputs": INPUT_KEYS,
+    "outputs": OUTPUT_KEYS,
+}
+"""The tables of a scene but those of elements, and their words."""
 
 
 @dataclass(frozen=True)

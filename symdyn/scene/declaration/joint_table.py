@@ -6,7 +6,7 @@ other key says something about its velocities; a key that a type knows nothing o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -46,13 +46,14 @@ def loop_keys() -> tuple[str, ...]:
     return (*PLACE_KEYS, *own_keys())
 
 
-def _joint_keys() -> tuple[str, ...]:
+def joint_keys() -> tuple[str, ...]:
+    """Return the keys of a joint in the tree."""
     return (*loop_keys(), *OWN_KEYS, *RATE_KEYS, *LOCK_KEYS)
 
 
 def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints of the tree, parents first as the entries are."""
-    keys = _joint_keys()
+    keys = joint_keys()
     tables = [Table(entry, faults, keys) for entry in entries]
     joints: list[Joint] = []
     mimics: list[Mimic | None] = []
@@ -70,7 +71,7 @@ def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints that close loops; what is asked of a type that closes none would be advice for nothing."""
     loops = []
     for entry in entries:
-        table = Table(entry, faults, _joint_keys())
+        table = Table(entry, faults, joint_keys())
         _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), "a joint that closes a loop")
         kind = _type(table)
         loops.append(_placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind)))
@@ -121,16 +122,10 @@ def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint
     kind = joint.type
     units = JOINTS[kind].coordinates(joint)
     speeds = JOINTS[kind].velocities(joint)
+    for keys, what in meaningless(joint, follows):
+        _refuse(table, keys, what)
     if not speeds:
-        _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), f"a {kind} joint")
         return joint
-    if follows:
-        _refuse(table, (*OWN_KEYS, *LOCK_KEYS), "a joint that follows another one")
-    if len(speeds) != 1:
-        keys = [key for key in SINGLE_KEYS if key != "armature" or not JOINTS[kind].ball(joint)]
-        _refuse(table, keys, f"a {kind} joint, which has {len(speeds)} velocities")
-    if JOINTS[kind].names_coordinates:
-        _refuse(table, ("mimic",), f"a {kind} joint")
     data, dry = _friction(table, kind, len(speeds))
     said: dict[str, Any] = {"armature": _armature(table), "damping": table.quantity("damping")}
     said |= {"friction": data, "dry": dry, "limits": _limits(table)}
@@ -148,6 +143,21 @@ def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint
         start_rates=_numbers(table, "start_rates", len(speeds), f"a {kind} joint has {len(speeds)} velocities"),
         motion=table.quantity("motion") if "motion" in table else None,
     )
+
+
+def meaningless(joint: Joint, follows: bool = False) -> Iterator[tuple[Sequence[str], str]]:
+    """Yield keys that have no meaning for a joint, and what it is."""
+    kind, speeds = JOINTS[joint.type], JOINTS[joint.type].velocities(joint)
+    if not speeds:
+        yield (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), f"a {joint.type} joint"
+        return
+    if follows:
+        yield (*OWN_KEYS, *LOCK_KEYS), "a joint that follows another one"
+    if len(speeds) != 1:
+        keys = [key for key in SINGLE_KEYS if key != "armature" or not kind.ball(joint)]
+        yield keys, f"a {joint.type} joint, which has {len(speeds)} velocities"
+    if kind.names_coordinates:
+        yield ("mimic",), f"a {joint.type} joint"
 
 
 def _refuse(table: Table, keys: Sequence[str], what: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
+from symdyn.scene.values.shapes import NAMED, VECTOR, Shape, exactly_one, not_both, table_shape
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table, plain, show
 from symdyn.scene.values.turns import translation
@@ -23,10 +24,37 @@ End = str | Place | Mapping[str, object]
 ADVICE = 'write joint = "NAME", or from and to, each the name of a body or point or { body = "NAME", at = [0, 0, 0] }'
 
 
+AT_BODY: Mapping[str, Shape] = {
+    "body": {"description": 'name of a body, or "ground"', **NAMED},
+    "point": {"description": "name of a point, in place of body and at", **NAMED},
+    "at": {"description": "place in the frame of the body, m", **VECTOR},
+}
+
+BODY_OR_POINT = [
+    exactly_one(("body",), ("point",)),
+    {"if": {"required": ["point"]}, "then": {"properties": {"at": False}}},
+]
+
+END: Shape = {
+    "description": "name of a body or point, or { body = NAME, at = [0, 0, 0] }",
+    "anyOf": [NAMED, {**table_shape(AT_BODY), "allOf": BODY_OR_POINT}],
+}
+
+
 class Ends:
     """The joint of a strut, or the two points between which it is."""
 
     keys = ("joint", "from", "to")
+
+    @property
+    def words(self) -> Mapping[str, Shape]:
+        """The name of the joint, or the ends."""
+        return {"joint": {"description": "joint that it is at", **NAMED}, "from": END, "to": END}
+
+    @property
+    def rules(self) -> Sequence[Shape]:
+        """Either the joint or both ends."""
+        return [exactly_one(("joint",), ("from", "to"))]
 
     def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the joint that it is at, or the points that it connects."""
@@ -84,6 +112,8 @@ class AtBody:
     """A place of a body: the body and at, or a point."""
 
     keys = ("body", "point", "at")
+    words: Mapping[str, Shape] = AT_BODY
+    rules: Sequence[Shape] = BODY_OR_POINT
 
     def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the place."""
@@ -173,6 +203,15 @@ def as_keys(ends: tuple[End, End] | None) -> dict[str, object]:
 TILT = "tilt a body that carries it"
 
 
+PLANE: Mapping[str, Shape] = {
+    "plane": {
+        "description": "the plane: a body, a place on it, and its normal",
+        **table_shape({"body": NAMED, "at": VECTOR, "normal": VECTOR}),
+    },
+    "normal": {"description": "of a plane of the ground through its origin", **VECTOR},
+}
+
+
 class OnPlane:
     """The plane that is touched; level where nothing else is said of a plane of the ground that has to be somewhere."""
 
@@ -180,6 +219,8 @@ class OnPlane:
         """Say whether the plane has to be somewhere, as a blade's has not."""
         self.needs_normal = needs_normal
         self.keys = ("plane", "normal") if needs_normal else ("plane",)
+        self.words: Mapping[str, Shape] = {key: PLANE[key] for key in self.keys}
+        self.rules: Sequence[Shape] = not_both([("plane", "normal")])
 
     def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the plane that a row declares."""

@@ -9,6 +9,7 @@ from symdyn.scene.values.element import Load
 from symdyn.scene.values.key import TIME, Key, Stand, choice
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.quantity import NULL, Vector, express
+from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Table, Three, entry
 from symdyn.spatial import Vec, Wrench
@@ -50,7 +51,7 @@ LOAD = ForceKind(
             names=TIME,
         ),
         Key("couple", Table.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIME),
-        Key("frame", choice("ground", "body"), "ground"),
+        Key("frame", choice("ground", "body"), "ground", shape=choice_of("ground", "body")),
     ),
     needs=("force", "couple"),
     missing="has neither force nor couple; write one, such as force = [0, 0, 10]",

@@ -25,6 +25,7 @@ from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.element import Contact, Plane
 from symdyn.scene.values.key import Key, always_said
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector, express
+from symdyn.scene.values.shapes import VECTOR, choice_of, several
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
 from symdyn.spatial import Transform, Vec, Wrench, apply, cross, dot, scale, sub
@@ -164,7 +165,7 @@ ROLLING = ForceKind(
     letter="r",
     parts=(
         AtBody(),
-        Key("axis", _axis, None, names=None),
+        Key("axis", _axis, None, names=None, shape=VECTOR),
         Key(
             "radius",
             Table.quantity,
@@ -178,7 +179,11 @@ ROLLING = ForceKind(
         ),
         OnPlane(needs_normal=True),
         Key[tuple[str, ...]](
-            "components", _components, (), silent=lambda row: row.components == _usual(row.axis is None)
+            "components",
+            _components,
+            (),
+            silent=lambda row: row.components == _usual(row.axis is None),
+            shape=several(choice_of(*COMPONENTS), 1, 9),
         ),
     ),
     needs=("radius",),

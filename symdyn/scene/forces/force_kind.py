@@ -22,6 +22,7 @@ from symdyn.scene.values.key import Stand
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Parameter, Point
 from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.shapes import Shape
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Vec, Wrench
 
@@ -51,6 +52,14 @@ class Part(Protocol):
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys."""
+
+    @property
+    def words(self) -> Mapping[str, Shape]:
+        """Shapes of the values of its keys."""
+
+    @property
+    def rules(self) -> Sequence[Shape]:
+        """What is so of several keys together."""
 
     def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the fields that a table says, every fault collected."""

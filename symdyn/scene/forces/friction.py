@@ -12,6 +12,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.key import Key, Stand, always_said
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
+from symdyn.scene.values.shapes import NUMBER
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table
 
@@ -87,7 +88,16 @@ FRICTION = ForceKind(
             text="sliding friction of {}",
             positive=True,
         ),
-        Key("static", _optional, None, letters=("fs",), unit=FORCE, text="friction of {} at rest", positive=True),
+        Key(
+            "static",
+            _optional,
+            None,
+            letters=("fs",),
+            unit=FORCE,
+            text="friction of {} at rest",
+            positive=True,
+            shape=NUMBER,
+        ),
         Key("stribeck", Table.quantity, ONE, letters=("vs",), unit=RATE, text="Stribeck rate of {}", positive=True),
         Key(
             "smoothing",

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import product
 
 from symdyn.graph import Expr, Graph, as_number, gradient
 from symdyn.scene.joints.joint_kind import Block, Gimbal, JointMotion, Move
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.quantity import ONE, PI, ZERO, Quantity, Vector, express
+from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.table import Table, show
 from symdyn.spatial import (
     Mat,
@@ -48,7 +50,9 @@ def _orientation(table: Table, name: str, default: str) -> str:
 
 AXIS: Key[Vector] = Key("axis", Table.vector, AXES["z"], names=None)
 
-ORIENTATION = Key("orientation", _orientation, "quaternion")
+SEQUENCES = tuple("".join(axes) for axes in product("xyz", repeat=3) if axes[0] != axes[1] != axes[2])
+
+ORIENTATION = Key("orientation", _orientation, "quaternion", shape=choice_of("quaternion", *SEQUENCES))
 """How any rotation is described: "quaternion", or three axes such as "zyx"."""
 
 

@@ -12,6 +12,7 @@ from symdyn.scene.joints.joint_kind import Block, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint, Pose
+from symdyn.scene.values.shapes import PLACEMENT, choice_of, several
 from symdyn.scene.values.table import Table, as_list, plain, show
 
 
@@ -29,10 +30,15 @@ STEPS = Key(
     lambda table, name, default: table.pose(name),
     Pose(),
     example='the motion as steps such as [["Rz", "u"], ["Tx", "0.1*u"]]',
+    shape=PLACEMENT,
 )
 
 UNITS: Key[tuple[str, ...]] = Key(
-    "units", _units, ("rad",), example='"rad" or "m" for each coordinate, such as units = ["rad"]'
+    "units",
+    _units,
+    ("rad",),
+    example='"rad" or "m" for each coordinate, such as units = ["rad"]',
+    shape=several(choice_of("rad", "m"), 1, 6),
 )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
@@ -13,6 +13,7 @@ from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Joint, Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import Quantity, Vector, express
+from symdyn.scene.values.shapes import ANYTHING, FLAG, NUMBER, NUMBERS, PLACEMENT, TEXT, VECTOR, Shape
 from symdyn.scene.values.table import Faults, Table, plain, shown
 from symdyn.scene.values.value import Value, known_value, value_of
 
@@ -84,6 +85,7 @@ class Key(Generic[T]):
         geometry: whether it is a length of the mechanism, not a force.
         names: what its formulas may name; None of a direction, which is checked with what it directs.
         turned: of a direction, whether it is in the moved joint frame.
+        shape: of its raw value, where its reader is none of those in `SHAPES`; None leaves that open.
     """
 
     name: str
@@ -99,6 +101,20 @@ class Key(Generic[T]):
     geometry: bool = False
     names: int | None = PARAMETERS
     turned: bool = False
+    shape: Shape | None = None
+
+    @property
+    def words(self) -> Mapping[str, Shape]:
+        """Its raw value as JSON Schema, and what it is, by the key."""
+        units = self.unit if isinstance(self.unit, str) else " or ".join(self.unit)
+        told = ", ".join(part for part in (self.text.removesuffix(" of {}").replace(" of {}", ""), units) if part)
+        shape = SHAPES.get(self.read, ANYTHING) if self.shape is None else self.shape
+        return {self.name: {"description": told, **shape} if told else shape}
+
+    @property
+    def rules(self) -> Sequence[Shape]:
+        """What is so of several keys: nothing, of one."""
+        return []
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -207,3 +223,14 @@ def choice(*words: str) -> Callable[[Table, str, str], str]:
         return words[0]
 
     return read
+
+
+SHAPES: Mapping[Callable[..., Any], Shape] = {
+    Table.quantity: NUMBER,
+    Table.vector: VECTOR,
+    Table.pose: PLACEMENT,
+    Table.text: TEXT,
+    Table.flag: FLAG,
+    coefficients: NUMBERS,
+}
+"""Raw values by what reads them."""
