@@ -88,6 +88,17 @@ def test_a_start_beyond_a_limit_is_told_and_the_run_stops_where_the_joint_passes
 
 
 @pytest.mark.runs("cc")
+def test_limits_that_are_reached_at_one_time_and_events_before_them_are_told_in_order(slide: Scene) -> None:
+    """v² = 4 x under a force of 2 N: 2 m/s at 1 m."""
+    text = SLIDE.replace("velocity = 3", "velocity = 2")
+    for force, ending in (("F=2", "upper limit 1 m"), ("F=-2", "lower limit -1 m")):
+        run = simulate(read_text(text), force, until=2.0, method="dop853", reports="x**2 - 0.25", say=print)
+        assert f"joint rail reaches its {ending} at t = " in run.stopped
+        assert [event.formula for event in run.events] == ["x**2 - 0.25", f"joint rail: {ending}"]
+        assert run.events[0].t == pytest.approx(np.sqrt(0.5))
+
+
+@pytest.mark.runs("cc")
 def test_a_start_on_a_limit_is_none_beyond_it(slide: Scene) -> None:
     resting = simulate(slide, until=1.0, start={"x": "1"}, method="dop853")
     assert resting.complete

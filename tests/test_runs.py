@@ -1,5 +1,6 @@
 """A run as an object: columns by name, tables of other packages, CSV, and plots of what one wants to see."""
 
+import io
 import subprocess
 import sys
 from dataclasses import replace
@@ -78,6 +79,8 @@ def test_csv_reads_back_to_the_same_digits_here_and_where_it_is_given_as_a_motio
 ) -> None:
     text = run.to_csv(tmp_path / "run.csv")
     assert (tmp_path / "run.csv").read_text() == text == run.to_csv()
+    run.to_csv(held := io.StringIO())
+    assert held.getvalue() == text
     back = read_columns(tmp_path / "run.csv")
     assert np.array_equal(back.values["theta"], run["theta"])
     assert np.abs(inverse(ARM, str(tmp_path / "run.csv"), run.t)["F"] - run["F"]).max() < 1e-9
@@ -174,6 +177,20 @@ def test_no_name_of_a_scene_breaks_a_plot_or_becomes_mathematics() -> None:
     picture = draw(hostile, "svg").decode()
     assert "$x^2$ &lt;b&gt;&amp;amp; \\frac" in picture
     assert len(figure.axes) == 4
+
+
+@pytest.mark.runs("cc")
+def test_a_coordinate_that_is_called_work_has_its_column_and_the_work_another() -> None:
+    scene = read_text(
+        'name = "w"\n[bodies.b]\nmass = 1\ncom = [0, 0, 0]\n[joints.j]\ntype = "prismatic"\nparent = "ground"\n'
+        'child = "b"\naxis = [1, 0, 0]\ncoordinate = "work"\nstart_rates = 1\n'
+    )
+    run = simulate(scene, "work=3", until=1.0, method="dop853")
+    assert run["work"][-1] == pytest.approx(2.5)
+    assert run["work_"][-1] == pytest.approx(7.5)
+    assert [one.unit for one in run.columns if one.name in ("work", "work_")] == ["m", "J"]
+    assert len(set(run.names)) == len(run.names)
+    assert np.abs(inverse(scene, run, run.t)["tau1"] - 3.0).max() < 1e-9
 
 
 @pytest.mark.runs("cc")

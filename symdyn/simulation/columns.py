@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count
 
+from symdyn.algebra.numeric import Array
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import latex_symbols, print_name
 from symdyn.scene import Scene, acceleration_name
@@ -36,7 +38,7 @@ class Column:
     @property
     def words(self) -> str:
         """Its name as words, where it has no symbol."""
-        return self.name.replace("_", " ")
+        return self.name.replace("_", " ").strip()
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,16 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
     return (*found, *(said.get(name) or _beside(name, own) for name in extra))
 
 
+def apart(scene: Scene, extra: Mapping[str, Array]) -> dict[str, Array]:
+    """Return columns beside the state, those that a scene has given away the names of, as "work", as "work_"."""
+    taken, found = {one.name for one in columns(scene, ())}, dict[str, Array]()
+    for name, values in extra.items():
+        free = next(one for one in (name + "_" * k for k in count()) if one not in taken)
+        taken.add(free)
+        found[free] = values
+    return found
+
+
 def known(name: str) -> bool:
     """Tell whether a column beside the state may be called so."""
     return _beside(name, {}).kind != OTHERS or name.startswith("momentum_")
@@ -121,7 +133,7 @@ def _beside(name: str, momenta: Mapping[str, str]) -> Column:
     if name in momenta:
         return Column(name, "momenta", "kg m^2/s" if momenta[name] == "rad" else "kg m/s")
     for row in ROWS:
-        if found := re.fullmatch(row.pattern, name):
+        if found := re.fullmatch(row.pattern, name.rstrip("_")):
             return Column(name, row.kind, row.unit if isinstance(row.unit, str) else row.unit(found), row.latex(found))
     return Column(name, OTHERS, "")
 

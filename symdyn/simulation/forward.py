@@ -14,6 +14,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
+from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.compiled_routines import point_names
 from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.projection import Projection
@@ -178,7 +179,7 @@ def _told(
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
-    return replace(found, extra=columns, monitors=monitors, notes=tuple(seen))
+    return replace(found, extra=apart(scene, columns), monitors=monitors, notes=tuple(seen))
 
 
 def _events(system: StateEquations, run: Run, formulas: Sequence[str], flags: Sequence[bool]) -> tuple[Event, ...]:

@@ -24,6 +24,7 @@ from symdyn.scene import Scene, SceneLike, bind, scene_of, spell, velocity_name
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.along_path import along
+from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.compiled_routines import point_names
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.followed import Followed, Tied, followed
@@ -124,7 +125,7 @@ def inverse(
             say(note)
     elif stopped != END:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
-    return Trajectory(scene, t, q, u, a, tau, columns, stopped=stopped, notes=tuple(notes))
+    return Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped, notes=tuple(notes))
 
 
 def _times(times: npt.ArrayLike) -> Array:

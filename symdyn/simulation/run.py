@@ -26,7 +26,7 @@ class Run:
 
     Attributes:
         t, x: times and states of the samples, and where it stood at its end; shapes (N,) and (N, nx).
-        hits: events.
+        hits: events in order; of several at one time the last is one that ends runs, if any does.
         stopped: "end", "interrupted", `STOPPED` by the last of the hits, or why the integrator gave up.
         steps, evaluations: of the integrator.
         preparing, wall: seconds until its first state, and from there on.
@@ -64,13 +64,13 @@ def integrated(
         stopped = INTERRUPTED
     except IntegrationError as fault:
         stopped = str(fault)
-    wall = time.perf_counter() - ready
+    wall, flags = time.perf_counter() - ready, problem.stops
     now = pieces[-1].now if pieces else (0.0, problem.x)
     t = np.concatenate([np.empty(0), *(piece.t for piece in pieces)])
     x = np.concatenate([np.empty((0, len(problem.x))), *(piece.x for piece in pieces)])
     if not len(t) or now[0] > t[-1]:  # where it stands when it ends between two samples
         t, x = np.append(t, now[0]), np.vstack([x, now[1]])
-    hits = tuple(hit for piece in pieces for hit in piece.hits)
+    hits = tuple(sorted((hit for piece in pieces for hit in piece.hits), key=lambda hit: (hit.t, flags[hit.event])))
     if pieces and pieces[-1].stopped:
         stopped = STOPPED
     steps, evaluations = (sum(getattr(piece, name) for piece in pieces) for name in ("steps", "evaluations"))

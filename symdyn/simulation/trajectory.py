@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
@@ -126,15 +126,17 @@ class Trajectory(Shown):
             raise UnknownNameError(f"{self.scene.name}: {missing(name, names)}")
         return table[:, names.index(name)]
 
-    def to_csv(self, path: str | Path | None = None) -> str:
-        """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a path if given.
+    def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
+        """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a file if given.
 
         Raises:
             EmitError: the file cannot be written.
         """
         text = tables.csv_text(*self.table())
-        if path is not None:
-            writing.write({Path(path).name: text}, Path(path).parent)
+        if isinstance(file, (str, Path)):
+            writing.write({Path(file).name: text}, Path(file).parent)
+        elif file is not None:
+            file.write(text)
         return text
 
     def to_pandas(self) -> pandas.DataFrame:
