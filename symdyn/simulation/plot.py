@@ -41,12 +41,8 @@ MOST_LINES = 12
 MOST_POINTS = 20_000
 """Points of curves beyond which dots make a smaller picture than lines."""
 
-SETTINGS = {
-    "svg.fonttype": "none",
-    "font.size": 9.0,
-    "mathtext.fontset": "dejavusans",
-    "axes.formatter.useoffset": False,
-}
+SETTINGS: dict[str, Any] = {"svg.fonttype": "path", "font.size": 9.0, "axes.formatter.useoffset": False}
+"""Letters are outlines: what is above another one, as the dots of rates, librsvg and Qt would put elsewhere."""
 
 
 def check_plot(path: Path) -> None:
