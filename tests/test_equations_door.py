@@ -3,16 +3,37 @@
 from __future__ import annotations
 
 import pickle
+import re
 import time
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
+import sympy.physics.mechanics
 
 import symdyn
 from symdyn.emit.print.sympy_equations import SympyEquations
 from symdyn.scene import bind, body, prismatic, read_text, spring
+
+MOTOR = """
+name = "motor"
+[inputs.u]
+unit = "V"
+[bodies.rotor]
+mass = 1
+inertia = [1, 1, 1]
+com = [0, 0, 0]
+inertia_about = "com"
+[joints.shaft]
+type = "revolute"
+parent = "ground"
+child = "rotor"
+axis = [0, 0, 1]
+drive = false
+force = "3*u - q1_dot"
+"""
 
 TREES = ["pendulum", "two_link", "cart_pole", "scara"]
 CLOSED = ["four_bar", "slider_crank", "spatial_slider_crank", "rsup", "cart_with_wheel"]
@@ -76,6 +97,35 @@ def test_rows_of_loops_are_the_derivatives_of_what_closes_them(name: str) -> Non
     bias = (found.G * found.qd).jacobian(found.q) * found.qd
     at = state(found)
     assert numbers(bias - found.bias, found, at) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.long
+def test_rows_without_a_closed_form_are_exact_as_they_were_derived() -> None:
+    text = Path(symdyn.example("rolling_disc").source).read_text(encoding="utf-8")
+    text = text.replace(
+        '["x", "y", "z", "e0", "e1", "e2", "e3"]', '["x", "y", "z", "a", "b", "c"]\norientation = "zyx"'
+    )
+    text = re.sub(r"start = .*\nstart_rates.*", 'start = [0, 0, "r*cos(pi/12)", 0, 0, "pi/12"]', text)
+    scene = read_text(text, "disc.toml")
+    found = symdyn.equations(scene).sympy()
+    at = state(found)
+    q, qd = (np.array([at[x] for x in column]) for column in (found.q, found.qd))
+    jacobian, bias = symdyn.lambdify(scene, ("constraint_jacobian", "constraint_bias"))
+    values = sympy.lambdify([*found.q, *found.qd], [found.G.subs(found.values), found.bias.subs(found.values)])(*q, *qd)
+
+    assert "no trigonometric polynomial" in found.unsimplified
+    assert values[0] == pytest.approx(jacobian(q), abs=1e-12)
+    assert values[1][:, 0] == pytest.approx(bias(q, qd), abs=1e-12)
+    assert found.residual.shape == (1, 1)
+
+
+def test_inputs_are_symbols_and_functions_of_time_on_request() -> None:
+    motor = symdyn.scene.read_text(MOTOR, "motor.toml")
+    plain, moving = (symdyn.equations(motor).sympy(dynamic) for dynamic in (False, True))
+
+    assert plain.tau[0] == 3 * plain["u"] - plain["q1_dot"]
+    assert moving.tau[0] == 3 * moving["u"] - moving["q1_dot"]
+    assert moving["u"] == sympy.physics.mechanics.dynamicsymbols("u")
 
 
 def test_loops_are_closed_where_the_scene_starts() -> None:

@@ -70,8 +70,10 @@ def sympy_equations(found: SympyEquations) -> list[Markup]:
         shown: str | Markup = f"{matrix.rows} × {matrix.cols}"
         if short:
             shown = formula(vlatex(matrix, symbol_names=names, mat_str="bmatrix", mat_delim=""))
-        rows.append((formula(LETTERS.get(name, name)), shown, text))
-    law = r"M \ddot q + C \dot q + g + k_E = \tau" + (r" + G^{\mathsf T} \lambda" if found.G.rows else "")
+        rows.append((text, formula(LETTERS.get(name, name)), shown))
+    elastic = "" if found.k_E.is_zero_matrix else " + k_E"
+    loops = r" + G^{\mathsf T} \lambda" if found.G.rows else ""
+    law = rf"M \ddot q + C \dot q + g{elastic} = \tau{loops}"
     return [head(found.scene.name, "equations of motion in SymPy"), formula(law), table(("", "", ""), rows)]
 
 

@@ -45,9 +45,13 @@ def _tables(found: Scene) -> list[Markup]:
     named: list[list[Cell]] = [
         [one.name, "" if one.value is None else value_text(one.value), one.unit, one.text] for one in found.parameters
     ]
+    given = [(one.name, spell(one.value), one.unit, one.text) for one in found.inputs]
+    seen = [(one.name, spell(one.formula), one.unit, one.text) for one in found.outputs]
     gravity = ", ".join(map(spell, found.gravity))
     return [
         table(("coordinate", "unit", "joint", "type", "drive"), rows),
         table(("parameter", "value", "unit", ""), named),
+        table(("input", "unless given", "unit", ""), given),
+        table(("output", "formula", "unit", ""), seen),
         note(f"gravity [{gravity}] m/s²"),
     ]

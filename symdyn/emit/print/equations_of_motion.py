@@ -66,8 +66,9 @@ class EquationsOfMotion(Shown):
         """Return the equations as matrices and symbols of SymPy, numbers exact.
 
         Args:
-            dynamic: whether coordinates, drives and multipliers are SymPy's `dynamicsymbols`, which are functions of
-                time, and velocities their derivatives; else all are symbols, real, and positive where a parameter is.
+            dynamic: whether coordinates, drives, inputs and multipliers are SymPy's `dynamicsymbols`, which are
+                functions of time, and velocities their derivatives; else all are symbols, real, and positive where a
+                parameter is.
 
         Raises:
             DerivationError: as for `latex`. What would take minutes is refused, with what works in its place.

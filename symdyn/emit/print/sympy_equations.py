@@ -13,9 +13,12 @@ from functools import cached_property
 from typing import Any
 
 from symdyn.algebra.form import Form, Number, Symbol, product_of, sum_of
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.loops.constraint_rows import differentiated
 from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism.state import state_symbols
 from symdyn.emit.print.printable import Printable
-from symdyn.graph import Graph
+from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, acceleration_name, express
 from symdyn.shown import Shown
 
@@ -29,7 +32,7 @@ class SympyEquations(Shown):
     Attributes:
         scene: the mechanism.
         symbols: what stands for each name: parameters, coordinates, velocities (q1_dot), accelerations (q1_ddot),
-            drives, multipliers (lambda1) and t.
+            drives, inputs, multipliers (lambda1) and t.
         q, qd, qdd: coordinates, velocities and accelerations, shape (n, 1); rad or m, and per s.
         M: mass matrix, shape (n, n); kg m^2, kg m or kg.
         C: by Christoffel symbols, so that Ṁ - 2 C is skew, shape (n, n).
@@ -43,8 +46,8 @@ class SympyEquations(Shown):
         residual: r(q), of rows that hold positions, shape (p, 1).
         motions: formulas in t of the coordinates whose motion is prescribed.
         K, P: kinetic energy; potential energy of gravity and springs; J.
-        missing: why G has no closed form, "" where it has one. Its entries are then symbols such as G1_1, and there is
-            no bias and no residual.
+        unsimplified: why rows have no closed form, "" where they have one; they are then as they were derived, exact
+            and long.
     """
 
     scene: Scene
@@ -65,7 +68,7 @@ class SympyEquations(Shown):
     motions: Mapping[Any, Any]
     K: Any
     P: Any
-    missing: str = ""
+    unsimplified: str = ""
 
     def __getitem__(self, name: str) -> Any:
         """Return what stands for a name; KeyError if there is none, with those that there are."""
@@ -107,32 +110,33 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     """Return what a page says in SymPy; with `dynamic` what moves is a function of time."""
     from sympy import ImmutableMatrix
 
-    from symdyn.algebra.sympy_algebra import form_to_sympy
+    from symdyn.algebra.sympy_algebra import form_to_sympy, graph_to_sympy
 
     scene, rows, n = page.scene, page.constraints.rows, range(len(page.rows))
     positive = [one.name for one in scene.parameters if one.positive]
     rates, accelerations = scene.velocities, [acceleration_name(u) for u in scene.velocities]
     sizes = [row.multiplier for row in rows]
     names = [*(one.name for one in scene.parameters), *scene.coordinates, *rates, *accelerations]
-    names += [*(drive for drive in scene.drives if drive), *sizes, TIME]
+    names += [*filter(None, scene.drives), *(one.name for one in scene.inputs), *sizes, TIME]
     plain = {name: form_to_sympy(Symbol(name), positive) for name in names}
     symbols = plain | _in_time(scene, sizes) if dynamic else plain
     moved = {plain[name]: symbols[name] for name in names if dynamic and plain[name] != symbols[name]}
 
-    def write(form: Form) -> Any:
-        return form_to_sympy(form, positive).xreplace(moved)
+    def write(one: Form | Expr) -> Any:
+        found = graph_to_sympy([one], positive)[0] if isinstance(one, Expr) else form_to_sympy(one, positive)
+        return found.xreplace(moved)
 
-    def matrix(entries: Iterable[Sequence[Form]], width: int = 1) -> Any:
-        listed = [write(form) for row in entries for form in row]
+    def matrix(entries: Iterable[Sequence[Form | Expr]], width: int = 1) -> Any:
+        listed = [write(one) for row in entries for one in row]
         return ImmutableMatrix(len(listed) // width if width else 0, width, listed)
 
-    def column(forms: Iterable[Form]) -> Any:
-        return matrix([form] for form in forms)
+    def column(entries: Iterable[Form | Expr]) -> Any:
+        return matrix([one] for one in entries)
 
     def alone(kind: str) -> Any:
         return column(sum_of(c.form for c in row if c.kind == kind) for row in page.rows)
 
-    biased = [row.bias for row in rows if row.bias is not None]
+    kept = _as_derived(scene) if page.constraints.missing else [(row.G, row.bias, row.residual) for row in rows]
     return SympyEquations(
         scene=scene,
         symbols=symbols,
@@ -145,14 +149,14 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
         g=alone("k_G"),
         k_E=alone("k_E"),
         tau=column(page.right),
-        G=matrix([row.G for row in rows], len(n)),
+        G=matrix((G for G, _, _ in kept), len(n)),
         multipliers=column(map(Symbol, sizes)),
-        bias=column(biased),
-        residual=column(page.constraints.positions()),
+        bias=column(bias for _, bias, _ in kept if bias is not None),
+        residual=column(residual for _, _, residual in kept if residual is not None),
         motions={symbols[name]: write(form) for name, form in page.motions},
         K=write(page.K),
         P=write(page.P),
-        missing=page.constraints.missing,
+        unsimplified=page.constraints.missing,
     )
 
 
@@ -172,12 +176,23 @@ def _christoffel(page: Printable, i: int) -> list[Form]:
     return [sum_of(some) for some in terms]
 
 
+def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]]:
+    """Return G, Ġ u and residual of the rows of a scene, for those without a closed form."""
+    graph = Graph()
+    found = differentiated(scene, graph, state_symbols(scene, graph))
+    return [
+        (found.G[k], found.bias[k], found.residual[k] if found.labels[k].closes else None)
+        for k in Workspace(scene).loops.decisions.kept
+    ]
+
+
 def _in_time(scene: Scene, multipliers: Sequence[str]) -> dict[str, Any]:
-    """Return coordinates, drives and multipliers as SymPy's `dynamicsymbols`, velocities as derivatives, and its t."""
+    """Return what moves and what drives it as SymPy's `dynamicsymbols`, velocities as derivatives, and its t."""
     from sympy.physics.vector import dynamicsymbols
 
     found = {TIME: dynamicsymbols._t}
-    found |= {name: dynamicsymbols(name) for name in (*filter(None, scene.drives), *multipliers)}
+    given = [*filter(None, scene.drives), *(one.name for one in scene.inputs), *multipliers]
+    found |= {name: dynamicsymbols(name) for name in given}
     for coordinate, velocity in zip(scene.coordinates, scene.velocities, strict=True):
         found[coordinate] = dynamicsymbols(coordinate)
         found[velocity] = found[coordinate].diff(found[TIME])
