@@ -7,6 +7,7 @@ import re
 import shlex
 from pathlib import Path
 
+import pages
 import pytest
 
 from symdyn.cli import main
@@ -16,18 +17,7 @@ PAGE = ROOT / "docs" / "linearize.md"
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]\d+)?")
 
 
-def commands() -> list[tuple[str, str]]:
-    """Return the commands of the page and what stands below each."""
-    found = []
-    for block in re.split(r"^    \$ ", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
-        command, _, below = block.partition("\n")
-        shown = re.match(r"(?:    .*\n|\n(?=    ))*", below)
-        assert shown
-        found.append((command, re.sub(r"^    ", "", shown[0], flags=re.MULTILINE).rstrip("\n")))
-    return found
-
-
-@pytest.mark.parametrize(("command", "shown"), commands(), ids=lambda text: text[:60])
+@pytest.mark.parametrize(("command", "shown"), pages.commands(PAGE), ids=lambda text: text[:60])
 def test_a_command_of_the_page_prints_what_stands_there(
     command: str, shown: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

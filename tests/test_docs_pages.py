@@ -1,0 +1,56 @@
+"""The pages to begin with: their commands print what stands there, and their examples run."""
+
+from __future__ import annotations
+
+import doctest
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pages
+import pytest
+
+from symdyn.cli import main
+from symdyn.scene import read
+
+FILTERS: dict[str, Callable[[list[str], str], list[str]]] = {
+    "grep": lambda lines, word: [line for line in lines if word in line],
+    "head": lambda lines, count: lines[: -int(count)],
+    "tail": lambda lines, count: lines[int(count) :],
+}
+"""What the pages' commands are piped into."""
+
+
+def printed(command: str, capsys: pytest.CaptureFixture[str]) -> str:
+    """Return what a command prints where it is run, its pipes included; a redirection prints nothing."""
+    command, _, file = command.partition(" > ")
+    verb, *pipes = command.split(" | ")
+    assert main(shlex.split(verb)[1:]) in (None, 0), command
+    lines = capsys.readouterr().out.splitlines()
+    for program, argument in map(shlex.split, pipes):
+        lines = FILTERS[program](lines, argument)
+    if file:
+        Path(file).write_text("\n".join(lines), encoding="utf-8")
+        return ""
+    return "\n".join(line.rstrip() for line in lines)
+
+
+@pytest.mark.long(0)
+@pytest.mark.runs("cc")
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("name", ["start", "howto"])
+def test_commands_and_examples_of_a_page_do_what_stands_there(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = pages.DOCS / f"{name}.md"
+    for toml in re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL):
+        (tmp_path / "pendulum.toml").write_text(toml, encoding="utf-8")
+        assert read("pendulum.toml").coordinates == ("phi",)
+    commands = pages.commands(page)
+    assert len(commands) >= 4
+    for command, shown in commands:
+        found = printed(command, capsys)
+        assert found == shown if shown else True, command
+    assert doctest.testfile(str(page), module_relative=False).failed == 0
