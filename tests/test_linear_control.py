@@ -7,6 +7,7 @@ numbers are of Meijaard, Papadopoulos, Ruina and Schwab (Proc. R. Soc. A 463, 20
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -27,7 +28,7 @@ from symdyn.linear.regulator import kalman, lqr
 from symdyn.linear.sampled import along_a_step, sampled
 from symdyn.linear.transfer import transfers, zeros
 from symdyn.linear.weights import read_weights
-from symdyn.scene import bind, read, read_text
+from symdyn.scene import Input, bind, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.gradients import sensitivity
 
@@ -221,7 +222,7 @@ def test_the_pole_is_held_upright_by_its_gains():
 
 
 def test_gains_drive_the_drives_and_no_disturbance():
-    one = linearize(example("cart_pole"), forces={"F": "gust"})
+    one = linearize(replace(example("cart_pole"), inputs=(Input("gust"),)), forces={"F": "gust"})
 
     assert one.inputs.names == ("F", "gust")
     assert lqr(one).gains()["inputs"] == ["F"]

@@ -83,9 +83,17 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
             for p in scene.parameters
         ],
+        **_signals(scene),
         **counted,
     }
     return facts, left_out
+
+
+def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
+    """Return the inputs and the outputs that a scene names, nothing where it names none."""
+    inputs = [{"name": p.name, "value": spell(p.value), "unit": p.unit, "text": p.text} for p in scene.inputs]
+    outputs = [{"name": p.name, "formula": spell(p.formula), "unit": p.unit, "text": p.text} for p in scene.outputs]
+    return {name: some for name, some in (("inputs", inputs), ("outputs", outputs)) if some}
 
 
 def on_request(scene: Scene) -> list[str]:

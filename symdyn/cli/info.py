@@ -99,6 +99,12 @@ def show(facts: dict[str, Any]) -> None:
         rows = [tuple(one.values()) for one in facts["acting"]]
         print_table("What acts beside gravity and drives", ("", "name", "where", "law"), rows)
     show_loops(facts)
+    if facts.get("inputs"):
+        rows = [(p["name"], short(p["value"]), p["unit"], p["text"]) for p in facts["inputs"]]
+        print_table("Inputs; passed as inputs, in this order", ("name", "unless given", "unit", ""), rows)
+    if facts.get("outputs"):
+        rows = [(p["name"], short(p["formula"]), p["unit"], p["text"]) for p in facts["outputs"]]
+        print_table("Outputs", ("name", "formula", "unit", ""), rows)
     if facts["parameters"]:
         rows = [(p["name"], short(p["value"] or "free"), p["unit"], p["text"]) for p in facts["parameters"]]
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)

@@ -9,6 +9,7 @@ from symdyn.cli.talk import Waiting, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
 from symdyn.errors import SimulateError
 from symdyn.simulation import inverse, read_motion, read_path
+from symdyn.simulation.prescribed.forces import read_inputs
 from symdyn.simulation.prescribed.path_entries import tables_in
 from symdyn.simulation.prescribed.scene_motion import motion_times
 
@@ -39,6 +40,13 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         help="coordinates, e.g. q1=0.3,q2=pi/2, in place of the scene's: where those without a law rest, and of "
         "several solutions, next to which one is taken",
     )
+    verb.add_argument(
+        "--forces",
+        nargs="+",
+        action="append",
+        metavar="F",
+        help='of inputs what is given over time, such as "u=12*sin(t)"; or a .toml or .csv file',
+    )
     verb.add_argument("--until", type=float, metavar="T", help="time of the end, s (default: the times of a .csv file)")
     add_output_options(verb)
 
@@ -49,9 +57,10 @@ def run(options: argparse.Namespace) -> int:
     laws, paths = flattened(options.motion), flattened(options.path)
     if not laws and not paths:
         raise SimulateError("nothing says how it moves; give --motion coordinate=law, or --path point=x,y,z")
-    motion, path, start, _, times = collected(
+    motion, path, forces, start, _, times = collected(
         lambda: read_motion(scene, laws),
         lambda: read_path(scene, paths),
+        lambda: read_inputs(scene, flattened(options.forces)),
         lambda: pairs(options.start, "--start"),
         lambda: check_outputs(scene, options),
         lambda: motion_times([*laws, *tables_in(paths)], options.until, options.every),
@@ -66,6 +75,7 @@ def run(options: argparse.Namespace) -> int:
             lambda line: say(f"symdyn: {line}"),
             path=path,  # type: ignore[arg-type]
             start=start,  # type: ignore[arg-type]
+            forces=forces,  # type: ignore[arg-type]
         )
     deliver(trajectory, options)
     if trajectory.complete:

@@ -46,7 +46,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         nargs="+",
         action="append",
         metavar="F",
-        help='name=formula, such as "tau1=-2*q1+r": names that nobody knows, as r, are inputs; or a .toml or .csv file',
+        help='name=formula of a drive or an input, such as "tau1=-2*q1+r" with [inputs.r]; or a .toml or .csv file',
     )
     verb.add_argument("--along", metavar="FILE", help="a run, .csv or .npz, as simulate -o writes it")
     verb.add_argument(
@@ -106,7 +106,7 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
     outputs = [] if options.outputs is None else split_commas(options.outputs) or [""]
     independent = split(options.independent) or ()
     forces, start = collected(
-        lambda: read_forces(scene, flattened(options.forces), inputs=True),
+        lambda: read_forces(scene, flattened(options.forces), differentiable=True),
         lambda: (
             None
             if options.at == REST or options.along is not None

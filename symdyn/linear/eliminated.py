@@ -67,7 +67,7 @@ class Place:
 
 
 def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u: Array, given: Array) -> Place:
-    """Return what happens at a state, forces beside those of formulas `given`, shape (nv,).
+    """Return what happens at a state, forces and inputs beside those of formulas `given`, shape (nv + inputs,).
 
     Raises:
         LinearizeError: loops or rows lose rank there, or a motion moves no mass.
@@ -76,7 +76,7 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
     scene, state = v.w.scene, v.w.state
     values = symbols_at(v, parameters, t, q, u, given)
     found = v.motion.at(values)
-    M, G, h = found["M"], found["G"], found["h"] - given
+    M, G, h = found["M"], found["G"], found["h"] - given[: len(u)]
     diagonal = np.abs(np.diag(M))
     sizes = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     free = _free(scene.name, G * sizes) * sizes[:, None]
@@ -88,7 +88,7 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
             "another place, or a mass or an inertia"
         )
     a, multipliers = _solved(M, G, h[:, None], found["b"][:, None])
-    point = Point(t, q, u, a[:, 0], found["push"] + given, multipliers[:, 0])
+    point = Point(t, q, u, a[:, 0], found["push"] + given[: len(u)], multipliers[:, 0], found["inputs"])
     values |= dict(zip(state.qdd, a[:, 0].tolist(), strict=True))
     values |= dict(zip(v.multipliers, multipliers[:, 0].tolist(), strict=True))
     return Place(point, values, M, G, np.array(v.holding, dtype=bool), found["H"], sizes)
@@ -97,12 +97,13 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
 def symbols_at(
     v: Variations, parameters: Mapping[str, float], t: float, q: Array, u: Array, given: Array
 ) -> dict[Expr, float]:
-    """Return values of all symbols at a state, accelerations, multipliers and free inputs zero."""
+    """Return values of all symbols at a state, forces and inputs beside formulas `given`; accelerations are zero."""
     graph, state = v.w.graph, v.w.state
     values: dict[Expr, float] = {graph.symbol(name): x for name, x in parameters.items()}
     values |= dict(zip(state.q, q.tolist(), strict=True)) | dict(zip(state.qd, u.tolist(), strict=True))
-    values |= dict.fromkeys([*state.qdd, *v.multipliers, *map(graph.symbol, v.inputs)], 0.0)
-    return values | dict(zip(state.tau, given.tolist(), strict=True)) | {graph.symbol(TIME): t}
+    values |= dict.fromkeys([*state.qdd, *v.multipliers], 0.0)
+    acting = (*state.tau, *map(graph.symbol, v.inputs))
+    return values | dict(zip(acting, given.tolist(), strict=True)) | {graph.symbol(TIME): t}
 
 
 def _free(name: str, G: Array) -> Array:
@@ -188,7 +189,7 @@ class Matrices:
 
 
 def matrices(v: Variations, here: Place, choice: Choice, drives: Sequence[int]) -> Matrices:
-    """Return the linear system at a place, inputs being `drives` and then free symbols."""
+    """Return the linear system at a place, inputs being `drives` and then those of the scene."""
     n, p, inputs = len(here.M), len(choice.positions), len(drives) + len(v.inputs)
     slopes, told = v.slopes.at(here.values), v.outputs.at(here.values)
     e, c, s = slopes["e"], slopes["c"], slopes["s"]

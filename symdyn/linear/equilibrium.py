@@ -144,8 +144,9 @@ class _Search:
         self.asked, self.v, self.scene, self.t = asked, asked.functions, asked.scene, t
         self.block, state, graph = self.v.statics, self.v.w.state, self.v.w.graph
         self.values: dict[Expr, Any] = {graph.symbol(name): x for name, x in opened(self.scene).values.items()}
-        self.values |= dict.fromkeys(map(graph.symbol, self.v.inputs), 0.0) | {graph.symbol(TIME): t}
-        self.values |= dict(zip(state.tau, asked.forces.tabulated(np.asarray(t), state.n).tolist(), strict=True))
+        self.values[graph.symbol(TIME)] = t
+        acting = (*state.tau, *map(graph.symbol, self.v.inputs))
+        self.values |= dict(zip(acting, asked.forces.tabulated(np.asarray(t), len(acting)).tolist(), strict=True))
         parts = self.block.parts
         needed = set(reachable([x for name in "frG" for x in parts[name][1]]))
         self.idle = [q not in needed for q in state.q]

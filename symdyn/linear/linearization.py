@@ -53,6 +53,7 @@ class Point:
         udot: their rates, shape (nv,).
         tau: driving forces, shape (nv,).
         multipliers: of the kept rows, then of prescribed motions, N and N m.
+        inputs: of the scene, in its order.
     """
 
     t: float
@@ -61,6 +62,7 @@ class Point:
     udot: Array
     tau: Array
     multipliers: Array
+    inputs: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class Linearization(Shown):
         dropped: cyclic positions of a steady motion that are no states, as nothing depends on them.
         cyclic: positions that can be anywhere: equilibria, or motions, are the same there; one eigenvalue zero each.
         family: how many more directions lead to other equilibria next to this one.
-        feeding: forces at the point, shape (nv,), where formulas of these depend on the state: part of A, and not of
+        feeding: forces, then inputs, at the point where formulas of these depend on the state: part of A, and not of
             what gains have to give; () where forces are constant.
         notes: what a user should know.
     """

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import Equilibria, equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
 from symdyn.scene import SceneLike, bind, scene_of
+from symdyn.scene.values.value import value_of
 from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import Forces
@@ -33,9 +36,9 @@ def linearize(
         scene: the mechanism, its parameters bound.
         at: formulas by coordinate, in place of what the scene says of its start; or a whole state.
         rates: formulas by velocity.
-        forces: driving forces, from `read_forces`, or what that takes; names that nobody knows are inputs, zero at the
-            point, beside the declared drives.
-        outputs: formulas, see `outputs.py`; all coordinates without.
+        forces: driving forces and inputs at the point, from `read_forces`, or what that takes; deviations from them are
+            the inputs of the system.
+        outputs: formulas, see `outputs.py`; without, the outputs of the scene, or else all coordinates.
         independent: coordinates that determine the others where loops close; () leaves the choice to conditioning.
         t: time, s, of what depends on it.
         values: of parameters, in place of those that the scene gives.
@@ -89,10 +92,14 @@ def linearize_along(
 
 def along(asked: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
     """Return the systems along a run; see `linearize_along`."""
-    fed = [*asked.forces.formulas, *asked.functions.w.prescribed.place]
+    fed, n = [*asked.forces.formulas, *asked.functions.w.prescribed.place], len(asked.scene.velocities)
+    usual = [
+        0.0 if k in asked.forces.outside else float(value_of(one.value, {}) or 0)
+        for k, one in enumerate(asked.scene.inputs, n)
+    ]
     found: list[Linearization] = []
-    for t, q, u, tau in zip(run.t, run.q, run.qd, run.tau, strict=True):
-        given = tau.copy()
+    for t, q, u, tau, inputs in zip(run.t, run.q, run.qd, run.tau, run.inputs, strict=True):
+        given = np.concatenate([tau, inputs - usual])
         given[fed] = 0.0
         like = found[0] if found else None
         found.append(replace(asked.at(q, u, float(t), given=given, like=like), kind="moving"))

@@ -1,29 +1,25 @@
-"""What is looked at: formulas in what `simulate` has columns of, on the graph of the equations.
+"""What is looked at: formulas in what outputs of a scene may name, on the graph of the equations.
 
-Names are coordinates, velocities, accelerations, drives, parameters, time, `point_tip_x`, `reaction_hinge_fx` and
-`multiplier_cut_fx_joint`.
+Letters are those of `symdyn.scene.values.signals`, parameters, and the outputs that the scene declares.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.loops.loop_decisions import loose_rows
+from symdyn.dynamics.mechanism.prescribed import inputs_of
 from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.roads.signal_outputs import Moving, expressed
 from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.errors import LinearizeError
+from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity, Scene, acceleration_name, express
+from symdyn.scene import Quantity, Scene, acceleration_name
 from symdyn.scene.units import coordinate_units, drives_with_units, velocity_units
-from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import symbol
+from symdyn.scene.values.signals import AXES, LOOSE, MULTIPLIER, REACTION, point_names
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import point_names, points
-from symdyn.simulation.prescribed.formulas_in_time import TIME, close, read_formula
-from symdyn.simulation.reaction_columns import multiplier_names, reaction_names
-
-REACTION, MULTIPLIER = "reaction_", "multiplier_"
+from symdyn.simulation.prescribed.formulas_in_time import close, read_seen
 
 
 @dataclass(frozen=True)
@@ -36,29 +32,22 @@ class Outputs:
 
 
 def read_outputs(scene: Scene, texts: Sequence[str]) -> Outputs:
-    """Return what is looked at; all coordinates where nothing is said.
+    """Return what is looked at; where nothing is said the outputs of the scene, or else all coordinates.
 
     Raises:
         SimulateError: with every fault, one line each.
     """
-    if not texts:
+    declared = {one.name: one for one in scene.outputs}
+    if not texts and not declared:
         return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), coordinate_units(scene))
-    faults, units = Faults(""), _units(scene)
-    parameters = [one.name for one in scene.parameters]
-    formulas = []
-    for text in texts:
-        later = _late(text)  # known once it is derived
-        formulas.append(read_formula(text, (TIME, *units, *parameters, *later), "outputs", faults))
-    for text in dict.fromkeys(text for text in texts if list(texts).count(text) > 1):
+    texts, faults, units = tuple(texts) or tuple(declared), Faults(""), _units(scene)
+    formulas = [read_seen(scene, text, "outputs", faults) for text in texts]
+    for text in dict.fromkeys(text for text in texts if texts.count(text) > 1):
         faults.add("outputs", f"{text} is given twice; give it once")
     close(faults)
     found = tuple(one for one in formulas if one is not None)
-    return Outputs(tuple(texts), found, tuple(_unit(one, units) for one in found))
-
-
-def _late(text: str) -> list[str]:
-    words = "".join(x if x.isalnum() or x == "_" else " " for x in text).split()
-    return [word for word in words if word.startswith((REACTION, MULTIPLIER))]
+    told = [declared[text].unit if text in declared else "" for text in texts]
+    return Outputs(texts, found, tuple(one or _unit(formula, units) for one, formula in zip(told, found, strict=True)))
 
 
 def _units(scene: Scene) -> dict[str, str]:
@@ -68,6 +57,7 @@ def _units(scene: Scene) -> dict[str, str]:
     found |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, units, strict=True)}
     found |= {acceleration_name(name): f"{unit}/s^2" for name, unit in zip(scene.velocities, units, strict=True)}
     found |= {drive: unit for _, drive, unit in drives_with_units(scene)}
+    found |= {one.name: one.unit for one in scene.inputs}
     return found | dict.fromkeys(point_names(scene), "m")
 
 
@@ -76,35 +66,27 @@ def _unit(formula: Quantity, units: dict[str, str]) -> str:
     if formula != symbol(name):
         return ""
     if name.startswith((REACTION, MULTIPLIER)):
-        component = name.removesuffix("_joint").rpartition("_")[2]
+        plain = name.removesuffix(LOOSE).removesuffix("_joint").removesuffix("_ground")
+        component = plain.rpartition("_")[2]
         return "N m" if component.startswith("m") and len(component) == 2 else "N"
     return units.get(name, "")
 
 
 def on_graph(
-    w: Workspace, formulas: Sequence[Quantity], multipliers: Sequence[Expr], push: Sequence[Expr]
+    w: Workspace, formulas: Sequence[Quantity], multipliers: Sequence[Expr], acting: Mapping[Expr, Expr]
 ) -> list[Expr]:
-    """Return formulas as entries; drives are what formulas of forces push, and what is given beside.
+    """Return formulas as entries; `acting` tells what driving forces and inputs are.
 
     Raises:
         LinearizeError: a reaction or a multiplier that there is not.
     """
-    graph, state = w.graph, w.state
-    acting = {tau: tau + more for tau, more in zip(state.tau, push, strict=True)}
-    found = {graph.symbol(drive): acting[tau] for drive, tau in zip(w.scene.drives, state.tau, strict=True) if drive}
-    named = [name for one in formulas for name in one.symbols]
-    if w.scene.points:
-        found |= {graph.symbol(n): x for n, x in zip(point_names(w.scene), points(w).entries, strict=True)}
-    late: dict[str, Expr] = {}
-    if any(name.startswith(REACTION) for name in named):
-        function = derive_one(w, "forward_reactions" if w.scene.is_closed else "reactions")
-        late |= zip(reaction_names(function), substitute(function.entries, acting), strict=True)
-    if any(name.startswith(MULTIPLIER) for name in named) and w.scene.is_closed:
-        decisions, numbers = w.loops.decisions, w.loops.numbers
-        names = multiplier_names(w.scene, decisions, numbers, loose_rows(numbers, decisions.assembly))
-        late |= zip(names, multipliers, strict=False)  # those of prescribed motions follow
-    for name in named:
-        if name.startswith((REACTION, MULTIPLIER)) and name not in late:
-            raise LinearizeError(f"outputs: {name} is not known; {suggestion(name, late)}")
-    found |= {graph.symbol(name): x for name, x in late.items()}
-    return substitute([express(one, graph) for one in formulas], found)
+
+    def reactions(axes: str) -> list[Expr]:
+        name = "forward_reactions" if w.scene.is_closed else "reactions"
+        return substitute(derive_one(w, name if axes == AXES[0] else f"{name}:{axes}").entries, acting)
+
+    moving = Moving(lambda: w.state.qdd, lambda: [acting[tau] for tau in w.state.tau], reactions, lambda: multipliers)
+    try:
+        return expressed(w, formulas, moving, inputs={one: acting[one] for one in inputs_of(w.scene, w.graph)})
+    except DerivationError as fault:
+        raise LinearizeError(str(fault)) from None

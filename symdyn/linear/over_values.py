@@ -104,7 +104,13 @@ def systems(
     """
     formulas = [*(at or {}).values(), *(rates or {}).values()]
     formulas += list(forces.values()) if isinstance(forces, Mapping) else list(forces)
-    taken = {*scene.coordinates, *scene.velocities, *filter(None, scene.drives), "t"}
+    taken = {
+        *scene.coordinates,
+        *scene.velocities,
+        *filter(None, scene.drives),
+        *(one.name for one in scene.inputs),
+        "t",
+    }
     if name in taken:
         raise LinearizeError(f"--over: {name} moves; a range is of a parameter, or of a letter that formulas name")
     if name not in [one.name for one in scene.parameters]:
@@ -122,7 +128,7 @@ def systems(
     def system(value: float) -> Linearization:
         bound = bind(scene, {name: value})
         form = opened(bound).scene
-        read = read_forces(bound, forces, inputs=True) if forces else Forces()
+        read = read_forces(bound, forces, differentiable=True) if forces else Forces()
         if form not in derived:
             derived[form] = prepared(bound, read, outputs, independent)
         asked = replace(derived[form], scene=bound, forces=read)

@@ -19,7 +19,7 @@ from symdyn.linear.variations import Variations, variations
 from symdyn.scene import Scene
 from symdyn.scene.units import velocity_units
 from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.prescribed.forces import Forces, inputs_of, read_forces
+from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 CORNER = 1e-12
@@ -49,9 +49,9 @@ class Prepared:
         return bool(self.forces.tables) or v.w.graph.symbol(TIME) in v.motion.order
 
     def place(self, q: Array, u: Array, t: float = 0.0, given: Array | None = None) -> Place:
-        """Return what happens at a state; forces are `given` in place of what tables say, shape (nv,)."""
+        """Return what happens at a state; forces, then inputs, are `given` in place of what tables say."""
         values = opened(self.scene).values
-        tables = self.forces.tabulated(np.asarray(t), len(u)) if given is None else given
+        tables = self.forces.tabulated(np.asarray(t), len(u) + len(self.scene.inputs)) if given is None else given
         try:
             return place(self.functions, values, t, q, u, tables)
         except NoValueError as fault:
@@ -59,8 +59,9 @@ class Prepared:
 
     def kinematics(self, q: Array, t: float = 0.0) -> tuple[Array, Array]:
         """Return the rows that hold velocities, those of prescribed motions last, shape (rows, nv), and H: q̇ = H u."""
-        v, none = self.functions, np.zeros(len(self.scene.velocities))
-        found = v.motion.at(symbols_at(v, opened(self.scene).values, t, q, none, none))
+        v, still = self.functions, np.zeros(len(self.scene.velocities))
+        nothing = np.zeros(len(still) + len(self.scene.inputs))
+        found = v.motion.at(symbols_at(v, opened(self.scene).values, t, q, still, nothing))
         return found["G"], found["H"]
 
     def at(
@@ -92,7 +93,7 @@ class Prepared:
         )
         inputs = Axis(
             (*(str(scene.drives[k]) for k in self.drives), *v.inputs),
-            (*("N m" if units[k] == "rad" else "N" for k in self.drives), *("" for _ in v.inputs)),
+            (*("N m" if units[k] == "rad" else "N" for k in self.drives), *(one.unit for one in scene.inputs)),
         )
         return Linearization(
             scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,
@@ -103,9 +104,12 @@ class Prepared:
     def _feeding(self, here: Place, given: Array | None) -> tuple[float, ...]:
         """Return the forces at a place, those `given` apart, if formulas of them depend on the state."""
         state, formulas = {*self.scene.coordinates, *self.scene.velocities}, self.forces.formulas
-        if all(self.scene.drives[k] and not state.intersection(one.symbols) for k, one in formulas.items()):
+        n = len(self.scene.velocities)
+        led = [k for k in formulas if k < n and not self.scene.drives[k]]
+        if not led and not any(state.intersection(one.symbols) for one in formulas.values()):
             return ()
-        return tuple((here.point.tau - (0.0 if given is None else given)).tolist())
+        found = np.concatenate([here.point.tau, here.point.inputs])
+        return tuple((found - (0.0 if given is None else given)).tolist())
 
     def _corners(self, here: Place) -> list[str]:
         """Return what is said of signs and absolute values that turn over at a place."""
@@ -145,17 +149,17 @@ def prepared(
             f"{scene.name}: --independent: it has no loops and no rows, all its coordinates are independent; leave "
             "--independent out"
         )
-    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces, inputs=True)
+    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces, differentiable=True)
     if forces.functions:
         raise LinearizeError(
             [f"{one.where}: a function has no derivatives; write a formula" for one in forces.functions]
         )
     looked = read_outputs(scene, outputs)
     closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)
-    inputs = inputs_of(scene, forces)
     if not scene.is_closed:
         closing = LoopChoices()  # nothing is decided in numbers, and one derivation serves all values
-    v = variations(found.scene, closing, tuple(forces.formulas.items()), inputs, looked.formulas)
+    usual = {k: one.value for k, one in enumerate(scene.inputs, len(scene.velocities)) if k not in forces.outside}
+    v = variations(found.scene, closing, tuple((usual | dict(forces.formulas)).items()), looked.formulas)
     every = range(len(scene.velocities))
     wanted = v.w.loops.decisions.partition.independent if scene.is_closed else every
     return Prepared(scene, forces, looked, v, tuple(k for k in wanted if k not in v.w.prescribed.place))

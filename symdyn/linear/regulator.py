@@ -55,16 +55,16 @@ class Regulator:
     def gains(self) -> dict[str, object]:
         """Return what `symdyn simulate --feedback` reads."""
         one = self.system
-        drives = [str(drive) for drive in one.scene.drives]
+        names = [*map(str, one.scene.drives), *(letter.name for letter in one.scene.inputs)]
         point = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
         point |= dict(zip(one.scene.velocities, one.point.u.tolist(), strict=True))
-        held = one.point.tau - (one.feeding or 0.0)
+        held = np.concatenate([one.point.tau, one.point.inputs]) - (one.feeding or 0.0)
         found: dict[str, object] = {
             "K": self.K.tolist(),
             "states": list(one.states.names),
             "inputs": list(self.inputs),
             "x0": point,
-            "u0": {name: float(held[drives.index(name)]) for name in self.inputs if name in drives},
+            "u0": {name: float(held[names.index(name)]) for name in self.inputs},
         }
         return found if self.period is None else found | {"period": self.period}
 
@@ -102,7 +102,7 @@ def lqr(
             does not decay, and that no input moves.
     """
     if not one.inputs.names:
-        raise LinearizeError(f"{one.scene.name}: nothing drives it; declare a drive, or name an input: --forces NAME=w")
+        raise LinearizeError(f"{one.scene.name}: nothing drives it; declare a drive, or an input: [inputs.u]")
     drives = [k for k, name in enumerate(one.inputs.names) if name in one.scene.drives]
     used = drives or list(range(len(one.inputs)))
     inputs = one.inputs.of(used)

@@ -103,6 +103,8 @@ def where(found: Linearization) -> str:
         for k, x in enumerate(point.tau)
         if abs(x) > NOTHING
     ]
+    inputs = zip(scene.inputs, point.inputs, strict=False)
+    parts += [f"{one.name} = {number(x)} {one.unit}".rstrip() for one, x in inputs if abs(x) > NOTHING]
     parts = [part.removesuffix(" 1") for part in parts]
     return f"at {', '.join(parts)}" + (f"; t = {number(point.t)} s" if point.t else "")
 
@@ -218,6 +220,12 @@ def _escaped(name: str) -> str:
     return name.replace("_", r"\_").replace("*", r"\cdot ").replace("^", r"\hat{}")
 
 
+def _given(found: Linearization) -> dict[str, dict[str, float]]:
+    """Return inputs at the point, where a scene has such."""
+    names = [one.name for one in found.scene.inputs]
+    return {"inputs": dict(zip(names, found.point.inputs.tolist(), strict=True))} if names else {}
+
+
 def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str, Any]:
     """Return a system for JSON, all digits."""
     scene, point, verdict = found.scene, found.point, stability(found)
@@ -230,6 +238,7 @@ def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str,
             "q": dict(zip(scene.coordinates, point.q.tolist(), strict=True)),
             "u": dict(zip(scene.velocities, point.u.tolist(), strict=True)),
             "tau": dict(zip(drive_names(scene), point.tau.tolist(), strict=True)),
+            **_given(found),
         },
         **{name: [{"name": n, "unit": u} for n, u in zip(a.names, a.units, strict=True)] for name, a in axes.items()},
         "positions": found.positions,

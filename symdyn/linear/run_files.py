@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +30,7 @@ def read_run(scene: Scene, path: Path) -> Trajectory:
         raise LinearizeError(f"{path}: runs are read from {' or '.join(READERS)} files, as simulate -o writes them")
     if not path.is_file():
         raise LinearizeError(f"{path}: there is no such file")
-    t, columns = reader(path)
+    t, columns = reader(path, [one.name for one in scene.inputs])
     missing = [name for name in (*scene.coordinates, *scene.velocities) if name not in columns]
     if missing:
         raise LinearizeError(
@@ -41,28 +41,33 @@ def read_run(scene: Scene, path: Path) -> Trajectory:
     u = np.stack([columns[name] for name in scene.velocities], axis=-1)
     forces = (columns.get(f"force {k}", columns.get(name, still)) for k, name in enumerate(drive_names(scene)))
     tau = np.stack(list(forces), axis=-1)
-    return Trajectory(scene, t, q, u, np.zeros_like(u), tau)
+    lacking = [one.name for one in scene.inputs if one.name not in columns]
+    if lacking:
+        raise LinearizeError(f"{path}: has no column {', '.join(lacking)}, which {scene.name} is given over time")
+    given = {one.name: columns[one.name] for one in scene.inputs}
+    return Trajectory(scene, t, q, u, np.zeros_like(u), tau, given)
 
 
-def _csv(path: Path) -> tuple[Array, Mapping[str, Array]]:
+def _csv(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
     found = read_columns(path)
     return found.t, found.values
 
 
-def _npz(path: Path) -> tuple[Array, Mapping[str, Array]]:
+def _npz(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
     if path.stat().st_size > LARGEST:
         raise LinearizeError(f"{path}: is larger than {LARGEST >> 20} MiB; give fewer rows")
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: np.asarray(file[name]) for name in ("t", "q", "qd", "tau")}
             names = [str(name) for key in ("coordinates", "velocities") for name in file[key]]
+            more = {name: np.asarray(file[name]) for name in inputs if name in file}
     except (OSError, ValueError, KeyError, EOFError) as fault:
         raise LinearizeError(f"{path}: is no run that simulate has written: {fault}") from None
     wide = np.hstack([arrays["q"], arrays["qd"]])
     if wide.shape != (len(arrays["t"]), len(names)) or not np.isfinite(wide).all():
         raise LinearizeError(f"{path}: its rows do not fit its names, or are not finite")
     found = {name: wide[:, k] for k, name in enumerate(names)}
-    return arrays["t"], found | {f"force {k}": column for k, column in enumerate(arrays["tau"].T)}
+    return arrays["t"], found | more | {f"force {k}": column for k, column in enumerate(arrays["tau"].T)}
 
 
 READERS = {".csv": _csv, ".npz": _npz}

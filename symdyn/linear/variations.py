@@ -21,6 +21,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array, Batches, Floats
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
+from symdyn.dynamics.mechanism.prescribed import inputs_of
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
 from symdyn.linear.outputs import on_graph
@@ -79,9 +80,9 @@ class Variations:
         w: what they are derived on.
         multipliers: symbols λ of the kept rows, then of prescribed motions.
         holding: which rows hold positions.
-        inputs: free symbols of the forces, in order.
+        inputs: names of the inputs, deviations from what is given.
         motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "b" (c at u̇ = 0),
-            "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u).
+            "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u), "inputs".
         slopes: "e" and the part "p" of it that formulas of forces have, along q, u, u̇ and w, shape (nv, 3 nv + nw); "c"
             along q and u, "s" along q.
         outputs: "y", and "y_" along q, u, u̇, λ, τ and w.
@@ -127,7 +128,6 @@ def variations(
     scene: Scene,
     closing: LoopChoices,
     formulas: tuple[tuple[int, Quantity], ...],
-    inputs: tuple[str, ...],
     outputs: tuple[Quantity, ...],
 ) -> Variations:
     """Return the functions of a scene, its parameters free, under formulas of driving forces by velocity.
@@ -135,7 +135,7 @@ def variations(
     Raises:
         DerivationError: loops cannot be assembled, or friction is ideal.
     """
-    return _written(scene, closing, formulas, inputs, outputs)
+    return _written(scene, closing, formulas, outputs)
 
 
 @growing()
@@ -143,7 +143,6 @@ def _written(
     scene: Scene,
     closing: LoopChoices,
     formulas: tuple[tuple[int, Quantity], ...],
-    inputs: tuple[str, ...],
     outputs: tuple[Quantity, ...],
 ) -> Variations:
     refuse_ideal_friction(scene)
@@ -151,14 +150,17 @@ def _written(
     graph, state, n = w.graph, w.state, w.state.n
     places = dict(formulas)
     zero = graph.zero
-    push = [express(places[k], graph) if k in places else zero for k in range(n)]
+    letters = inputs_of(scene, graph)
+    acting = {one: one + express(places[k], graph) if k in places else one for k, one in enumerate(letters, n)}
+    push = substitute([express(places[k], graph) if k in places else zero for k in range(n)], acting)
+    acting |= {tau: tau + more for tau, more in zip(state.tau, push, strict=True)}
     bias, G, residual, holding = _rows(w)
     rates = [graph.total(entry * u for entry, u in zip(row, state.qd, strict=True)) for row in G]
     multipliers = tuple(graph.symbol(f"lambda[{k}]") for k in range(len(G)))
     pulled = [graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True)) for k in range(n)]
-    forces = w.forces(list(state.qdd))
+    forces = substitute(w.forces(list(state.qdd)), {one: acting[one] for one in letters})
     along = list(w.directions.along)
-    own = list(map(graph.symbol, inputs))
+    own = list(letters)
 
     def columns(entries: Sequence[Expr], *groups: Sequence[Mapping[Expr, Expr]]) -> tuple[tuple[int, int], list[Expr]]:
         seeds = [dict(one) for group in groups for one in group]
@@ -169,29 +171,25 @@ def _written(
         return [{one: graph.one} for one in symbols]
 
     q, u, a = along, each(state.qd), each(state.qdd)
-    acting = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
-    swept = columns(acting, q, u, a, each(own))
-    if not scene.is_closed:  # by the road that costs least
+    balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
+    swept = columns(balance, q, u, a, each(own))
+    if not scene.is_closed and not own:  # by the road that costs least
         direct = cheapest(w, "inverse_dynamics_derivatives")
-        others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a, each(own))
-        whole, width = [], 3 * n + len(own)
-        for i in range(n):
-            row = list(direct.entries[i * 3 * n : (i + 1) * 3 * n]) + [zero] * len(own)
-            whole += [x - y for x, y in zip(row, others[1][i * width : (i + 1) * width], strict=True)]
-        swept = (n, width), whole
+        others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
+        swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
     still = dict.fromkeys([*state.qdd, *multipliers], zero)
     resting = [one - acted for one, acted in zip(substitute(forces, still), push, strict=True)]
     moving = [
         c + graph.total(x * y for x, y in zip(row, state.qdd, strict=True)) for c, row in zip(bias, G, strict=True)
     ]
     along_q = [along_k.get(one, zero) for one in state.q for along_k in along]
-    y = on_graph(w, outputs, multipliers, push)
+    y = on_graph(w, outputs, multipliers, acting)
     return Variations(
-        w, multipliers, tuple(holding), inputs,
+        w, multipliers, tuple(holding), tuple(one.name for one in scene.inputs),
         block(
             M=columns(forces, a), h=((n,), resting), G=((len(G), n), [x for row in G for x in row]),
             b=((len(G),), bias), r=((len(G),), residual), s=((len(G),), rates), push=((n,), push),
-            H=((len(state.q), n), along_q),
+            H=((len(state.q), n), along_q), inputs=((len(own),), [acting[one] for one in own]),
         ),
         block(e=swept, p=columns(push, q, u, a, each(own)), c=columns(moving, q, u), s=columns(rates, q)),
         block(y=((len(y),), y), y_=columns(y, q, u, a, each(multipliers), each(state.tau), each(own))),

@@ -13,9 +13,9 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.columns import apart
-from symdyn.simulation.equations.compiled_routines import point_names
 from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
@@ -30,10 +30,11 @@ from symdyn.simulation.joint_limits import at_start, named, on_the_way, reached,
 from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import TIME, close, noted, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values, read_seen
 from symdyn.simulation.prescribed.numbers_in_time import sample_times
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.run import STOPPED, Run, integrated
+from symdyn.simulation.signal_columns import output_columns
 from symdyn.simulation.trajectory import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulation.valueless import valueless
 
@@ -85,7 +86,7 @@ def simulate(
         method: a key of `METHODS`; None chooses.
         rtol: relative tolerance of a step; None takes the method's.
         atol: absolute tolerance of a step; None takes rtol.
-        stops: formulas in t, coordinates, velocities and parameters; where one crosses zero the run ends.
+        stops: formulas in what outputs may name, and in outputs; where one crosses zero the run ends.
         reports: likewise; where one crosses zero the event is kept.
         every: seconds between samples; None for 200 samples.
         reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
@@ -120,7 +121,9 @@ def simulate(
     close(faults)
     system = state_equations(scene, forces, zeros, initial.q if isinstance(start, Start) else None)
     if laws:
-        loop = Loops([Loop(law, len(scene.coordinates), len(scene.velocities), until) for law in laws])
+        loop = Loops(
+            [Loop(law, len(scene.coordinates), len(scene.velocities), until, len(scene.inputs)) for law in laws]
+        )
         loop.start(initial.q, initial.u)
         system = replace(system, loop=loop)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
@@ -171,10 +174,15 @@ def _told(
         qdd = system.tell("rates", run.t, run.x)[:, parts[1]]
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
         found = Trajectory(scene, run.t, q, u, qdd, tau, events=events, stopped=_why(system, formulas, run))
+        if scene.inputs:
+            told = np.broadcast_to(system.tell("inputs", run.t, run.x), (len(run.t), len(scene.inputs)))
+            columns = {one.name: column for one, column in zip(scene.inputs, told.T, strict=True)} | columns
+            found = replace(found, extra=columns)
         if scene.points:
             columns |= dict(zip(point_names(scene), system.tell("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
             columns |= reaction_columns(found, given=True, axes=axes)
+        columns |= output_columns(replace(found, extra=columns), given=True)
         contacts, seen = needed(system, found)
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
@@ -212,10 +220,9 @@ def check_run(
     Raises:
         SimulateError: with every fault, one line each.
     """
-    values = parameter_values(scene)
+    parameter_values(scene)
     faults = Faults("")
-    allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
-    events = [read_formula(text, allowed, "event", faults) for text in formulas]
+    events = [read_seen(scene, text, "event", faults) for text in formulas]
     for text, event in zip(formulas, events, strict=True):
         if event is not None and not event.symbols:
             faults.add("event", f'"{text}" is a constant, which crosses nothing')

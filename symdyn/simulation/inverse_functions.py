@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.prescribed import INPUTS
 from symdyn.dynamics.mechanism.state import state_symbols
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.dynamics.roads.workspace import Workspace
@@ -60,12 +61,19 @@ class InverseFunctions:
         )
 
     def __call__(
-        self, name: str, t: Any, q: Array, u: Array, a: Array | None = None, tau: Array | None = None
+        self,
+        name: str,
+        t: Any,
+        q: Array,
+        u: Array,
+        a: Array | None = None,
+        tau: Array | None = None,
+        inputs: Array | None = None,
     ) -> Array:
         """Return a function's values, one a row."""
         if name in self._lacking:
             return np.zeros((*q.shape[:-1], *self._lacking[name]))
-        return _called(self._made, self._calls, name, t, q, u, a, tau)
+        return _called(self._made, self._calls, name, t, q, u, a, tau, inputs)
 
     def rates(self, q: Array, u: Array) -> dict[str, Array]:
         """Return the rates of kinematics, rows and Jacobians by name."""
@@ -87,8 +95,9 @@ def _called(
     u: Array,
     a: Array | None = None,
     tau: Array | None = None,
+    inputs: Array | None = None,
 ) -> Array:
-    name, known = identifier(name), {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t}
+    name, known = identifier(name), {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t, INPUTS: inputs}
     with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
         found = np.asarray(calls[name](*(known[one] for one in made.takes(name))), dtype=np.float64)
     return np.broadcast_to(found, (*q.shape[:-1], *made.program[name].function.shape))

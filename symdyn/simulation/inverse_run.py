@@ -22,23 +22,24 @@ from symdyn.errors import SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneLike, bind, scene_of, spell, velocity_name
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
-from symdyn.simulation.equations.compiled_routines import point_names
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.followed import Followed, Tied, followed
 from symdyn.simulation.initial import Values, no_equations, read_guess
 from symdyn.simulation.inverse_functions import InverseFunctions
 from symdyn.simulation.joint_limits import passages, passed
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, drive_names
+from symdyn.simulation.prescribed.forces import Forces, drive_names, places_of, read_inputs
 from symdyn.simulation.prescribed.formulas_in_time import bound, close, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.path_entries import read_path
 from symdyn.simulation.prescribed.point_path import ScenePath
 from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
+from symdyn.simulation.signal_columns import input_columns, output_columns
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.valueless import valueless
 
@@ -58,6 +59,7 @@ def inverse(
     values: Mapping[str, object] | None = None,
     path: ScenePath | Entries = (),
     start: Values | None = None,
+    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
 ) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
@@ -76,6 +78,7 @@ def inverse(
         path: where points and frames are to be, from `read_path`, or what that takes; coordinates without a law follow.
         start: formulas by coordinate, in place of what the scene says: where coordinates without a law rest, or of
             several solutions, next to which one is taken at the first time.
+        forces: of inputs what is given over time, as `simulate` takes it; without, what a table of the motion has.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.
@@ -88,6 +91,10 @@ def inverse(
     t = _times(times)
     path = path if isinstance(path, ScenePath) else read_path(scene, path)
     axes = _check(scene, motion, path, t, reactions)
+    forces = forces if isinstance(forces, Forces) else read_inputs(scene, forces)
+    told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}
+    told = {k: table for k, table in told.items() if k not in forces.formulas}
+    forces = replace(forces, tables={**told, **forces.tables})
     functions = InverseFunctions(scene, path)
     guess = read_guess(scene, start)
     laws = _laws(scene, motion, guess)
@@ -110,15 +117,18 @@ def inverse(
     else:
         no_equations(numbers_at(scene), q[0])
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
-    tau = functions("inverse_dynamics", t[: len(q)], q, u, a)
+    over_time = input_columns(scene, forces, t[: len(q)], q, u)
+    letters = np.array([*over_time.values()]).reshape(len(over_time), len(q)).T
+    tau = functions("inverse_dynamics", t[: len(q)], q, u, a, inputs=letters)
     n, stopped = _finite(scene, t, q, u, tau, stopped)
     t, q, u, a, tau = t[:n], q[:n], u[:n], a[:n], tau[:n]
-    columns = {name: column[:n] for name, column in columns.items()}
+    columns = {name: column[:n] for name, column in (over_time | columns).items()}
     columns["drive_power"] = np.einsum("ni,ni->n", tau, u)
     if scene.points:
         columns |= dict(zip(point_names(scene), functions("points", t, q, u).T, strict=True))
     if axes:
-        columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau), given=False, axes=axes)
+        columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False, axes=axes)
+    columns |= output_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False)
     notes += (*_impossible(scene, tau), *_passed(scene, functions, t, q, u, tau))
     if say is not None:
         for note in notes:

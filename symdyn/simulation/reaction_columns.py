@@ -10,36 +10,28 @@ body.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Container, Hashable
+from collections.abc import Hashable
 from functools import lru_cache
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_decisions import LoopDecisions
-from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.mechanism.prescribed import INPUTS
 from symdyn.dynamics.reactions.ties import ties
 from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics.roads.signal_outputs import multiplier_names, reaction_names
 from symdyn.dynamics.roads.unique_reactions import unique_entries
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import reachable
 from symdyn.program import cheapest, formulate
 from symdyn.scene import Scene
+from symdyn.scene.values.signals import AXES
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
 from symdyn.simulation.equations.decisions import WrittenDecisions, loop_decisions, written_decisions
 from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.trajectory import Trajectory
-
-LOOSE = "_not_unique"
-"""Ends the names of columns that rigid bodies do not determine; their numbers are one choice among many."""
-
-AXES = {"force along": "f", "moment about": "m"}
-
-FRAMES = ("body", "joint", "ground")
-"""What reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground."""
 
 
 def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
@@ -48,7 +40,8 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
 
     def make() -> Compiled:
         w = Workspace(found.scene, found.closing)
-        forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME))
+        inputs = (INPUTS,) if w.scene.inputs else ()
+        forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME, *inputs))
         return compiled(w.scene, w.graph, (forces, cheapest(w, "constraint_jacobian")))
 
     made = compiled_once(("multipliers", found.scene, decisions), make)
@@ -59,6 +52,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
 def _over(motion: Trajectory, made: Compiled, found: Opened, function: Function) -> Array:
     """Return a compiled function at all samples of a motion, shape (N, ...)."""
     known = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, TIME: motion.t}
+    known |= {INPUTS: motion.inputs} if motion.scene.inputs else {}
     values = made.at(found.values)[function.name](*(known[one] for one in made.takes(function.name)))
     return np.broadcast_to(values, (len(motion.t), *function.shape))
 
@@ -79,31 +73,6 @@ def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
     return dict(zip(names, multipliers(motion, written_decisions(scene)).T, strict=True))
 
 
-def multiplier_names(
-    scene: Scene, decisions: LoopDecisions, numbers: Numbers, loose: Container[int]
-) -> tuple[str, ...]:
-    """Return the names of the columns of the multipliers of kept rows; `loose` are rows that nothing determines."""
-    names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
-    many, seen, found = Counter(names), Counter[str](), []
-    for k, name in zip(decisions.kept, names, strict=True):
-        seen[name] += 1
-        number = f"_{seen[name]}" if many[name] > 1 else ""
-        found.append(f"multiplier_{name}{number}{LOOSE if k in loose else ''}")
-    return tuple(found)
-
-
-def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> str:
-    label = numbers.constraints.labels[k]
-    if not label.loop:
-        row = next((row for row in scene.contacts if row.name == label.owner), None)
-        return f"{label.owner}_{row.components[label.number]}" if row else label.owner
-    words = decisions.names[k].removeprefix(f"{label.owner}: ")
-    kind, _, axis = words.rpartition(" ")
-    if kind in AXES and axis in ("x", "y", "z"):
-        return f"{label.owner}_{AXES[kind]}{axis}_joint"
-    return f"{label.owner}_{words.partition(' ')[0]}"
-
-
 def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dict[str, Array]:
     """Return force and moment of every joint and loop at the origin of its moved frame, drives included; N and N m.
 
@@ -113,7 +82,7 @@ def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dic
     Args:
         motion: with its driving forces.
         given: whether these give the motion, and more of them may be than it needs; else they are those it takes.
-        axes: one of `FRAMES`.
+        axes: one of `AXES`.
     """
     scene = motion.scene
     name = "forward_reactions" if scene.is_closed and (given or not any(scene.drives)) else "reactions"
@@ -126,17 +95,8 @@ def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dic
     made = compiled_once((request, found.scene, choices(scene, axes)), make)
     function = made.program.routines[0].function
     values = _over(motion, made, found, function).reshape(len(motion.t), -1)
-    columns = dict(zip(reaction_names(function, axes), values.T, strict=True))
+    columns = dict(zip(reaction_names(scene, function.unique, axes), values.T, strict=True))
     return columns | multiplier_columns(motion)
-
-
-def reaction_names(function: Function, axes: str = "body") -> tuple[str, ...]:
-    """Return the names of the columns of reactions, row by row."""
-    names, components = function.labels
-    ending = "" if axes == "body" else f"_{axes}"
-    unique = function.unique or (True,) * (len(names) * len(components))
-    each = (f"reaction_{name}_{component}{ending}" for name in names for component in components)
-    return tuple(f"{name}{'' if known else LOOSE}" for name, known in zip(each, unique, strict=True))
 
 
 @lru_cache(maxsize=16)
@@ -158,6 +118,6 @@ def choices(scene: Scene, axes: str) -> Hashable:
 
 def axes_of(reactions: bool | str, faults: Faults) -> str:
     """Return the axes that are asked for, "" for none; what is no axes is a fault."""
-    if isinstance(reactions, str) and reactions not in ("", *FRAMES):
+    if isinstance(reactions, str) and reactions not in ("", *AXES):
         faults.add("reactions", f'"{reactions}" are no axes; write body, joint or ground')
     return reactions if isinstance(reactions, str) else "body" if reactions else ""

@@ -105,6 +105,11 @@ class Trajectory(Shown):
         """What each of the columns is, its unit for one."""
         return columns(self.scene, self.extra)
 
+    @property
+    def inputs(self) -> Array:
+        """What was given over time, shape (N, inputs)."""
+        return np.array([self.extra[one.name] for one in self.scene.inputs]).reshape(-1, len(self.t)).T
+
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns)."""
         parts = [self.t[:, None], self.q, self.qd, self.qdd, self.tau]

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from symdyn.algebra.numeric import Array, Floats
 from symdyn.dynamics.mechanism.loads import pull
 from symdyn.dynamics.mechanism.placements import ends_apart
+from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
 from symdyn.scene.values.key import TIME as CLOCK
-from symdyn.simulation.prescribed.forces import Forces, drive_names
-from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.spatial import dot
 
 
@@ -24,7 +24,7 @@ def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str
     graph = Graph()
     values = dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
     values |= dict(zip(map(graph.symbol, scene.velocities), u.tolist(), strict=True))
-    values[graph.symbol(TIME)] = t
+    values |= at_time(scene, graph, t)
     for parameter in scene.parameters:
         if parameter.value is not None:
             values[graph.symbol(parameter.name)] = evaluate([express(parameter.value, graph)], Floats(), {})[0]
@@ -49,9 +49,9 @@ def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str
 
 
 def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
-    names = drive_names(scene)
+    names = force_names(scene)
     for k, formula in forces.formulas.items():
-        yield f"the driving force {names[k]}", formula
+        yield f"the {'driving force' if k < len(scene.velocities) else 'input'} {names[k]}", formula
     for joint in scene.joints:
         for formula in joint.forces:
             yield f"the force of joint {joint.name}", formula

@@ -40,8 +40,9 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.graph.ops import SYMBOL
 from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import compiled, plain, point_names, points
+from symdyn.simulation.equations.compiled_routines import compiled, plain, points
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 

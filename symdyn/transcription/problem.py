@@ -13,8 +13,8 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of, velocity_name
 from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import point_names
 from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula

@@ -26,7 +26,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, express, spell
 from symdyn.scene.values.names import choice, suggestion
-from symdyn.scene.values.signals import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, point_names, reaction_axes
+from symdyn.scene.values.signals import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, reaction_axes
 
 BY_LETTER = {"force along": "f", "moment about": "m"}
 
@@ -49,17 +49,21 @@ class Moving:
 
 
 def expressed(
-    w: Workspace, formulas: Sequence[Quantity], moving: Moving, placed: Callable[[str], Sequence[Expr]] | None = None
+    w: Workspace,
+    formulas: Sequence[Quantity],
+    moving: Moving,
+    placed: Callable[[str], Sequence[Expr]] | None = None,
+    inputs: Mapping[Expr, Expr] | None = None,
 ) -> list[Expr]:
-    """Return formulas as entries, `placed` telling where a point is, ground axes.
+    """Return formulas as entries, `placed` telling where a point is, ground axes, and `inputs` what inputs are.
 
     Raises:
         DerivationError: a reaction or a multiplier that there is not.
     """
-    named = dict.fromkeys(name for one in formulas for name in one.symbols)
+    named = check_letters(w, formulas)
     graph, state = w.graph, w.state
     placed = placed or (lambda name: kinematics.tree_placed(w.scene, w.tree, name).p)
-    found: dict[Expr, Expr] = {}
+    found: dict[Expr, Expr] = dict(inputs or {})
     accelerations = {str(node.value): k for k, node in enumerate(state.qdd)}
     drives = {drive: k for k, drive in enumerate(w.scene.drives) if drive}
     for letters, values in ((accelerations, moving.accelerations), (drives, moving.drives)):
@@ -77,11 +81,23 @@ def expressed(
     if w.scene.is_closed and any(name.startswith(MULTIPLIER) for name in named):
         told = w.once(kept_multipliers)
         found |= zip(map(graph.symbol, told), moving.multipliers(), strict=False)  # of prescribed motions, others
-    for name in named:
-        if name.startswith((REACTION, MULTIPLIER)) and graph.symbol(name) not in found:
-            of = reaction_letters(w) if name.startswith(REACTION) else w.once(kept_multipliers)
-            raise DerivationError(f"outputs: {name} is not known; {suggestion(name, of)}")
     return substitute([express(one, graph) for one in formulas], found)
+
+
+def check_letters(w: Workspace, formulas: Sequence[Quantity]) -> dict[str, None]:
+    """Return the letters of formulas.
+
+    Raises:
+        DerivationError: a reaction or a multiplier that there is not.
+    """
+    named = dict.fromkeys(name for one in formulas for name in one.symbols)
+    for letter, there in ((REACTION, reaction_letters), (MULTIPLIER, kept_multipliers)):
+        asked = [name for name in named if name.startswith(letter)]
+        known = w.once(there) if asked else ()
+        for name in asked:
+            if name not in known:
+                raise DerivationError(f"outputs: {name} is not known; {suggestion(name, known)}")
+    return named
 
 
 def reaction_letters(w: Workspace) -> tuple[str, ...]:
@@ -219,5 +235,3 @@ SIGNALS: dict[str, Output] = {
     "output": _USUAL("output {name}", axes=(), place="output"),
 }
 """Rows of the table, about what the scene declares in [outputs]."""
-
-__all__ = ["SIGNALS", "Moving", "driven", "expressed", "kept_multipliers", "multiplier_names", "point_names"]

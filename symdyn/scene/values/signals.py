@@ -31,7 +31,7 @@ LOOSE = "_not_unique"
 
 COLUMNS = (
     "kinetic_energy", "potential_energy", "energy_error", "drive_power", "other_power", "work", "loop_error",
-    "loop_rate_error",
+    "loop_rate_error", "path_error",
 )  # fmt: skip
 """What runs have beside what they are asked for."""
 

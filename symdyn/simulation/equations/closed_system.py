@@ -10,7 +10,7 @@ M u̇ - Gᵀ λ = τ - h        G u̇ = -γ        u̇_p = p̈ where a motion p 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 from symdyn.dynamics.loops.reduction import solve_dependent
 from symdyn.dynamics.roads.linear_loops import LinearLoops, followers
@@ -55,11 +55,11 @@ def reach(w: Workspace) -> list[Expr]:
     return [x for row in w.loops.reduction.T for x in row.values() if x is not w.graph.one]
 
 
-def together(w: Workspace, tau: Sequence[Expr], power: Expr) -> Function | None:
+def together(w: Workspace, place: Mapping[Expr, Expr], power: Expr) -> Function | None:
     """Return the rates of a state by all rows at once; None where masses leave some acceleration open without them."""
     try:
         found, _ = w.loops.together
     except DerivationError:
         return None
-    accelerations = substitute(found, dict(zip(w.state.tau, tau, strict=True)))
+    accelerations = substitute(found, place)
     return function_of(w, "together", [*w.state.rates, *accelerations, *([] if power.is_zero else [power])])

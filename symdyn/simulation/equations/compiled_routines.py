@@ -15,15 +15,17 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.build.loaded import load_program
 from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.prescribed import inputs_of
 from symdyn.dynamics.mechanism.state import placement
-from symdyn.dynamics.roads.named_functions import Argument, Equations, Function, arguments
+from symdyn.dynamics.roads.named_functions import DRIVES, Argument, Equations, Function, arguments
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, substitute
 from symdyn.program import Program, lower, prepare
 from symdyn.program.assemble import PARAMS
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, express
+from symdyn.scene.values.quantity import ZERO
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -35,8 +37,13 @@ EVERYTHING = ("q", "qd", "tau", TIME)
 
 
 def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
-    """Return entries as a function of everything, or of what it takes."""
-    return plain(name, entries, arguments(w, takes))
+    """Return entries as a function of everything, inputs behind driving forces, or of what it takes."""
+    letters = inputs_of(w.scene, w.graph)
+    given = [
+        replace(a, symbols=(*a.symbols, *letters)) if a.name == DRIVES and takes == EVERYTHING else a
+        for a in arguments(w, takes)
+    ]
+    return plain(name, entries, given)
 
 
 def points(w: Workspace) -> Function:
@@ -44,11 +51,6 @@ def points(w: Workspace) -> Function:
     placed = body_placements(w.scene, w.graph) if w.scene.points else {}
     places = [placed[one.body] @ placement(one.at, w.graph) for one in w.scene.points]
     return function_of(w, "points", [x for place in places for x in place.p], ("q",))
-
-
-def point_names(scene: Scene) -> list[str]:
-    """Return the names of the columns of `points`."""
-    return [f"point_{one.name}_{axis}" for one in scene.points for axis in "xyz"]
 
 
 def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:
@@ -61,10 +63,19 @@ def argument(graph: Graph, name: str, count: int) -> Argument:
     return Argument(name, tuple(graph.symbol(f"{name}[{k}]") for k in range(count)), name, ())
 
 
-def drive(w: Workspace, forces: Forces, k: int) -> Expr:
-    """Return the driving force of a velocity: its formula, and the argument that a table or a controller fills."""
-    formula = express(forces.formula(k), w.graph)
-    return formula + w.state.tau[k] if k in forces.outside else formula
+def acting(w: Workspace, forces: Forces) -> dict[Expr, Expr]:
+    """Return what driving forces and inputs are: formulas, and the arguments that tables or controllers fill.
+
+    An input of which nothing is said is what the scene says.
+    """
+    outside, found = forces.outside, dict[Expr, Expr]()
+    for k, (one, letter) in enumerate(zip(w.scene.inputs, inputs_of(w.scene, w.graph), strict=True), w.state.n):
+        usual = one.value if k not in outside else ZERO
+        formula = express(forces.formulas.get(k, usual), w.graph)
+        found[letter] = formula + letter if k in outside else formula
+    drives = substitute([express(forces.formula(k), w.graph) for k in range(w.state.n)], found)
+    pairs = enumerate(zip(w.state.tau, drives, strict=True))
+    return found | {tau: formula + tau if k in outside else formula for k, (tau, formula) in pairs}
 
 
 @dataclass(frozen=True)

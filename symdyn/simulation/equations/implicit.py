@@ -41,7 +41,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.program.assemble import PARAMS
 from symdyn.scene import acceleration_name
-from symdyn.simulation.equations.compiled_routines import Compiled, argument, compiled, drive, plain
+from symdyn.simulation.equations.compiled_routines import Compiled, acting, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations
 
 RELATIVE = 1e-6
@@ -112,7 +112,7 @@ def _along(system: StateEquations) -> Compiled:
     seeds = dict(zip((*q, *u), (*along[0], *along[1]), strict=True))
     more, others = [], []
     if system.forces.fed:
-        more = [argument(program.graph, "dtau", nv)]
+        more = [argument(program.graph, "dtau", system.given_size)]
         (tau,) = (one.symbols for one in rates.arguments if one.name == "tau")
         seeds |= dict(zip(tau, more[0].symbols, strict=True))
         if along[0] is not dq.symbols:
@@ -171,7 +171,7 @@ class Implicit:
         forces = []
         if self.system.loop is not None:
             nq, nv = self.system.nq, self.system.nv
-            forces = [np.zeros((self.size, nv))]
+            forces = [np.zeros((self.size, self.system.given_size))]
             forces[0][: nq + nv] = self.system.loop.slope(t, y[:nq], y[nq : nq + nv]).T
         found: Array = self._calls["along"](*self._state(t, y), rates, every, c * every, *forces).T
         return found
@@ -201,7 +201,7 @@ def _functions(system: StateEquations) -> Compiled:
     ways = dict(zip((*moving, *rates.symbols), (*way.symbols[: len(moving)], *turn.symbols), strict=True))
     more = []
     if system.forces.fed:
-        more = [argument(graph, "dtau", system.nv)]
+        more = [argument(graph, "dtau", system.given_size)]
         ways |= dict(zip(state["tau"], more[0].symbols, strict=True))
     functions = (
         plain("residual", entries, (*known, rates)),
@@ -218,7 +218,8 @@ def _entries(system: StateEquations, state: dict[str, tuple[Expr, ...]], rates: 
     speed, acceleration, work, multipliers, nu, rho = (rates[i:j] for i, j in itertools.pairwise(cuts))
     moving = list(state["qd"])
     balance = w.forces(list(w.state.qdd))
-    balance = [force - drive(w, system.forces, k) for k, force in enumerate(balance)]
+    place = acting(w, system.forces)
+    balance = [force - place[tau] for force, tau in zip(substitute(balance, place), w.state.tau, strict=True)]
     for k, given in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
         balance[k] = w.state.qdd[k] - given
     places = [graph.symbol(acceleration_name(name)) for name in system.scene.velocities]

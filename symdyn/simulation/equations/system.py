@@ -158,6 +158,11 @@ class StateEquations:
         return len(self.scene.velocities)
 
     @cached_property
+    def given_size(self) -> int:
+        """Number of driving forces and inputs."""
+        return self.nv + len(self.scene.inputs)
+
+    @cached_property
     def closed(self) -> bool:
         """Whether there are rows to hold; loops whose rows are all redundant have none."""
         return self.rows > 0
@@ -171,7 +176,7 @@ class StateEquations:
 
     @cached_property
     def _nothing(self) -> Array:
-        return np.zeros(self.nv)
+        return np.zeros(self.given_size)
 
     @cached_property
     def _takes(self) -> Mapping[str, tuple[str, ...]]:
@@ -239,10 +244,10 @@ class StateEquations:
         return self.calls["rates"]
 
     def given(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
-        """Return what tables and a controller say about driving forces at states, shape (..., nv); zeros without."""
+        """Return what tables and a controller give at states, forces and then inputs; zeros without."""
         if not self.forces.outside:
             return self._nothing
-        found = self.forces.tabulated(np.asarray(t, dtype=np.float64), self.nv)
+        found = self.forces.tabulated(np.asarray(t, dtype=np.float64), self.given_size)
         return found if self.loop is None else found + self.loop(t, q, u)
 
     def tell(self, name: str, t: npt.ArrayLike, x: Array) -> Array:

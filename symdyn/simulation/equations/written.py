@@ -17,16 +17,18 @@ from collections.abc import Sequence
 
 from symdyn.algebra.numeric import Array
 from symdyn.build.warned import warn
+from symdyn.dynamics.mechanism.prescribed import inputs_of
 from symdyn.dynamics.roads.derive import derive_one
 from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics
 from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.dynamics.roads.signal_outputs import check_letters, driven, expressed
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import substitute
 from symdyn.program import cheapest
-from symdyn.scene import Quantity, Scene, express
+from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.closed_system import corrections, reach, row_rates, together
-from symdyn.simulation.equations.compiled_routines import Kept, compiled, drive, function_of, points
+from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, points
 from symdyn.simulation.equations.conserved import candidates
 from symdyn.simulation.equations.crossings import ends, limits_of
 from symdyn.simulation.equations.decisions import WrittenDecisions, hold, written_decisions
@@ -82,14 +84,16 @@ def _written(
     found = opened(scene)
     w = Workspace(found.scene, found.closing)
     scene, linear = w.scene, decisions.linear
-    tau = [drive(w, forces, k) for k in range(w.state.n)]
-    place = dict(zip(w.state.tau, tau, strict=True))
+    place = acting(w, forces)
+    tau = [place[one] for one in w.state.tau]
+    check_letters(w, [one.formula for one in w.scene.outputs])
     solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
     accelerations = substitute(solved, place)
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
     )
-    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
+    acts = (drives, substitute(w.Q, place))
+    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
     power = powers[0] + powers[1]
     momenta = candidates(w, accelerations, bool(forces.outside))
     kept = tuple(sorted({*momenta.conserved(found.values), *told}))
@@ -101,10 +105,11 @@ def _written(
         function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
         function_of(w, "potential", cheapest(w, "potential_energy").entries),
         points(w),
+        function_of(w, "inputs", [place[one] for one in inputs_of(scene, w.graph)]),
     ]
     last, limits = ends(scene, w.graph), limits_of(scene, w.graph, drives)
     if events or last or limits:
-        looked_for = [express(event, w.graph) for event in events]
+        looked_for = list(substitute(expressed(w, events, driven(w, "recursive")), place))
         looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
         functions.append(function_of(w, "events", looked_for))
     if kept:
@@ -123,7 +128,7 @@ def _written(
     mass = () if rows else derive_one(w, "mass_matrix").entries
     return StateEquations(
         scene, forces, found, decisions, events, made, {}, not power.is_zero, momenta, kept, mass, dependent,
-        rows, filled, tuple(words for _, words in last), tuple(limits), (), lambda: together(w, tau, power),
+        rows, filled, tuple(words for _, words in last), tuple(limits), (), lambda: together(w, place, power),
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
-from symdyn.simulation.prescribed.forces import ForceFunction, drive_names, place_of, places_of
+from symdyn.simulation.prescribed.forces import ForceFunction, force_names, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import close
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
@@ -38,7 +38,8 @@ class Feedback:
             (inputs,), N or N m; a number where there is one input. `Gains` are such a law. Without a period it is asked
             at states that are tried and dropped too, back and forth in time, and must keep nothing; with one it is
             asked once a sample, in order.
-        inputs: what it drives, by the names that forces have; () are all drives but those of prescribed motions.
+        inputs: what it drives, by the names that forces have; () are all drives but those of prescribed motions, and
+            where there is none all inputs.
         period: seconds between samples; None is none, the law holds all the time.
         delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
         limits: largest size, or smallest and largest value, by input.
@@ -105,14 +106,14 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
     faults, places = Faults(""), places_of(scene)
     said = feedback.inputs or getattr(feedback.law, "inputs", ())  # gains name their own
     asked = (said,) if isinstance(said, str) else tuple(said)
-    names = asked or tuple(
-        one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None
-    )
+    letters = tuple(one.name for one in scene.inputs)
+    drives = tuple(one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None)
+    names = asked or drives or letters
     found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")
     for k in {k for k in found if k is not None and found.count(k) > 1}:
-        faults.add("feedback: inputs", f"{drive_names(scene)[k]} is named twice")
+        faults.add("feedback: inputs", f"{force_names(scene)[k]} is named twice")
     _check_times(feedback, until, faults)
     initial = tuple(map(float, feedback.initial)) or getattr(feedback.law, "initial", ()) or (0.0,) * len(names)
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):

@@ -31,15 +31,16 @@ class ControllerError(SimulateError):
 
 
 class Loop:
-    """A controller of a scene with nq coordinates and nv velocities, in a run to the time `until`.
+    """A controller of a scene with nq coordinates, nv velocities and some inputs, in a run to the time `until`.
 
     Attributes:
         samples: how many were taken.
     """
 
-    def __init__(self, placed: Placed, nq: int, nv: int, until: float) -> None:
+    def __init__(self, placed: Placed, nq: int, nv: int, until: float, inputs: int = 0) -> None:
         """Take a controller; it says nothing before `start`."""
         self.placed, self.nq, self.nv, self.until = placed, nq, nv, until
+        self.size = nv + inputs
         feedback = placed.feedback
         self.law, self.period = feedback.law, feedback.period
         self.samples = 0
@@ -76,9 +77,9 @@ class Loop:
         return True
 
     def __call__(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
-        """Return the forces at times () or (N,) and states, shape (nv,) or (N, nv)."""
+        """Return driving forces, then inputs, at times () or (N,) and states, shape (nv + inputs,) or (N, ..)."""
         times = np.asarray(t, dtype=np.float64)
-        found = np.zeros((*times.shape, self.nv))
+        found = np.zeros((*times.shape, self.size))
         places = list(self.placed.places)
         if not times.ndim:
             now = float(times)
@@ -123,8 +124,8 @@ class Loop:
         return self._cut(found)
 
     def slope(self, t: float, q: Array, u: Array) -> Array:
-        """Return ∂τ/∂(q, u) at a state, shape (nv, nq + nv); 0 of what is held or cut."""
-        found = np.zeros((self.nv, self.nq + self.nv))
+        """Return their derivative by (q, u) at a state, shape (nv + inputs, nq + nv); 0 of what is held or cut."""
+        found = np.zeros((self.size, self.nq + self.nv))
         if self.period is not None:
             return found
         own = getattr(self.law, "slope", None)

@@ -9,7 +9,7 @@ Reference: Fritsch and Butland, A method for constructing local monotone piecewi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.errors import SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, velocity_name
 from symdyn.scene.values.names import suggestion
@@ -66,7 +67,8 @@ class Forces:
     """Driving forces; zero where nothing is said.
 
     Attributes:
-        formulas: by index of the velocity: formulas in t, coordinates, velocities and parameters.
+        formulas: by index of the velocity, or behind velocities of the input: formulas in t, coordinates, velocities
+            and parameters; of drives in inputs too.
         tables: by index of the velocity: functions of t.
         fed: indices of the velocities to whose force a controller or a function adds.
         functions: of t, or of t, q and u: which forces they return, and what they are called in messages.
@@ -101,7 +103,7 @@ class Forces:
 
 def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
     """Return what is to be said of tables that do not reach from 0 to `until`."""
-    names, spans = drive_names(scene), {k: (table.t[0], table.t[-1]) for k, table in forces.tables.items()}
+    names, spans = force_names(scene), {k: (table.t[0], table.t[-1]) for k, table in forces.tables.items()}
     return tuple(
         f"the table of {names[k]} goes from {first:g} s to {last:g} s; outside, the force is that of its nearest row"
         for k, (first, last) in spans.items()
@@ -117,16 +119,21 @@ def drive_names(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def read_forces(scene: Scene, entries: Entries, inputs: bool = False) -> Forces:
-    """Return the forces that words, files, tables, arrays and functions say.
+def force_names(scene: Scene) -> tuple[str, ...]:
+    """Return a name for every driving force, and then for every input: what indices of `Forces` count."""
+    return (*drive_names(scene), *(one.name for one in scene.inputs))
+
+
+def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) -> Forces:
+    """Return the forces, and inputs, that words, files, tables, arrays and functions say.
 
     Args:
         scene: the mechanism, its parameters bound.
-        entries: `name=formula`, where the name is that of a drive, a coordinate or a velocity; a .toml file of such
-            lines; or a .csv file of columns t and drives or coordinates. Formulas by name; beside text and numbers
-            these may be (times, values), or functions of t or of (t, q, u). A function of (t, q, u) that returns all
-            forces. A data frame, data set or run. Or a list of any of these.
-        inputs: whether formulas may name what nobody knows, an input then; see `inputs_of`. Functions are refused.
+        entries: `name=formula`, where the name is that of a drive, an input, a coordinate or a velocity; a .toml file
+            of such lines; or a .csv file of columns t and drives or coordinates. Formulas by name; beside text and
+            numbers these may be (times, values), or functions of t or of (t, q, u). A function of (t, q, u) that
+            returns all forces. A data frame, data set or run. Or a list of any of these.
+        differentiable: whether they are to be differentiated: functions are refused.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -139,6 +146,7 @@ def read_forces(scene: Scene, entries: Entries, inputs: bool = False) -> Forces:
     said = read_entries(entries, "forces", faults)
     places = places_of(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
+    letters = tuple(one.name for one in scene.inputs)
 
     def place(name: str, where: str) -> int | None:
         k = place_of(scene, places, name, where, faults)
@@ -149,16 +157,19 @@ def read_forces(scene: Scene, entries: Entries, inputs: bool = False) -> Forces:
 
     for where, name, text in said.texts:
         k = place(name, where)
-        formula = read_formula(text, None if inputs else allowed, f"{where}: {name}", faults)
+        known = allowed if name in letters else (*allowed, *letters)
+        formula = read_formula(text, known, f"{where}: {name}", faults, "or declare it, [inputs.{}]")
         if k is not None and formula is not None:
             formulas[k] = formula
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
+    drives |= {name: places[name] for name in letters}
     for table in said.tables:  # without a column of a drive, those that are called like coordinates
         wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]
         if table.every:
             wanted = list(table.values)
         if not wanted:
-            faults.add(table.source, f"has no column of a drive; {scene.name} has {', '.join(drives) or 'none'}")
+            what = "of a drive or an input" if letters else "of a drive"
+            faults.add(table.source, f"has no column {what}; {scene.name} has {', '.join(drives) or 'none'}")
         for name in wanted:
             k = place(name, table.source)
             if k is not None:
@@ -172,8 +183,8 @@ def read_forces(scene: Scene, entries: Entries, inputs: bool = False) -> Forces:
         one = force_function(names, f"forces: {name}" if name else "forces", function, faults)
         if one is not None and None not in found:
             functions |= {k: one for k in found if k is not None}
-    if inputs and functions:
-        names = tuple(drive_names(scene)[k] for k in functions)
+    if differentiable and functions:
+        names = tuple(force_names(scene)[k] for k in functions)
         faults.add("forces", f"{', '.join(names)}: a function has no derivatives; write a formula")
     close(faults)
     return Forces(formulas, tables, tuple(functions), tuple(dict.fromkeys(functions.values())))
@@ -194,26 +205,38 @@ def _of_time(function: Callable[[float], Any], t: float, q: Array, u: Array) -> 
     return function(t)
 
 
-def inputs_of(scene: Scene, forces: Forces) -> tuple[str, ...]:
-    """Return the names in formulas of forces that are neither time nor of the scene, in order."""
-    known = {TIME, *scene.coordinates, *scene.velocities, *(one.name for one in scene.parameters)}
-    named = (name for formula in forces.formulas.values() for name in formula.symbols)
-    return tuple(dict.fromkeys(name for name in named if name not in known))
+def read_inputs(scene: Scene, entries: Entries) -> Forces:
+    """Return what is said of inputs, as `read_forces` takes it, where driving forces are what is looked for.
+
+    Raises:
+        SimulateError: with every fault, one line each; a function, or a driving force that is no column of a table.
+    """
+    read, n = read_forces(scene, entries, differentiable=True), len(scene.velocities)
+    wrong = [name for k, name in enumerate(force_names(scene)[:n]) if k in read.formulas]
+    if wrong:
+        given = ", ".join(one.name for one in scene.inputs) or "no input"
+        raise SimulateError(f"forces: {', '.join(wrong)}: found from the motion; {scene.name} has {given} to be given")
+    return replace(read, tables={k: table for k, table in read.tables.items() if k >= n})
 
 
 def places_of(scene: Scene) -> dict[str, int]:
-    """Return the index of the velocity that a name means."""
+    """Return the index of the velocity, or behind velocities of the input, that a name means."""
     found = {velocity: k for k, velocity in enumerate(scene.velocities)}
     found |= {name: found[velocity_name(name)] for name in scene.coordinates if velocity_name(name) in found}
-    return found | {drive: k for k, drive in enumerate(scene.drives) if drive}
+    found |= {drive: k for k, drive in enumerate(scene.drives) if drive}
+    return found | {one.name: k for k, one in enumerate(scene.inputs, len(scene.velocities))}
 
 
 def place_of(scene: Scene, places: Mapping[str, int], name: str, where: str, faults: Faults) -> int | None:
-    """Return the index of the velocity that a name means, None after a fault."""
+    """Return the index of what a name means, as `places_of` has it; None after a fault."""
     k = places.get(name)
     if k is None:
-        known = [drive for drive in scene.drives if drive] or list(places)
-        faults.add(where, f"{name} is neither a drive nor a coordinate; {suggestion(name, known)}")
+        letters = [one.name for one in scene.inputs]
+        known = [*(drive for drive in scene.drives if drive), *letters] or list(places)
+        what = "a drive, an input nor a coordinate" if letters else "a drive nor a coordinate"
+        faults.add(where, f"{name} is neither {what}; {suggestion(name, known)}")
+    elif k >= len(scene.velocities):
+        return k
     elif scene.drives[k] is None:
         faults.add(where, f"{name} is passive; give its joint a drive, or the scene a load")
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
 from symdyn.scene.declaration.reading import read_bounded
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Faults
 from symdyn.scene.values.value import Value, value_of
 
@@ -20,18 +22,27 @@ LARGEST_FILE = 64 * 2**20
 """Bytes of a file of numbers or laws; a million rows of three numbers have room in it."""
 
 
-def read_formula(text: object, allowed: Iterable[str] | None, where: str, faults: Faults) -> Quantity | None:
-    """Return a formula whose symbols are among `allowed`, any where that is None; None after a fault."""
+def read_formula(text: object, allowed: Iterable[str], where: str, faults: Faults, advice: str = "") -> Quantity | None:
+    """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name {} behind it."""
     try:
         formula = parse(text if isinstance(text, str) else str(text))
     except FormulaError as error:
         faults.add(where, str(error))
         return None
-    known = formula.symbols if allowed is None else tuple(dict.fromkeys(allowed))
+    known = tuple(dict.fromkeys(allowed))
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
-        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}')
+        more = f", {advice.format(name)}" if advice else ""
+        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}{more}')
     return None if unknown else formula
+
+
+def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantity | None:
+    """Return a formula in what can be looked at: letters of `signals`, parameters, outputs; None after a fault."""
+    words = re.findall(r"\w+", str(text))
+    parameters, outputs = (one.name for one in scene.parameters), {one.name: one.formula for one in scene.outputs}
+    formula = read_formula(text, (*letters(scene, words), *parameters, *outputs), where, faults)
+    return None if formula is None else substituted(formula, outputs)
 
 
 def parameter_values(scene: Scene) -> dict[str, Quantity]:

@@ -15,6 +15,7 @@ from symdyn.scene import Scene, acceleration_name, velocity_name
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.entries import Entries, read_entries
+from symdyn.simulation.prescribed.forces import Table
 from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values
 from symdyn.simulation.prescribed.function_laws import read_function
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
@@ -28,10 +29,12 @@ class SceneMotion:
     Attributes:
         laws: by name of the coordinate.
         quasi: laws of velocities that are no rates of coordinates (a quaternion's), where a table gives them.
+        inputs: by name what a table gives of inputs.
     """
 
     laws: Mapping[str, Law] = field(default_factory=dict)
     quasi: Mapping[str, Law] = field(default_factory=dict)
+    inputs: Mapping[str, Table] = field(default_factory=dict)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -78,7 +81,8 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
         if missing and len(missing) < len(group):
             faults.add("motion", f"{', '.join(missing)} missing; a quaternion moves as ({', '.join(group)})")
     close(faults)
-    return SceneMotion(laws, quasi)
+    letters = [(one.name, table) for one in scene.inputs for table in said.tables if one.name in table.values]
+    return SceneMotion(laws, quasi, {name: Table(table.t, table.values[name]) for name, table in letters})
 
 
 def motion_times(entries: Sequence[str], until: float | None, every: float | None) -> Array:
@@ -109,6 +113,7 @@ def _from_table(scene: Scene, table: Columns, laws: dict[str, Law], quasi: dict[
     wanted = [name for name in found if name not in own]
     rates = {velocity_name(name): name for name in scene.coordinates}
     known = {*scene.coordinates, *scene.velocities, *rates, *map(acceleration_name, (*scene.velocities, *rates))}
+    known |= {one.name for one in scene.inputs}
     odd = [name for name in table.values if name not in known] if table.every else []
     for name in odd:
         faults.add(table.source, f"{name} is not a coordinate; {suggestion(name, scene.coordinates)}")
