@@ -14,6 +14,7 @@ import pytest
 
 import symdyn
 from symdyn.errors import ArgumentError, SceneError, UnknownNameError
+from symdyn.scene import read_text
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -137,3 +138,12 @@ def test_functions_pickle_into_another_process():
 
     assert ran.returncode == 0, ran.stderr.decode()
     assert ran.stdout.decode().strip().split(";") == [str(one(*STATE, PARAMS).tolist()) for one in ways]
+
+
+def test_inputs_go_by_name_and_are_what_the_scene_says_where_nobody_gives_them():
+    text = "[inputs.u]\nvalue = 2\n[bodies.a]\nmass = 1\ncom = [1, 0, 0]\n[joints.j]\ntype = 'revolute'\n"
+    scene = read_text(text + "parent = 'ground'\nchild = 'a'\nforce = '3*u'\n")
+    call = symdyn.load(scene, "inverse_dynamics").inverse_dynamics
+
+    assert call([0], [0], [0]) == pytest.approx([-6])
+    assert call([0], [0], [0], u=5) == call([0], [0], [0], [5]) == pytest.approx([-15])

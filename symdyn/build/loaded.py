@@ -24,6 +24,9 @@ from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.value import value_of
 from symdyn.shown import Shown
 
+MOST_SHOWN = 4
+"""Functions that a terminal shows."""
+
 
 @dataclass(frozen=True)
 class Loaded(Shown):
@@ -81,8 +84,9 @@ class Loaded(Shown):
 
     def __repr__(self) -> str:
         kind = "compiled" if self.compiled else "NumPy"
-        lines = "".join(f"\n    {signature}" for signature in self.signatures.values())
-        return f"<{self.scene.name}, {kind}:{lines}>"
+        lines = [f"\n    {signature}" for signature in self.signatures.values()]
+        more = [f"\n    ... ({len(lines)} in all)"] if len(lines) > MOST_SHOWN else []
+        return f"<{self.scene.name}, {kind}:{''.join([*lines[:MOST_SHOWN], *more])}>"
 
     def __dir__(self) -> list[str]:
         return [*self.calls, "calls", "compiled", "scene", "signatures"]

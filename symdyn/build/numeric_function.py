@@ -16,6 +16,7 @@ from symdyn.errors import ArgumentError
 from symdyn.program import Routine
 from symdyn.scene import Scene, spell
 from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.value import value_of
 from symdyn.shown import Shown
 
 WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "subok"})
@@ -52,7 +53,7 @@ class NumericFunction(Shown):
         call: what computes, by place alone.
         operands: its arguments, in order.
         told: how it is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
-        usual: values of entries that a call need not give.
+        usual: values of entries that a call need not give, such as inputs.
         fixed: parameters that are numbers in its code, with their values as text.
         again: a function and its arguments, which make it in another process.
     """
@@ -189,6 +190,7 @@ def numeric_function(
     arguments = routine.function.arguments
     operands = tuple(Operand(one.name, tuple(str(x.value) for x in one.symbols), one.scalar) for one in arguments)
     free = {entry for one in operands for entry in one.entries}
+    usual = {**{one.name: float(value_of(one.value, {}) or 0) for one in scene.inputs}, **usual}
     fixed = {p.name: spell(p.value) for p in scene.parameters if p.value is not None and p.name not in free}
     return NumericFunction(name, call, operands, signature(name, routine), usual, fixed, again)
 

@@ -21,6 +21,7 @@ from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.modes import Mode, Spectrum, spectrum
 from symdyn.scene import Scene
+from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 
 Kind = Literal["rest", "steady", "moving"]
@@ -106,6 +107,12 @@ class Linearization(Shown):
     family: int = 0
     feeding: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        where = {"rest": "at rest", "steady": "in steady motion", "moving": "in motion"}[self.kind]
+        axes = (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))
+        told = "".join(f"\n    {len(axis)} {name}: {listed(axis.names)}" for name, axis in axes)
+        return f"<Linearization of {self.scene.name} {where}:{told}>"
 
     def without(self, positions: Sequence[int]) -> Linearization:
         """Return the system without some positions on which nothing depends, and without outputs of them."""

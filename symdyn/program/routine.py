@@ -13,9 +13,11 @@ from fractions import Fraction
 
 from symdyn.dynamics.roads.count import Counts
 from symdyn.dynamics.roads.named_functions import Function
+from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph, Op
 from symdyn.graph.ops import SYMBOL
 from symdyn.scene import Scene
+from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 
 
@@ -84,16 +86,19 @@ class Program(Shown):
     routines: tuple[Routine, ...]
     constants: Mapping[Expr, Fraction]
 
+    def __repr__(self) -> str:
+        return f"<Program of {self.scene.name}: {listed(one.function.name for one in self.routines)}>"
+
     def __contains__(self, name: object) -> bool:
         """Tell whether there is a routine called `name`, or asked for by it."""
         return any(name in (routine.function.name, routine.function.request) for routine in self.routines)
 
     def __getitem__(self, name: str) -> Routine:
-        """Return the routine called `name`, or asked for by it; KeyError if there is none."""
+        """Return the routine called `name`, or asked for by it; UnknownNameError if there is none."""
         for routine in self.routines:
             if name in (routine.function.name, routine.function.request):
                 return routine
-        raise KeyError(f"no routine {name}; there are {', '.join(r.function.name for r in self.routines)}")
+        raise UnknownNameError(f"no routine {name}; there are {', '.join(r.function.name for r in self.routines)}")
 
     @property
     def outputs(self) -> tuple[Expr, ...]:

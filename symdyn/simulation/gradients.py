@@ -18,10 +18,10 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.graph import Graph, Op, reachable
 from symdyn.scene import Scene, SceneLike, bind, scene_of
-from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.shown import Shown
 from symdyn.simulation.equations.system import StateEquations
@@ -77,11 +77,15 @@ class Sensitivity(Shown):
     steps: int
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        what = f"at t = {self.t:g} s, d({listed(self.rows)}) / d({listed(self.columns)})"
+        return f"<Sensitivity of {self.scene.name}: {what}, by {self.by}>"
+
     def __getitem__(self, names: tuple[str, str]) -> float:
-        """Return the entry of a row and a column by their names; KeyError if there is none."""
+        """Return the entry of a row and a column by their names; UnknownNameError if there is none."""
         for name, known in zip(names, (self.rows, self.columns), strict=True):
             if name not in known:
-                raise KeyError(f"{name} is not there; {suggestion(name, known)}")
+                raise UnknownNameError(f"{name} is not there; {suggestion(name, known)}")
         return float(self.matrix[self.rows.index(names[0]), self.columns.index(names[1])])
 
 

@@ -13,6 +13,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.emit import writing
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing
@@ -87,6 +88,11 @@ class Trajectory(Shown):
     preparing: float = 0.0
     wall: float = 0.0
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        span = f"t = {self.t[0]:g} … {self.t[-1]:g} s, " if len(self.t) else ""
+        ended = "" if self.complete else f"; ended: {self.stopped}"
+        return f"<Trajectory of {self.scene.name}: {span}{len(self.t)} rows of {listed(self.names)}{ended}>"
 
     @property
     def complete(self) -> bool:

@@ -95,6 +95,12 @@ class Collocation(Shown):
     source: Source = field(repr=False)
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        unknown = ", ".join([*self.drives, *self.free]) or "none"
+        span = f"{len(self.grid.widths)} intervals of {self.duration:g} s in all"
+        counts = f"{self.size} unknowns, {self.rows} equations"
+        return f"<Collocation of {self.scene.name}: {span}; {counts}; looked for: {unknown}>"
+
     @property
     def locals(self) -> Mapping[str, Local]:
         """The functions of one place, by name."""

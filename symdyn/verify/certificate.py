@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -62,6 +63,13 @@ class Certificate(Shown):
     accuracy: tuple[Accuracy, ...]
     notes: tuple[str, ...]
     refused: str = ""
+
+    def __repr__(self) -> str:
+        verdicts = Counter(one.verdict for one in self.findings)
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
+        measured = len({one.function for one in self.accuracy})
+        passed = "passed" if self.passed else "FAILED"
+        return f"<Certificate of {self.scene}: {passed}; {counts}; {measured} functions measured>"
 
     @property
     def passed(self) -> bool:

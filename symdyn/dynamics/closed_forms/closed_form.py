@@ -32,6 +32,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Scene, SceneLike, express, scene_of
 from symdyn.scene.forces import elastic
+from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
 
@@ -67,6 +68,10 @@ class ClosedForm(Shown):
     K: Polynomial
     P: Polynomial
     loads: ClosedLoads
+
+    def __repr__(self) -> str:
+        coordinates = listed(self.scene.coordinates)
+        return f"<ClosedForm of {self.scene.name}: k_z, k_C, k_D, k_G, k_E, K and P in {coordinates}>"
 
     @property
     def n(self) -> int:

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
 from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.robot_words import coordinates_of_joints
 from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 
 
@@ -81,12 +83,16 @@ class Equations(Shown):
     functions: tuple[Function, ...]
     closing: LoopChoices = LoopChoices()  # noqa: RUF009  frozen
 
+    def __repr__(self) -> str:
+        shown = (f"{one.name}({', '.join(x.name for x in one.arguments)})" for one in self.functions)
+        return f"<Equations of {self.scene.name}: {listed(shown)}>"
+
     def __getitem__(self, name: str) -> Function:
-        """Return the function called `name`, or asked for by it; KeyError if it was not derived."""
+        """Return the function called `name`, or asked for by it; UnknownNameError if it was not derived."""
         for function in self.functions:
             if name in (function.name, function.request):
                 return function
-        raise KeyError(f"{name} was not derived; there are {', '.join(f.name for f in self.functions)}")
+        raise UnknownNameError(f"{name} was not derived; there are {', '.join(f.name for f in self.functions)}")
 
 
 DRIVES = "tau"

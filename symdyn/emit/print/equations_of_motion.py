@@ -23,6 +23,9 @@ class EquationsOfMotion(Shown):
 
     scene: Scene
 
+    def __repr__(self) -> str:
+        return f"<EquationsOfMotion of {self.scene.name}: .latex(), .text(), .sympy()>"
+
     @cached_property
     def closed(self) -> ClosedForm:
         """The coefficients, worked out when they are first asked for; DerivationError where there is no closed form."""

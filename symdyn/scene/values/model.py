@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any
 
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
+from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
 from symdyn.shown import Shown
 
@@ -282,6 +283,15 @@ class Scene(Shown):
     inputs: tuple[Input, ...] = ()
     outputs: tuple[Signal, ...] = ()
     source: str = field(default="", compare=False)
+
+    def __repr__(self) -> str:
+        free = [one.name for one in self.parameters if one.value is None]
+        told = [f"coordinates {listed(self.coordinates)}", f"drives {listed(filter(None, self.drives))}"]
+        told += [f"inputs {listed(one.name for one in self.inputs)}"] if self.inputs else []
+        told += [f"parameters without a value {listed(free)}"] if free else []
+        bodies = f"{len(self.bodies)} {'body' if len(self.bodies) == 1 else 'bodies'}"
+        loops = f", {len(self.loops)} {'loop' if len(self.loops) == 1 else 'loops'}" if self.loops else ""
+        return f"<Scene {self.name}: {bodies}{loops}; {'; '.join(told)}>"
 
     def __hash__(self) -> int:
         return self._hash
