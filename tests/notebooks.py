@@ -32,6 +32,7 @@ def run(path: Path, seconds: int = 300) -> Any:
     here = str(Path(sys.executable).parent)
     if here not in os.environ["PATH"].split(os.pathsep):  # for cells that call symdyn's commands
         os.environ["PATH"] = here + os.pathsep + os.environ["PATH"]
+    os.environ["MATPLOTLIBRC"], os.environ["SOURCE_DATE_EPOCH"] = str(ROOT / "docs" / "site" / "matplotlibrc"), "0"
     book = stored(path)
     for cell in book.cells:
         cell.metadata = {}

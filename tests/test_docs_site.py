@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import re
+import tomllib
+from collections.abc import Iterator
+from functools import partial
 from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
+from typing import Any
 
 import pytest
+
+import symdyn
 
 pytest.importorskip("sphinx", reason="Sphinx is not installed (extra docs)")
 pytest.importorskip("furo", reason="Furo is not installed (extra docs)")
@@ -62,6 +70,102 @@ def test_no_page_loads_anything_from_elsewhere(site: Path) -> None:
         assert not IN_STYLES.search(text), page
     for style in site.rglob("*.css"):
         assert not IN_STYLES.search(style.read_text(encoding="utf-8")), style
+
+
+def test_pages_of_lessons_open(site: Path) -> None:
+    text = (site / "walkthroughs" / "README.html").read_text(encoding="utf-8")
+    links = re.findall(r'<a class="reference internal" href="(\.\./_downloads/[^"]*/four_bar\.html)">', text)
+    assert len(links) == 1
+    assert (site / "walkthroughs" / links[0]).is_file()
+
+
+PROBE = """() => ({
+  excess: document.documentElement.scrollWidth - innerWidth,
+  missing: [...document.images].filter(one => one.loading !== "lazy" && !one.naturalWidth).length,
+  dark: getComputedStyle(document.body).colorScheme,
+  formulas: [...document.querySelectorAll("math")].filter(one => one.getBoundingClientRect().width < 1).length,
+})"""
+
+
+@pytest.fixture
+def offline(browser: Any) -> Iterator[Any]:
+    """Yield a page whose browser is offline, and that fails the test on any request but for files, and on any word."""
+    context = browser.new_context(offline=True)
+    page, said = context.new_page(), []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda fault: said.append(str(fault)))
+    page.on("request", lambda one: said.append(one.url) if not one.url.startswith(("file:", "data:")) else None)
+    yield page
+    context.close()
+    assert said == []
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1400, "light"), (390, "dark")])
+def test_pages_fit_and_show_everything_without_a_network(site: Path, offline: Any, width: int, scheme: str) -> None:
+    offline.set_viewport_size({"width": width, "height": 900})
+    offline.emulate_media(color_scheme=scheme)
+    for name in ("index", "words", "api", "performance", "gallery/README", "gallery/furuta", "walkthroughs/two_link"):
+        offline.goto((site / f"{name}.html").as_uri())
+        found = offline.evaluate(PROBE)
+        assert found == {"excess": found["excess"], "missing": 0, "dark": scheme, "formulas": 0}, name
+        assert found["excess"] <= 0, name
+    assert offline.evaluate("document.querySelectorAll('math').length") > 50
+
+
+class Silent(SimpleHTTPRequestHandler):
+    """A server that writes no log."""
+
+    def log_message(self, *_: object) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def served(site: Path) -> Iterator[str]:
+    """Yield the address of the site on a server of this machine."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Silent, directory=str(site))) as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+        thread.join()
+
+
+@pytest.fixture
+def served_page(browser: Any, served: str) -> Iterator[Any]:
+    """Yield a page that reaches that server and nothing else."""
+    context = browser.new_context(base_url=served)
+    page, said = context.new_page(), []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("request", lambda one: None if one.url.startswith(served) else said.append(one.url))
+    yield page
+    context.close()
+    assert said == []
+
+
+@pytest.mark.parametrize(("words", "page"), [("quaternion", "words.html"), ("lambdify", "api.html#symdyn.lambdify")])
+def test_the_search_finds(served_page: Any, words: str, page: str) -> None:
+    served_page.goto(f"/search.html?q={words}")
+    served_page.wait_for_selector(".search-summary:has-text('found')", timeout=20_000)
+    links = served_page.eval_on_selector_all("#search-results a", "all => all.map(one => one.getAttribute('href'))")
+    assert any(link.startswith(page) for link in links), links
+
+
+def test_the_search_finds_nothing_where_nothing_is(served_page: Any) -> None:
+    served_page.goto("/search.html?q=zwiebelkuchen")
+    served_page.wait_for_selector(".search-summary:has-text('did not match')", timeout=20_000)
+
+
+def test_every_door_stands_in_the_api(site: Path) -> None:
+    text = (site / "api.html").read_text(encoding="utf-8")
+    doors = [name for name in symdyn.__all__ if not name.startswith("__")]
+    assert [name for name in doors if f'id="symdyn.{name}"' not in text and name not in ("Scene", "SymdynError")] == []
+    assert 'id="symdyn.errors.SymdynError"' in text
+
+
+def test_the_wheel_holds_no_documentation() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["hatch"]["build"]["targets"]
+    brought = [*settings["wheel"]["packages"], *settings["wheel"].get("force-include", {})]
+    assert not [path for path in brought if path.startswith("docs")]
 
 
 def test_the_reader_of_pages_sees_what_is_loaded() -> None:

@@ -14,7 +14,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 project = "symdyn"
 author = "the authors of symdyn"
 copyright = "the authors of symdyn, MIT licence"
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml_formulas", "shown_docstrings"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "mathml_formulas",
+    "shown_docstrings",
+    "opened_files",
+]
 exclude_patterns = ["site", "walkthroughs/*.ipynb"]
 suppress_warnings = ["myst.header"]  # a page of a lesson may begin with its second level
 
@@ -33,6 +40,7 @@ napoleon_use_rtype = False
 
 html_theme = "furo"
 html_title = "symdyn"
+html_favicon = "static/icon.svg"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_copy_source = False
