@@ -12,6 +12,8 @@ class Shown:
     The room that knows how is above all others, and is imported when a notebook asks.
     """
 
+    __slots__ = ()
+
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
         """Return what is shown, by media type: HTML, LaTeX; plain text is `repr`."""
         found: dict[str, str] = import_module("symdyn.notebook").bundle(self)

@@ -215,11 +215,11 @@ def test_a_six_axis_arm_takes_seconds() -> None:
 def test_what_would_take_minutes_is_refused_in_seconds_with_a_way_out() -> None:
     from symdyn.scene.starters import starter
 
-    chain = symdyn.equations(read_text(starter("chain", "chain", 20), "chain.toml"))
+    chain = symdyn.equations(read_text(starter("chain", "chain", 60), "chain.toml"))
     start = time.process_time()
     with pytest.raises(symdyn.SymdynError, match=r"too long to be of use.*symdyn generate writes"):
         chain.sympy()
-    assert time.process_time() - start < 30
+    assert time.process_time() - start < 5
 
 
 def test_the_door_takes_paths_and_tells_what_has_no_closed_form(tmp_path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import pickle
 import re
 from collections.abc import Iterator
 from html.parser import HTMLParser
@@ -17,7 +18,7 @@ from hostile import PAYLOADS, in_browser, scene_with, unescaped
 import symdyn
 from symdyn.notebook import bundle
 from symdyn.notebook.rows import LATEX, NOUNS
-from symdyn.scene import read_text
+from symdyn.scene import bind, read_text
 from symdyn.shown import Shown
 
 VOID = ("br", "img", "mspace", "wbr")
@@ -87,6 +88,19 @@ def test_a_scene_shows_its_picture_and_its_tables() -> None:
     assert "prefers-color-scheme:dark" in svg
     for word in ("3 coordinates", "1 loop", "psi", "length of the crank", "9.81", "m/s^2"):
         assert word in found.text
+
+
+def test_pictures_and_animations_are_text_that_a_notebook_shows() -> None:
+    scene = bind(symdyn.example("two_link"), {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 9.81})
+    picture, film = symdyn.picture(scene), symdyn.animation(scene, [0, 1], [[0, 0], [1, 1]])
+
+    assert picture.startswith("<svg")
+    assert len(repr(picture)) < 40
+    assert pickle.loads(pickle.dumps(picture)) == picture
+    assert [tag for tag, _ in shown(picture).found if tag == "img"]
+    (frame,) = [attributes for tag, attributes in shown(film).found if tag == "iframe"]
+    assert frame["srcdoc"] == film
+    assert frame["sandbox"] == "allow-scripts"
 
 
 @pytest.mark.parametrize("name", ["two_link", "four_bar"])
@@ -190,6 +204,7 @@ import symdyn; scene = symdyn.example("four_bar"); scene
 symdyn.equations(scene)
 symdyn.equations(scene).sympy()
 symdyn.linearize(symdyn.example("cart_pole"))
+symdyn.animation(scene, [0, 1], [[0.8, 0.14, 2.0], [0.8, 0.14, 2.0]])
 symdyn.simulate(symdyn.example("cart_pole"), "F=0.5", until=1)
 """
 

@@ -20,6 +20,7 @@ from symdyn.draw.pictures import body_names, lines, mechanism, watched
 from symdyn.draw.places import Array, Places, places
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, Shape, path
+from symdyn.draw.shown_text import HtmlText
 from symdyn.draw.svg import Drawing, order, svg
 from symdyn.draw.view import View
 from symdyn.emit.escape import in_html
@@ -45,7 +46,7 @@ def animation(
     scheme: str = "auto",
     fps: float = RATE,
     loop: bool = True,
-) -> str:
+) -> HtmlText:
     """Return a motion as a page with a slider, play and pause, a choice of speeds, and keys for all of them.
 
     The page keeps `fps` moments a second of real time, 1800 at most, fewer where the motion has fewer. Named points
@@ -69,7 +70,7 @@ def animation(
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}
     data |= {} if loop else {"once": True}
-    return render(
+    page = render(
         "draw/animation.html.jinja",
         {
             "title": in_html(scene.name),
@@ -79,6 +80,7 @@ def animation(
             "auto": scheme == "auto",
         },
     )
+    return HtmlText(page)
 
 
 def moving(

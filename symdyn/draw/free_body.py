@@ -19,6 +19,7 @@ from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_
 from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, dot
+from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing
 from symdyn.draw.view import View
 from symdyn.emit.escape import in_latex
@@ -41,7 +42,7 @@ def free_body(
     prefix: str = "",
     scheme: str = "auto",
     file: File | None = None,
-) -> str:
+) -> SvgText:
     """Return one moving body with `wrenches`, or with what is `acting_on` it, as SVG text; the rest is as of `picture`.
 
     Raises:

@@ -18,6 +18,7 @@ from symdyn.draw.picture_files import File, check_picture, write_picture
 from symdyn.draw.places import Array, Places, places
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item
+from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View, look
 from symdyn.emit.print.printed_names import latex_symbols
@@ -39,7 +40,7 @@ def picture(
     prefix: str = "",
     scheme: str = "auto",
     file: File | None = None,
-) -> str:
+) -> SvgText:
     """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
 
     A planar scene is seen face-on, gravity downwards; a spatial one in a parallel projection. The group of every body,
@@ -67,9 +68,9 @@ def picture(
     return delivered(shown, prefix, scheme, file)
 
 
-def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None) -> str:
+def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None) -> SvgText:
     """Return a drawing as SVG text, and write it where it shall also be."""
-    text = svg(shown, prefix, scheme)
+    text = SvgText(svg(shown, prefix, scheme))
     if file is not None:
         write_picture(file, shown, text, scheme)
     return text

@@ -57,13 +57,21 @@ def notes(texts: Iterable[str]) -> list[Markup]:
     return [note(f"Note: {text}") for text in texts]
 
 
-def picture(content: str | bytes, kind: str, text: str) -> Markup:
-    """Return a picture, "svg" or "png"; `text` says what is seen, for who does not see it."""
+def picture(content: str | bytes, kind: str, text: str, dark: bool = True) -> Markup:
+    """Return a picture, "svg" or "png"; `text` says what is seen, for who does not see it.
+
+    One that is not `dark` where the reader wants it so has its light and dark exchanged there, and keeps its hues.
+    """
     data = content.encode() if isinstance(content, str) else content
     kind = "svg+xml" if kind == "svg" else kind
-    return Markup(
-        f'<figure><img alt="{in_html(text)}" src="data:image/{kind};base64,{b64encode(data).decode()}"></figure>'
-    )
+    style = "" if dark else ' class="light"'
+    source = f"data:image/{kind};base64,{b64encode(data).decode()}"
+    return Markup(f'<figure><img{style} alt="{in_html(text)}" src="{source}"></figure>')
+
+
+def frame(html: str, text: str) -> Markup:
+    """Return a page in a frame of its own; its scripts reach nothing of the notebook."""
+    return Markup(f'<iframe title="{in_html(text)}" sandbox="allow-scripts" srcdoc="{in_html(html)}"></iframe>')
 
 
 def beside(*parts: Markup) -> Markup:

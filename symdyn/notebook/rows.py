@@ -11,6 +11,8 @@ from symdyn.notebook.page import Markup, page
 NOUNS = {
     "symdyn.build.loaded:Loaded": "functions:loaded",
     "symdyn.build.numeric_function:NumericFunction": "functions:numeric",
+    "symdyn.draw.shown_text:HtmlText": "pictures:html",
+    "symdyn.draw.shown_text:SvgText": "pictures:svg",
     "symdyn.dynamics.closed_forms.closed_form:ClosedForm": "mathematics:closed_form",
     "symdyn.dynamics.roads.named_functions:Equations": "functions:derived",
     "symdyn.emit.print.equations_of_motion:EquationsOfMotion": "mathematics:equations_of_motion",

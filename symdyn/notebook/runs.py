@@ -40,7 +40,7 @@ def _plots(found: Trajectory) -> Markup:
     if not importable(EXTRAS["plot"].modules[0]):
         return note(f"plots need matplotlib: {install('plot')}")
     kind = "svg" if len(found.t) * len(found.names) <= MOST else "png"
-    return picture(draw(found, kind), kind, f"plots of {found.scene.name}")
+    return picture(draw(found, kind), kind, f"plots of {found.scene.name}", dark=False)
 
 
 def collocation(found: Collocation) -> list[Markup]:
