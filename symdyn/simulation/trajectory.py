@@ -132,10 +132,10 @@ class Trajectory(Shown):
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
-        names, table = self.table()
-        if name not in names:
-            raise UnknownNameError(f"{self.scene.name}: {missing(name, names)}")
-        return table[:, names.index(name)]
+        if name not in self.names:
+            raise UnknownNameError(f"{self.scene.name}: {missing(name, self.names)}")
+        state = (x for part in (self.t[:, None], self.q, self.qd, self.qdd, self.tau) for x in part.T)
+        return np.array([*state, *self.extra.values()][self.names.index(name)])
 
     def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
         """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a file if given.
