@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo quick test slow fuzz lint types doctest wheel golden docs notebooks closed-forms bench accuracy clean
+.PHONY: demo quick test slow fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -28,6 +28,9 @@ SEED ?= 1
 
 fuzz: $(READY)  ## cases by grammar and by mutation, in workers with limits: make fuzz SECONDS=600
 	$(BIN)/python -m tests.fuzz --seconds $(SECONDS) --seed $(SEED)
+
+viewers: $(READY)  ## pictures and films in programs of others: librsvg, Chromium, poppler, three.js, Khronos' validator
+	$(BIN)/python -m pytest tests/test_draw_files.py tests/test_draw_films.py tests/test_draw_gltf.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -23,7 +23,8 @@ class Extra:
 
 EXTRAS = {
     "plot": Extra(
-        ("matplotlib", "imageio_ffmpeg", "pygltflib"), "no plots, no PNG or PDF pictures, no GIF, MP4 or glTF"
+        ("matplotlib", "imageio_ffmpeg", "pygltflib", "trimesh", "collada"),
+        "no plots, no PNG or PDF pictures, no GIF, MP4 or glTF",
     ),
     "simulate": Extra(("heyoka", "sksundae"), "SciPy integrates: no Taylor series, no SUNDIALS for stiff systems"),
     "robots": Extra(("mujoco",), "MJCF is not read"),

@@ -22,6 +22,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "pdflatex": ("pdflatex",),
     "rsvg-convert": ("rsvg-convert",),
     "pdftoppm": ("pdftoppm",),
+    "npm": ("npm",),
     "bash": ("bash",),
     "zsh": ("zsh",),
     "fish": ("fish",),

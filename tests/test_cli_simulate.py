@@ -166,7 +166,7 @@ def test_animations_are_pages_and_pictures(tmp_path: Path, capsys: pytest.Captur
     assert picture.startswith("<svg")
     assert 'dur="1s"' in picture
     assert main([*words, "--animate", str(tmp_path / "a.avi")]) == 1
-    assert "animations are written to .html, .svg, .gif, .mp4 files" in capsys.readouterr().err
+    assert "animations are written to .html, .svg, .gif, .glb, .mp4 files" in capsys.readouterr().err
     assert main([*words, "--animate", str(tmp_path / "none" / "a.html")]) == 1
     assert "there is no folder" in capsys.readouterr().err
 

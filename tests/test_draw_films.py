@@ -118,12 +118,13 @@ def test_pages_and_pictures_play_once_or_for_ever(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "more", "message"),
     [
-        ("a.avi", {}, r"written to \.html, \.svg, \.gif, \.mp4"),
+        ("a.avi", {}, r"written to \.html, \.svg, \.gif, \.glb, \.mp4"),
         ("a.gif", {"fps": 60}, "at most 50"),
         ("a.html", {"fps": 0}, "more than 0"),
         ("a.mp4", {"fps": float("nan")}, "more than 0"),
         ("a.html", {"size": 300}, r"a size in pixels belongs to \.svg, \.gif, \.mp4"),
         ("a.mp4", {"loop": False}, r"playing once belongs to \.html, \.svg, \.gif"),
+        ("a.glb", {"size": 300}, "a size in pixels belongs to"),
         ("a.mp4", {"size": (321, 240)}, "even numbers"),
         ("a.gif", {"size": (3, 9000)}, "16 to 4096 a side"),
         ("none/full/a.gif", {}, "cannot write"),

@@ -20,7 +20,7 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
     "verify": [],  # below
     "simulate": [
         ("--until 0.1 --bind F=1 -o run.csv --plot run.svg --animate run.html", 0),
-        ("--until 0.1 --bind F=1 --method dop853 --reactions -o run.npz", 0),
+        ("--until 0.1 --bind F=1 --method dop853 --reactions -o run.npz --animate run.glb", 0),
     ],
     "inverse": [
         ("--until 0.1 --bind F=1 --motion swing=sin(t)", 1),  # leaves freedoms open
@@ -30,7 +30,12 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
     "bench": [("--quick", 0)],
     "stress": [("", 0)],
     "info": [("", 0), ("--json", 0), ("--frames", 0), ("--base-parameters", 0)],
-    "draw": [("-o whole.svg", 0), ("-o disc.svg --body disc", 0), ("-o pendulum.svg --body pendulum", 0)],
+    "draw": [
+        ("-o whole.svg", 0),
+        ("-o whole.pdf", 0),
+        ("-o disc.svg --body disc", 0),
+        ("-o pendulum.svg --body pendulum", 0),
+    ],
     "convert": [("copy.toml", 0), ("copy.urdf", 1)],  # F has no value
     "new": [],  # takes no scene, nor do these two
     "completion": [],

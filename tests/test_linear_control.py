@@ -530,7 +530,7 @@ def test_rows_serve_scenes_with_multipliers_quaternions_or_one_state(name, capsy
         ("--over b=[1,2] --locus l.txt", "--locus: l.txt is no .csv or .svg or .pdf or .png file"),
         ("--over b=[-1,1]", "parameters.b: value = -1 is not positive"),
         ("--at rest --animate m.svg", "--animate: there are 2 systems; give the place of one"),
-        ("--animate m.avi", "--animate: m.avi is no .html or .svg or .gif or .mp4 file"),
+        ("--animate m.avi", "--animate: m.avi is no .html or .svg or .gif or .glb or .mp4 file"),
         ("--dt 0", "--dt 0: a period is finite and above zero"),
     ],
 )

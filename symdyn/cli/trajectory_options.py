@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from symdyn.cli.talk import Bar, give, print_paths
+from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw import Reel
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
@@ -22,7 +22,7 @@ from symdyn.simulation.prescribed.formulas_in_time import close, words
 from symdyn.simulation.reaction_columns import axes_of
 from symdyn.simulation.record import about, check_film, check_record, csv_text, film, record
 
-ANIMATED = ".html, .svg (without buttons), .gif, .mp4"
+ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
 
 
 def add_output_options(verb: argparse.ArgumentParser) -> None:
@@ -110,7 +110,7 @@ def _check_film(path: Path, options: argparse.Namespace) -> None:
 
 def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> None:
     with Bar(f"drawing {path.name}") as progress:
-        film(trajectory, path, reel(options), progress)
+        film(trajectory, path, reel(options), progress, lambda line: say(f"symdyn: {line}"))
 
 
 OUTPUTS: dict[str, tuple[Callable[..., None], Callable[..., None]]] = {

@@ -93,14 +93,9 @@ def moving(
     most: int = MOST,
 ) -> tuple[Drawing, Array]:
     """Return a motion as a drawing at the moments that are kept, and their times; see `animation`."""
-    t, q = np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64)
-    _checked(scene, t, q)
-    fine, kept = _kept(t, max(fps, FINE), most), _kept(t, fps, most)
-    ways, t, q = q[fine], t[kept], q[kept]
-    given = dict(parameters or {})
-    values = values_of(scene, given)
-    if scene.loops and any(parameter.name not in given for parameter in scene.free_parameters):
-        values = pose(scene, parameters=given)[1]
+    fine, ways, values = moments(scene, times, positions, parameters, max(fps, FINE), most)
+    kept = _kept(fine, fps, most)
+    t, q = fine[kept], ways[kept]
     found = places(scene, q, values)
     seen = watched(scene, found, values, q, view)
     items, labels = mechanism(scene, found, seen)
@@ -113,6 +108,24 @@ def moving(
     whole = {one.id: one for one in named}
     drawing = Drawing(scene.name, items, tuple(Put(whole[one.label.id], one.offset) for one in puts))
     return with_corner(drawing, scene, found, seen, segments), t
+
+
+def moments(
+    scene: Scene,
+    times: Sequence[float] | Array,
+    positions: Sequence[Sequence[float]] | Array,
+    parameters: Mapping[str, float] | None,
+    fps: float,
+    most: int = MOST,
+) -> tuple[Array, Array, dict[str, float]]:
+    """Return the moments of a motion that are kept, the positions there, and values of all parameters."""
+    t, q = np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64)
+    _checked(scene, t, q)
+    kept, given = _kept(t, fps, most), dict(parameters or {})
+    values = values_of(scene, given)
+    if scene.loops and any(parameter.name not in given for parameter in scene.free_parameters):
+        values = pose(scene, parameters=given)[1]
+    return t[kept], q[kept], values
 
 
 def _checked(scene: Scene, t: Array, q: Array) -> None:

@@ -40,12 +40,12 @@ def farthest(scene: Scene, found: Places, body: str, start: Array) -> Array:
 def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> tuple[Item, ...]:
     """Return a body and, on top of it, its centre of mass and its particles."""
     start = carrier(found, body.name).moved.p
-    tips = _outer(start, spots(scene, found, body.name), view)
+    tips = outer(start, spots(scene, found, body.name), view)
     shapes: list[Shape] = []
     com = body.com
     if com is not None and not tips:
-        tips = _outer(start, [com], view)
-    elif com is not None and not any(_between(start, tip, com, view) for tip in tips):
+        tips = outer(start, [com], view)
+    elif com is not None and not any(between_ends(start, tip, com, view) for tip in tips):
         shapes.append(line("stem", view.flat(start), view.flat(com), size=1.4))
     if tips:
         limbs = [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
@@ -77,18 +77,18 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
     return tuple(items)
 
 
-def _outer(start: Array, ends: list[Array], view: View) -> list[Array]:
+def outer(start: Array, ends: list[Array], view: View) -> list[Array]:
     """Return those ends that no line to another one passes, and that are not the start itself."""
     far = [end for end in ends if float(np.linalg.norm(end[0] - start[0])) * view.scale > 1.0]
     far.sort(key=lambda end: -round(float(np.linalg.norm(end[0] - start[0])), 9))
     kept: list[Array] = []
     for end in far:
-        if not any(_between(start, other, end, view) for other in kept):
+        if not any(between_ends(start, other, end, view) for other in kept):
             kept.append(end)
     return kept
 
 
-def _between(start: Array, end: Array, point: Array, view: View) -> bool:
+def between_ends(start: Array, end: Array, point: Array, view: View) -> bool:
     """Return whether a point is on the line between two others, as far as an eye can tell."""
     way, off = end[0] - start[0], point[0] - start[0]
     share = float(np.clip(way @ off / (way @ way), 0, 1))

@@ -16,15 +16,19 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.draw.animate import animation, moving, moving_picture
+from symdyn.draw.animate import animation, moments, moving, moving_picture
 from symdyn.draw.canvas import require
+from symdyn.draw.gltf import glb
 from symdyn.draw.paint import Frame, Painter
 from symdyn.draw.picture_files import File, write_whole
-from symdyn.draw.places import Array
+from symdyn.draw.pictures import watched
+from symdyn.draw.places import Array, places
+from symdyn.draw.robot_meshes import robot_solids
+from symdyn.draw.standing import standing
 from symdyn.draw.svg import Drawing
 from symdyn.emit.writing import Contents
 from symdyn.errors import DrawError
-from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene import GROUND, Scene, SceneLike, scene_of
 
 FASTEST = 240.0  # frames a second
 MOST_FRAMES = 18_000  # ten minutes at 30 a second
@@ -52,7 +56,7 @@ class Reel:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a film shows: as of `film`, `told` what share is done."""
+    """What a film shows: as of `film`."""
 
     scene: Scene
     times: Array
@@ -61,6 +65,7 @@ class Motion:
     view: tuple[float, float] | None
     scheme: str
     told: Told
+    note: Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -94,6 +99,7 @@ def film(
     size: int | tuple[int, int] | None = None,
     loop: bool = True,
     told: Told | None = None,
+    note: Callable[[str], None] | None = None,
 ) -> Path:
     """Write a motion to a .html, .svg, .gif, .mp4 or .glb file and return its path; all of it or nothing.
 
@@ -111,6 +117,7 @@ def film(
         size: width in pixels, or width and height, of .svg, .gif and .mp4.
         loop: whether a .html, .svg or .gif begins again at its end; of others, who plays them decides.
         told: is called with the share that is done.
+        note: is called with what a user should know, such as a mesh that could not be read.
 
     Raises:
         DrawError: as of `animation`; an ending that is not known, or something that such a file has no place for; a
@@ -128,7 +135,7 @@ def film(
     kind = FILMS[path.suffix.lower()]
     shown = Motion(
         scene_of(scene), np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64),
-        parameters, view, scheme, told or (lambda share: None),
+        parameters, view, scheme, told or (lambda share: None), note or (lambda line: None),
     )  # fmt: skip
     write_whole(path, kind.write(shown, reel, fps or kind.fps))
     return path
@@ -300,10 +307,20 @@ def _mp4(motion: Motion, reel: Reel, fps: float) -> Contents:
     return fill
 
 
+def _glb(motion: Motion, reel: Reel, fps: float) -> bytes:
+    scene = motion.scene
+    t, q, values = moments(scene, motion.times, motion.positions, motion.parameters, fps)
+    found = places(scene, q, values)
+    seen = watched(scene, found, values, q, motion.view)
+    given = robot_solids(scene, motion.note)
+    return glb(scene.name, found.bodies, standing(scene, found, seen, given), t, seen, found.gravity, GROUND)
+
+
 FILMS: Mapping[str, Film] = {
     ".html": Film(_page, 30.0, ("fps", "loop")),
     ".svg": Film(_picture, 30.0, ("fps", "size", "loop")),
     ".gif": Film(_gif, 25.0, ("fps", "size", "loop"), ("matplotlib", "PIL"), fastest=50.0),
+    ".glb": Film(_glb, 30.0, ("fps",), ("pygltflib",)),
     ".mp4": Film(_mp4, 30.0, ("fps", "size"), ("matplotlib", "imageio_ffmpeg")),
 }
 """Kinds of files by ending."""

@@ -72,20 +72,20 @@ def look(first: Sequence[Places], spots: Array, direction: tuple[float, float] |
     Raises:
         DrawError: an elevation beyond 90 degrees, or a number that is none.
     """
-    vertical = _vertical(first[0].gravity)
+    upward = vertical(first[0].gravity)
     joints = np.array([hinge.moved.p[0] for hinge in first[0].hinges]).reshape(-1, 3)
     if direction is not None:
         azimuth, elevation = direction
         if not (math.isfinite(azimuth) and -90 <= elevation <= 90):
             raise DrawError(f"view {azimuth:g}, {elevation:g}: azimuth and elevation are degrees, -90 to 90 the second")
-        return _fitted(*_around(vertical, azimuth, elevation), spots, joints, False)
+        return _fitted(*_around(upward, azimuth, elevation), spots, joints, False)
     normal = plane(first)
     if normal is not None:
         up = first[0].gravity - (first[0].gravity @ normal) * normal
         falls = float(np.linalg.norm(up)) > 1e-6 * float(np.linalg.norm(first[0].gravity))
         up = -unit(up) if falls else _level(normal)
         return _fitted(np.cross(up, normal), up, normal, spots, joints, True)
-    views = [_around(vertical, a, e) for e, a in itertools.product(ELEVATIONS, AZIMUTHS)]
+    views = [_around(upward, a, e) for e, a in itertools.product(ELEVATIONS, AZIMUTHS)]
     right, up, toward = min(views, key=lambda axes: _crowding(spots, axes) + _edge_on(first[0], axes))
     return _fitted(right, up, toward, spots, joints, False)
 
@@ -114,7 +114,8 @@ def plane(first: Sequence[Places]) -> Array | None:
     return np.asarray(normal * np.sign(facing[0])) + 0.0
 
 
-def _vertical(gravity: Array) -> Array:
+def vertical(gravity: Array) -> Array:
+    """Return the unit vector against gravity, z where there is none."""
     length = float(np.linalg.norm(gravity))
     return np.asarray(-gravity / length) + 0.0 if length > 0 else np.array([0.0, 0.0, 1.0])
 

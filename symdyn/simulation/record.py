@@ -80,8 +80,14 @@ def record(trajectory: Trajectory, path: Path) -> None:
     write_whole(path, WRITERS[path.suffix.lower()](trajectory))
 
 
-def film(trajectory: Trajectory, path: Path, reel: Reel | None = None, told: Told | None = None) -> None:
-    """Write the mechanism as it moves; `told` is called with the share that is done.
+def film(
+    trajectory: Trajectory,
+    path: Path,
+    reel: Reel | None = None,
+    told: Told | None = None,
+    note: Callable[[str], None] | None = None,
+) -> None:
+    """Write the mechanism as it moves; `told` and `note` as of `symdyn.draw.film`.
 
     Raises:
         SimulateError: an ending that is not known.
@@ -91,8 +97,9 @@ def film(trajectory: Trajectory, path: Path, reel: Reel | None = None, told: Tol
     check_film(path, reel)
     shown = reel or Reel()
     draw.film(
-        trajectory.scene, trajectory.t, trajectory.q, path, fps=shown.fps, size=shown.size, loop=shown.loop, told=told
-    )
+        trajectory.scene, trajectory.t, trajectory.q, path,
+        fps=shown.fps, size=shown.size, loop=shown.loop, told=told, note=note,
+    )  # fmt: skip
 
 
 def write_whole(path: Path, contents: writing.Contents) -> None:

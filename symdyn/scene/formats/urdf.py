@@ -2,7 +2,8 @@
 
 Read are the parts that a mechanism has; what is drawn, sensed, transmitted or simulated (visual, collision, sensor,
 transmission, gazebo, ...) is left aside, as the format demands of elements that a reader has no use for. No mesh is
-opened and no package:// is looked up. Reference: the URDF XML specification, wiki.ros.org/urdf/XML.
+opened here and no package:// is looked up; films in space do both (`symdyn.draw.robot_meshes`).
+Reference: the URDF XML specification, wiki.ros.org/urdf/XML.
 
     origin rpy       R = Rz(yaw) Ry(pitch) Rx(roll), the rpy of a scene
     inertia          about the centre of mass, along the axes of its origin; products are matrix entries, as here

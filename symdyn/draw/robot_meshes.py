@@ -1,0 +1,278 @@
+"""What a robot file shows of its links, as solids: boxes, cylinders, balls, and meshes that lie in its folders.
+
+A URDF says of every link what it looks like (`<visual>`) and what touches (`<collision>`); the second is taken where
+the first cannot be read. Meshes are STL, OBJ and COLLADA, read by trimesh. A file comes from a stranger: no mesh is
+opened outside the folder tree of the robot, none larger than is said here, and nothing that a mesh points to, such as
+textures. Reference: the URDF XML specification, wiki.ros.org/urdf/XML.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symdyn.draw.canvas import require
+from symdyn.draw.places import Array
+from symdyn.draw.solids import Solid, ball, box, cylinder
+from symdyn.errors import DrawError, SceneError
+from symdyn.scene import GROUND, Scene
+from symdyn.scene.declaration.reading import read_bounded
+from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.formats.xml import Element, read_xml
+from symdyn.scene.values.table import show
+
+ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
+LARGEST_MESH, MOST_IN_ALL = 64 * 2**20, 256 * 2**20
+MOST_TRIANGLES = 2_000_000  # of all meshes
+PACKAGE, ABOVE = "package.xml", 6  # what marks the folder of a robot, and how far above its file it is looked for
+PLAIN = "#9aa4af"  # where neither file says a colour
+
+
+class NoMeshError(Exception):
+    """A mesh that is not shown, and why."""
+
+
+def robot_solids(scene: Scene, note: Callable[[str], None]) -> dict[str, tuple[Solid, ...]]:
+    """Return what the file that a scene was read from shows of its bodies, in their frames; {} for other files.
+
+    Args:
+        scene: any scene.
+        note: takes what is not shown, and why.
+    """
+    path = Path(scene.source)
+    try:
+        if path.suffix.lower() not in (".urdf", ".xml") or not path.is_file():
+            return {}
+        root = read_xml(path, lambda where, what: None)
+    except (OSError, SceneError, ValueError):  # it has gone, or has become another file
+        return {}
+    if root.tag != "robot":
+        return {}
+    links = [link for link in root.all("link") if link.attributes.get("name", "").strip()]
+    names = printable_names([link.attributes["name"].strip() for link in links], "link")
+    known = {body.name for body in scene.bodies}
+    shelf = _Shelf(path.resolve(), _colours(root))
+    found: dict[str, tuple[Solid, ...]] = {}
+    for link in links:
+        body = names[link.attributes["name"].strip()]
+        body = body if body in known else GROUND
+        shown = _shown(link, shelf, note)
+        if shown is not None:
+            found[body] = found.get(body, ()) + shown
+    return found if any(found.values()) else {}
+
+
+def _shown(link: Element, shelf: _Shelf, note: Callable[[str], None]) -> tuple[Solid, ...] | None:
+    """Return what a link looks like, else what touches; () where it has no shape, None where none can be shown."""
+    hidden = False
+    for tag in ("visual", "collision"):
+        try:
+            solids = [solid for one in link.all(tag) for solid in shelf.solids(one)]
+        except NoMeshError as fault:
+            note(f"{shelf.path.name}: line {link.line}: link {show(link.attributes['name'])}: {fault}")
+            hidden = True
+            continue
+        if solids:
+            return tuple(solids)
+    return None if hidden else ()
+
+
+def _colours(root: Element) -> dict[str, tuple[str, float]]:
+    """Return the named materials of a file: colour and alpha."""
+    found = {}
+    for one in root.all("material"):
+        colour = _colour(one)
+        if colour is not None:
+            found[one.attributes.get("name", "")] = colour
+    return found
+
+
+def _colour(material: Element) -> tuple[str, float] | None:
+    colour = material.first("color")
+    if colour is None:
+        return None
+    red, green, blue, alpha = (float(x) for x in np.clip(_numbers(colour, "rgba", 4, (0.6, 0.6, 0.6, 1.0)), 0, 1))
+    return f"#{round(255 * red):02x}{round(255 * green):02x}{round(255 * blue):02x}", alpha
+
+
+def _numbers(element: Element | None, key: str, count: int, other: tuple[float, ...]) -> Array:
+    """Return the numbers of an attribute, the other ones where it is not there."""
+    if element is None or key not in element.attributes:
+        return np.array(other)
+    try:
+        values = np.array([float(word) for word in element.attributes[key].split()])
+    except ValueError:
+        values = np.full(1, np.nan)
+    if len(values) != count or not np.isfinite(values).all():
+        raise NoMeshError(f"<{element.tag}> {key}={show(element.attributes[key])} are not {count} numbers")
+    return values
+
+
+@dataclass
+class _Shelf:
+    """The meshes of one robot: where they may lie, and how much of them has been read."""
+
+    path: Path
+    colours: dict[str, tuple[str, float]]
+    read: dict[Path, tuple[Solid, ...]] = field(default_factory=dict)
+    size: int = 0
+    triangles: int = 0
+
+    def solids(self, shown: Element) -> Iterator[Solid]:
+        """Yield the solids of a <visual> or <collision>, in the frame of its link."""
+        geometry, origin = shown.first("geometry"), shown.first("origin")
+        shape = next(iter(geometry.children), None) if geometry is not None else None
+        if shape is None:
+            return
+        R, p = _turned(_numbers(origin, "rpy", 3, (0.0,) * 3)), _numbers(origin, "xyz", 3, (0.0,) * 3)
+        look = self.look(shown)
+        for one in self.shape(shape, look):
+            yield one.put(R, p)
+
+    def look(self, shown: Element) -> tuple[str, float] | None:
+        """Return the colour that the robot file gives, None for none."""
+        material = shown.first("material")
+        if material is None:
+            return None
+        return _colour(material) or self.colours.get(material.attributes.get("name", ""))
+
+    def shape(self, shape: Element, look: tuple[str, float] | None) -> Iterator[Solid]:
+        """Yield the solids of a geometry, around its origin."""
+        colour, alpha = look or (PLAIN, 1.0)
+        if shape.tag == "box":
+            yield box(np.abs(_numbers(shape, "size", 3, (1.0,) * 3)) / 2, colour, alpha)
+        elif shape.tag in ("cylinder", "capsule"):
+            radius, length = (float(_numbers(shape, key, 1, (1.0,))[0]) for key in ("radius", "length"))
+            yield cylinder(abs(radius), abs(length) / 2, colour, alpha)
+            if shape.tag == "capsule":
+                for sign in (-1, 1):
+                    yield ball(abs(radius), colour, alpha).put(np.eye(3), np.array([0, 0, sign * abs(length) / 2]))
+        elif shape.tag == "sphere":
+            yield ball(abs(float(_numbers(shape, "radius", 1, (1.0,))[0])), colour, alpha)
+        elif shape.tag == "mesh":
+            scale = _numbers(shape, "scale", 3, (1.0,) * 3)
+            for one in self.mesh(shape.attributes.get("filename", "").strip()):
+                own = one if look is None else Solid(one.points, one.normals, one.triangles, *look)
+                yield own.put(np.eye(3), np.zeros(3), scale)
+
+    def mesh(self, name: str) -> tuple[Solid, ...]:
+        """Return the solids of a mesh file, in m."""
+        path = self.found(name)
+        if path not in self.read:
+            kind = ENDINGS[path.suffix.lower()]
+            if path.stat().st_size > LARGEST_MESH or self.size > MOST_IN_ALL:
+                most = f"{LARGEST_MESH >> 20} MB, and {MOST_IN_ALL >> 20} MB of all, are the most that is read"
+                raise NoMeshError(f"the mesh {show(name)} has {path.stat().st_size >> 20} MB; {most}")
+            try:
+                data = read_bounded(path, LARGEST_MESH, "a mesh", "give a smaller one")
+                self.size += len(data)
+                solids = tuple(_opened(data, kind, path))
+            except (SceneError, DrawError) as fault:
+                raise NoMeshError(str(fault)) from None
+            self.triangles += sum(len(one.triangles) for one in solids)
+            if self.triangles > MOST_TRIANGLES:
+                raise NoMeshError(f"{show(name)}: all meshes have more than {MOST_TRIANGLES} triangles")
+            self.read[path] = solids
+        return self.read[path]
+
+    def found(self, name: str) -> Path:
+        """Return where a mesh lies: below the folder of the robot, whatever links lead to it.
+
+        That is the nearest one above the robot file that has a package.xml, else the one that the file is in. A name
+        package://robot/meshes/a.stl is looked for below it with and without the name of the package.
+        """
+        folder = self.path.parent
+        above = (folder, *folder.parents)[:ABOVE]
+        tree = next((one for one in above if (one / PACKAGE).is_file()), folder)
+        scheme, _, rest = name.rpartition("://")
+        if scheme in ("package", "model"):
+            places = [tree / rest, tree / rest.partition("/")[2]]
+        elif scheme in ("", "file"):
+            places = [folder / rest]
+        else:
+            raise NoMeshError(f"the mesh {show(name)} is not beside the file; only meshes there are opened")
+        try:
+            real = [place.resolve() for place in places]
+            inside = [place for place in real if place.is_relative_to(tree)]
+            there = next((place for place in inside if place.is_file()), None)
+        except (OSError, ValueError, RuntimeError):  # a name that no system allows, links in a circle
+            inside, there = [], None
+        if not inside:
+            raise NoMeshError(f"the mesh {show(name)} is outside {tree}; only meshes below it are opened")
+        if inside[0].suffix.lower() not in ENDINGS:
+            raise NoMeshError(f"the mesh {show(name)} is none of {', '.join(ENDINGS)}; convert it")
+        if there is None:
+            raise NoMeshError(f"the mesh {show(name)} is not there; put it below {tree}")
+        return there
+
+
+def _turned(rpy: Array) -> Array:
+    """Return R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    (a, b, c), (d, e, f) = (list(map(g, rpy)) for g in (math.cos, math.sin))
+    return np.array([
+        [c * b, c * e * d - f * a, c * e * a + f * d],
+        [f * b, f * e * d + c * a, f * e * a - c * d],
+        [-e, b * d, b * a],
+    ])  # fmt: skip
+
+
+def _opened(data: bytes, kind: str, path: Path) -> Iterator[Solid]:
+    """Yield the parts of a mesh, in m; nothing that it points to is opened.
+
+    Raises:
+        DrawError: trimesh is missing.
+        NoMeshError: it is broken.
+    """
+    require("meshes", "trimesh", *(("collada",) if kind == "dae" else ()))
+    import trimesh
+
+    try:
+        unit = _unit(path) if kind == "dae" else 1.0
+        shown: Any = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
+        parts = [(shown.graph[node][0], shown.geometry[shown.graph[node][1]]) for node in shown.graph.nodes_geometry]
+        parts = [(place, part) for place, part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)]
+        if not parts:
+            raise NoMeshError(f"{path.name} holds no triangles")
+        for place, part in parts:
+            yield _part(part, kind == "dae").moved(np.asarray(place, dtype=np.float64), unit)
+    except (NoMeshError, SceneError):
+        raise
+    except Exception as fault:  # whatever trimesh and its readers make of a file that is broken
+        lines = str(fault).strip().splitlines() or [""]
+        raise NoMeshError(f"{path.name} cannot be read ({type(fault).__name__}: {lines[0][:100]})") from None
+
+
+def _part(part: Any, coloured: bool) -> Solid:
+    """Return a part of a mesh: COLLADA has colours and round edges, other formats are shown with flat faces."""
+    corners = part.vertices[part.faces].reshape(-1, 3)
+    normals = part.vertex_normals[part.faces].reshape(-1, 3) if coloured else np.repeat(part.face_normals, 3, axis=0)
+    if len(normals) != len(corners) or not (np.isfinite(corners).all() and np.isfinite(normals).all()):
+        raise NoMeshError("a mesh has corners that are no numbers")
+    rows, triangles = np.unique(
+        np.concatenate([corners, normals], axis=1).astype(np.float32), axis=0, return_inverse=True
+    )
+    red, green, blue, alpha = _rgba(part.visual) if coloured else _rgba(None)
+    points, normals = rows[:, :3].astype(np.float64), rows[:, 3:].astype(np.float64)
+    return Solid(points, normals, triangles.reshape(-1, 3), f"#{red:02x}{green:02x}{blue:02x}", alpha / 255)
+
+
+def _rgba(visual: Any) -> tuple[int, int, int, int]:
+    """Return the colour of a part, 0 to 255 each, by whichever way trimesh tells it."""
+    told = getattr(getattr(visual, "material", visual), "main_color", None)
+    values = [*bytes.fromhex(PLAIN[1:]), 255] if told is None else [int(x) for x in told]
+    red, green, blue, alpha = values if len(values) == 4 else (*values[:3], 255)
+    return red, green, blue, alpha
+
+
+def _unit(path: Path) -> float:
+    """Return the length in m that a COLLADA file counts in, once it is known to hold no entities and no bombs."""
+    root = read_xml(path, lambda where, what: None)
+    unit = next((one for one in root.walk() if one.tag.rpartition("}")[2] == "unit"), None)
+    meters = float(_numbers(unit, "meter", 1, (1.0,))[0])
+    return meters if meters > 0 else 1.0
