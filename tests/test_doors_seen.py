@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import doctest
 import json
 import re
 import subprocess
@@ -127,3 +128,9 @@ def test_mypy_knows_every_name_and_refuses_the_rest(tmp_path):
     said = [line for line in ran.stdout.splitlines() if "error:" in line]
     assert len(said) == 1, ran.stdout
     assert 'Module has no attribute "nothing"' in said[0]
+
+
+@pytest.mark.parametrize("name", [name for name in symdyn.__all__ if name != "SymdynError"])
+def test_every_door_has_an_example(name):
+    """`make doctest`, a part of the gate, runs them."""
+    assert doctest.DocTestParser().get_examples(getattr(symdyn, name).__doc__)

@@ -111,6 +111,17 @@ def load(
     Where there is no compiler, or no header of Python, they are those of the generated NumPy module: slower, in float64
     alone, otherwise the same. A warning says so, once.
 
+    >>> import symdyn
+    >>> cart = symdyn.load(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"], free="mp")
+    >>> cart
+    <cart_pole, compiled:
+        mass_matrix(q, params) -> M: (2),(1)->(2,2)
+        pose_tip(q, params) -> T: (2),(1)->(3,4)>
+    >>> cart.mass_matrix([0, 0]).round(6).tolist()
+    [[1.1, -0.025], [-0.025, 0.008333]]
+    >>> float(cart.mass_matrix([0, 0], mp=1.5)[0, 0])
+    2.5
+
     Args:
         scene: a scene, or a file that `symdyn.read` understands.
         functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the
@@ -220,6 +231,13 @@ def lambdify(
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> NumericFunction | tuple[NumericFunction, ...]:
     """Return one of the scene's functions, or several, as callables of arrays (n,) or (..., n).
+
+    >>> import symdyn
+    >>> mass_matrix = symdyn.lambdify(symdyn.example("two_link"), "mass_matrix")
+    >>> mass_matrix
+    <mass_matrix(q, params) -> M: (2),(5)->(2,2)>
+    >>> mass_matrix([[0, 0], [0, 1]], m1=1, m2=2, h1=1, h2=1, g=9.81).round(4).tolist()
+    [[[9.0, 4.0], [4.0, 2.0]], [[7.1612, 3.0806], [3.0806, 2.0]]]
 
     Args:
         scene: the mechanism.

@@ -52,6 +52,11 @@ def animation(
     The page keeps `fps` moments a second of real time, 1800 at most, fewer where the motion has fewer. Named points
     leave their paths. A reader who prefers reduced motion starts it by hand.
 
+    >>> import symdyn
+    >>> page = symdyn.animation(symdyn.example("cart_pole"), [0, 1], [[0, 0], [0.5, 1]])
+    >>> page[:15]
+    '<!DOCTYPE html>'
+
     Args:
         scene: any scene.
         times: increasing, s; shape (N,).

@@ -46,6 +46,11 @@ def picture(
     A planar scene is seen face-on, gravity downwards; a spatial one in a parallel projection. The group of every body,
     joint, load and strut has an id such as `body-link1`, and a title.
 
+    >>> import symdyn
+    >>> svg = symdyn.picture(symdyn.example("cart_pole"), q=[0.2, 0.5])
+    >>> svg[:4], "body-pole" in svg
+    ('<svg', True)
+
     Args:
         scene: any scene.
         q: position, shape (nq,), in the scene's order; rad, m or 1. None: see `pose`.

@@ -32,6 +32,16 @@ def linearize(
 ) -> Linearization:
     """Return how a mechanism moves next to a point, to first order.
 
+    >>> import symdyn
+    >>> system = symdyn.linearize(symdyn.example("cart_pole"))
+    >>> system
+    <Linearization of cart_pole at rest:
+        4 states: x, theta, x_dot, theta_dot
+        1 inputs: F
+        2 outputs: x, theta>
+    >>> system.A.shape, system.B.shape
+    ((4, 4), (4, 1))
+
     Args:
         scene: the mechanism, its parameters bound.
         at: formulas by coordinate, in place of what the scene says of its start; or a whole state.

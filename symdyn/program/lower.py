@@ -28,6 +28,14 @@ VELOCITIES = "qd"
 def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     """Return the program of `equations`: pruned, parameters with values bound, constants folded, operations saved.
 
+    >>> import symdyn
+    >>> from symdyn.emit import emit
+    >>> program = symdyn.lower(symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix"]))
+    >>> program
+    <Program of cart_pole: mass_matrix>
+    >>> list(emit(program, "c").texts)
+    ['cart_pole.c', 'cart_pole.h']
+
     Args:
         equations: named functions on one graph.
         passes: keys of `PASSES`; () leaves the operations as they were derived.

@@ -22,7 +22,7 @@ def example(name: str) -> Scene:
     """Return a scene that comes with the package; `symdyn new --example NAME` writes its file.
 
     >>> example("four_bar").coordinates
-    ('phi', 'psi', 'theta')
+    ('phi', 'psi', 'chi')
 
     Raises:
         SceneError: there is none of this name; tells those that there are.

@@ -76,6 +76,10 @@ def read(
 ) -> Scene:
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
+    >>> from symdyn.resources import example_folder
+    >>> read(example_folder() / "cart_pole.toml")
+    <Scene cart_pole: 2 bodies; coordinates x, theta; drives F>
+
     Args:
         path: the extension says the format; for .xml the root element does. Of an open file its name says it; without
             one it is TOML, or what its root element says.

@@ -77,6 +77,13 @@ def simulate(
     A run that cannot go on, or is interrupted (Ctrl-C), returns what was computed so far. `Trajectory.stopped` says
     why, and of the first so does a RuntimeWarning unless somebody listens (`say`).
 
+    >>> import symdyn
+    >>> run = symdyn.simulate(symdyn.example("cart_pole"), "F=0.5*cos(t)", until=2)
+    >>> run.t.shape, run.q.shape, run.stopped
+    ((201,), (201, 2), 'end')
+    >>> bool(abs(run["x"][-1]) < 1)
+    True
+
     Args:
         scene: the mechanism, its parameters bound.
         forces: driving forces, from `read_forces`, or what that takes.

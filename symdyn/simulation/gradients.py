@@ -104,6 +104,13 @@ def sensitivity(
 ) -> Sensitivity:
     """Return how the state at the end of a run depends on its start and on parameters.
 
+    >>> import symdyn
+    >>> found = symdyn.sensitivity(symdyn.example("cart_pole"), until=1, parameters="mp", of="x")
+    >>> found
+    <Sensitivity of cart_pole: at t = 1 s, d(x) / d(x, theta, x_dot, theta_dot, mp), by forward>
+    >>> found.matrix.shape
+    (1, 5)
+
     Args:
         scene: the mechanism, its parameters bound.
         forces: driving forces, from `read_forces`, or what that takes.

@@ -66,6 +66,12 @@ def inverse(
     A motion that a mechanism cannot go on with returns the rows until then. `Trajectory.stopped` says why, and so does
     a RuntimeWarning unless somebody listens (`say`).
 
+    >>> import symdyn
+    >>> run = symdyn.inverse(symdyn.example("two_link"), ["q1=t**2", "q2=0"], [0.0, 0.5, 1.0],
+    ...     values=dict(m1=1, m2=1, h1=1, h2=1, g=9.81))
+    >>> run.tau.round(4).tolist()
+    [[10.0, 4.0], [17.2811, 6.427], [34.7645, 12.2548]]
+
     Args:
         scene: the mechanism, its parameters bound.
         motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that

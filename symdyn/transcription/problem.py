@@ -55,6 +55,14 @@ def collocation(
     Formulas are in t, coordinates, velocities, parameters, drives by their names (`tau_` and the coordinate for one
     without), and points of the scene as `point_tip_x`.
 
+    >>> import symdyn
+    >>> problem = symdyn.collocation(symdyn.example("cart_pole"), until=2, intervals=10, cost="F**2",
+    ...     end={"x": 1})
+    >>> problem
+    <Collocation of cart_pole: 10 intervals of 2 s in all; 147 unknowns, 122 equations; looked for: F>
+    >>> problem.guess.shape
+    (147,)
+
     Args:
         scene: the mechanism, its parameters bound. Its drives are unknowns.
         until: time of the end, s; or between which two it is looked for.

@@ -95,6 +95,10 @@ def certify(
 ) -> Certificate:
     """Return the certificate of a scene.
 
+    >>> import symdyn
+    >>> symdyn.certify(symdyn.example("pendulum"), ["mass_matrix"])
+    <Certificate of pendulum: passed; 2 proved; 1 functions measured>
+
     Args:
         scene: the mechanism.
         outputs: what to certify, as for `derive`; None takes everything that the scene has.

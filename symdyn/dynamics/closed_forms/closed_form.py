@@ -135,6 +135,11 @@ class ClosedForm(Shown):
 def closed_form(scene: SceneLike) -> ClosedForm:
     """Return the closed forms of a scene.
 
+    >>> import symdyn
+    >>> closed = symdyn.closed_form(symdyn.example("cart_pole"))
+    >>> closed.sympy("k_z", 0, 1)
+    -l*mp*cos(theta)/2
+
     Raises:
         DerivationError: a coordinate stands in a function or a denominator, so that there is no trigonometric
             polynomial; or there are more terms than anyone reads.

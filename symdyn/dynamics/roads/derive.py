@@ -49,6 +49,13 @@ def derive(
 ) -> Equations:
     """Return the equations of motion of a scene, only the outputs asked for.
 
+    >>> import symdyn
+    >>> equations = symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"])
+    >>> equations
+    <Equations of cart_pole: mass_matrix(q), pose_tip(q)>
+    >>> equations["mass_matrix"].shape, equations["pose:tip"].units
+    ((2, 2), '1 and m')
+
     Args:
         scene: the mechanism.
         outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool". None

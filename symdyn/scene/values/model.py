@@ -258,6 +258,11 @@ class Signal:
 class Scene(Shown):
     """A mechanism, checked and in order: every joint comes after the joint of its parent.
 
+    >>> import symdyn
+    >>> arm = symdyn.example("two_link")
+    >>> arm.coordinates, arm.velocities, [body.name for body in arm.bodies]
+    (('q1', 'q2'), ('q1_dot', 'q2_dot'), ['link1', 'link2'])
+
     Attributes:
         name: used for file and function names.
         parameters: in declared order; those without a value become the argument `params`, in this order.
