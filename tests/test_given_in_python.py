@@ -224,3 +224,9 @@ def test_a_mistake_beside_forces_is_one_error(scene: Scene, given: dict[str, obj
         simulate(scene, **given)  # type: ignore[arg-type]
     with pytest.raises(SimulateError, match=r"^times: 'abc' are no times; .*$"):
         inverse(scene, {"q1": "t"}, "abc")
+
+
+def test_every_mistake_of_a_call_is_told_at_once(scene: Scene) -> None:
+    with pytest.raises(SimulateError) as caught:
+        simulate(scene, {"tau9": 1}, start={"q9": 1}, until=-1.0, method="dopri", stops="q7")
+    assert len(caught.value.faults) == 5, caught.value

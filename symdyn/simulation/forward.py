@@ -112,9 +112,10 @@ def simulate(
     """
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
-    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     stops, reports = ((one,) if isinstance(one, str) else tuple(one) for one in (stops, reports))
-    formulas, faults = (*stops, *reports), Faults("")
+    formulas, faults, given = (*stops, *reports), Faults(""), Forces()
+    with noted(faults):
+        given = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     with noted(faults):
         initial = read_start(scene, start, start_rates)
     with noted(faults):
@@ -122,11 +123,11 @@ def simulate(
     laws = []
     with noted(faults):
         laws += [placed(scene, read_feedback(scene, feedback), until)] if feedback is not None else []
-        laws += [placed_function(scene, one, until) for one in forces.functions]
-        forces = replace(forces, fed=tuple(dict.fromkeys(k for law in laws for k in law.places)))
+        laws += [placed_function(scene, one, until) for one in given.functions]
+        given = replace(given, fed=tuple(dict.fromkeys(k for law in laws for k in law.places)))
     faults.lines[:] = dict.fromkeys(faults.lines)
     close(faults)
-    system = state_equations(scene, forces, zeros, initial.q if isinstance(start, Start) else None)
+    system = state_equations(scene, given, zeros, initial.q if isinstance(start, Start) else None)
     if laws:
         loop = Loops(
             [Loop(law, len(scene.coordinates), len(scene.velocities), until, len(scene.inputs)) for law in laws]
@@ -138,7 +139,7 @@ def simulate(
     flags = tuple(k < len(stops) for k in range(len(formulas)))
     limits = stopping(system, ignore_limits)
     looked_for = (*flags, *(True for _ in system.ends), *limits)
-    notes = (*initial.notes, *held(scene, forces, until), *system.notes, *at_start(system, x, limits))
+    notes = (*initial.notes, *held(scene, given, until), *system.notes, *at_start(system, x, limits))
     for note in notes:
         _tell(say, note)
 
