@@ -19,6 +19,7 @@ from symdyn.draw.paint import Painter
 from symdyn.draw.style import LIGHT
 from symdyn.errors import DrawError
 from symdyn.scene import read
+from symdyn.simulation import simulate
 
 T = np.linspace(0.0, 1.0, 21)
 Q = np.stack([np.sin(3 * T), np.cos(2 * T)], axis=1)
@@ -224,6 +225,13 @@ def test_pages_and_pictures_keep_as_many_moments_a_second(tmp_path: Path) -> Non
 
     assert json.loads(re.search(r'type="application/json">(.*?)</script>', page)[1])["t"] == [0, 0.25, 0.5, 0.75, 1]
     assert {text.count(";") for text in re.findall(r'attributeName="c[xy]" values="([^"]*)"', shown)} == {4}
+
+
+def test_a_run_writes_its_film(tmp_path: Path) -> None:
+    run = simulate(read(EXAMPLES / "double_pendulum.toml"), until=0.2, start={"q1": 1.0}, method="dop853")
+    path = run.animate(tmp_path / "a.gif", fps=10, size=64, loop=False)
+
+    assert len(gif(path)) == 3
 
 
 def test_paths_of_points_are_finer_than_frames() -> None:

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from symdyn.cli.talk import say
 from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
 from symdyn.emit import writing
 from symdyn.linear import bode, moving, over_values
@@ -151,7 +152,7 @@ def _finite(values: Any) -> list[float | None]:
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    found = moving.animate(system.found, Path(options.animate), reel(options))
+    found = moving.animate(system.found, Path(options.animate), reel(options), lambda line: say(f"symdyn: {line}"))
     lines = [
         f"{path}: the mode {shown(mode.value)} 1/s"
         + (f", {in_digits(mode.frequency, 6)} Hz, a round in {moving.PERIOD:g} s" if mode.oscillates else "")

@@ -9,7 +9,7 @@ picture is that of who rides along.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -106,8 +106,12 @@ def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tupl
     return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]
 
 
-def animate(one: Linearization, path: Path, reel: Reel | None = None) -> Sequence[tuple[Path, Mode]]:
+def animate(
+    one: Linearization, path: Path, reel: Reel | None = None, note: Callable[[str], None] | None = None
+) -> Sequence[tuple[Path, Mode]]:
     """Write every mode as a film, of a kind that `symdyn.draw.film` writes, and return which is where.
+
+    `note` takes what is not shown, once.
 
     Raises:
         LinearizeError, SimulateError: as of `files`.
@@ -115,5 +119,6 @@ def animate(one: Linearization, path: Path, reel: Reel | None = None) -> Sequenc
     """
     found, shown = files(one, path, reel), reel or Reel()
     for place, mode in found:
-        film(one.scene, *motion(one, mode), place, fps=shown.fps, size=shown.size, loop=shown.loop)
+        film(one.scene, *motion(one, mode), place, fps=shown.fps, size=shown.size, loop=shown.loop, note=note)
+        note = None
     return found

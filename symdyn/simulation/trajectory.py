@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
@@ -180,6 +180,23 @@ class Trajectory(Shown):
         from symdyn.simulation.plot import figure
 
         return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+
+    def animate(
+        self,
+        file: str | Path,
+        fps: float | None = None,
+        size: int | tuple[int, int] | None = None,
+        loop: bool = True,
+        note: Callable[[str], None] | None = None,
+    ) -> Path:
+        """Write the mechanism as it moves to a .html, .svg, .gif, .mp4 or .glb file; all else as of `symdyn.film`.
+
+        Raises:
+            DrawError: an ending that is not known, a motion that cannot be drawn, or a file that cannot be written.
+        """
+        from symdyn.draw import film
+
+        return film(self.scene, self.t, self.q, file, fps=fps, size=size, loop=loop, note=note)
 
     @property
     def _about(self) -> dict[str, str | float]:
