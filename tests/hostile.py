@@ -83,6 +83,8 @@ type = "revolute"
 parent = "ground"
 child = "bob"
 axis = [0, 0, 1]
+force = "{force}"
+{signals}
 """  # fmt: skip
 
 
@@ -93,9 +95,17 @@ def quoted(text: str) -> str:
 
 
 def scene_with(texts: dict[str, str], latex: str = "") -> str:
-    """Return a pendulum whose parameters have these descriptions and units, and one of them this LaTeX."""
+    """Return a pendulum whose parameters, inputs and outputs have these descriptions and units, and one this LaTeX."""
+    said = [f"unit = {quoted(t)}\ntext = {quoted(t)}" for t in texts.values()]
+    signals = [f'[inputs.u{k}]\n{one}\n[outputs.y{k}]\nformula = "t"\n{one}' for k, one in enumerate(said)]
+    force = " + ".join(["0", *(f"u{k}" for k in range(len(said)))])
     rows = [f"p{k} = {{ unit = {quoted(t)}, text = {quoted(t)} }}" for k, t in enumerate(texts.values())]
-    return SCENE.format(latex=f", latex = {quoted(latex)}" if latex else "", parameters="\n".join(rows))
+    return SCENE.format(
+        latex=f", latex = {quoted(latex)}" if latex else "",
+        parameters="\n".join(rows),
+        force=force,
+        signals="\n".join(signals),
+    )
 
 
 DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are filled in

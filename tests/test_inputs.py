@@ -4,72 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from motor_cart import CART, STATE, by_hand
 
 import symdyn
+from symdyn.cli import main
 from symdyn.errors import DerivationError, SceneError
 from symdyn.scene import Scene, body, given, looked_at, point, prismatic, read_text, revolute, scene
 from symdyn.scene.formats.toml_writer import write_text
-
-CART = """
-name = "motor_cart"
-[parameters]
-m = 2
-mp = 0.3
-l = 0.5
-k = { value = 3, unit = "N/V" }
-b = 0.4
-[inputs.u]
-unit = "V"
-latex = "u_a"
-text = "voltage of the motor"
-[bodies.cart]
-mass = "m"
-[bodies.pole]
-mass = "mp"
-com = [0, 0, "-l"]
-[joints.slide]
-type = "prismatic"
-parent = "ground"
-child = "cart"
-axis = [1, 0, 0]
-coordinate = "x"
-drive = false
-force = "k*u - b*x_dot"
-[joints.hinge]
-type = "revolute"
-parent = "cart"
-child = "pole"
-axis = [0, 1, 0]
-coordinate = "theta"
-drive = false
-start = 0.2
-[points.tip]
-body = "pole"
-at = [0, 0, "-l"]
-[outputs.way]
-formula = "point_tip_x"
-unit = "m"
-[outputs]
-pull = "reaction_hinge_fx_ground"
-"""
+from symdyn.teach import check_derivation, rendered, walkthrough
 
 
 @pytest.fixture(scope="module")
 def cart() -> Scene:
     return read_text(CART, "cart.toml")
-
-
-def by_hand(q, u, volt):
-    """Return accelerations of cart and pole, where the tip is, and what the cart exerts on the pole along x."""
-    m, mp, length, k, b = 2, 0.3, 0.5, 3, 0.4
-    s, c = np.sin(q[1]), np.cos(q[1])
-    M = np.array([[m + mp, -mp * length * c], [-mp * length * c, mp * length**2]])
-    a = np.linalg.solve(M, [k * volt - b * u[0] - mp * length * s * u[1] ** 2, -mp * 9.81 * length * s])
-    tip = a[0] - length * c * a[1] + length * s * u[1] ** 2
-    return a, q[0] - length * s, mp * tip
-
-
-STATE = np.array([0.1, 0.3]), np.array([0.5, -0.2])
 
 
 # Scenes
@@ -172,3 +119,31 @@ def test_a_scene_without_inputs_has_no_derivatives_by_them():
 def test_outputs_are_proved(cart):
     found = symdyn.certify(cart, ["outputs", "forward_dynamics", "outputs_by_inputs"])
     assert found.passed
+
+
+# What else reads scenes
+
+
+def test_a_locked_joint_has_no_drive_to_look_at():
+    text = CART.replace('coordinate = "theta"\ndrive = false', 'coordinate = "theta"\nlocked = true\ndrive = "M"', 1)
+    gone = read_text(text.replace('"point_tip_x"', '"point_tip_x + theta_ddot"'), "cart.toml")
+    assert str(gone.outputs[0].formula.symbols) == "('point_tip_x',)"
+    with pytest.raises(SceneError, match=r"outputs.way: uses M, which a locked joint has no more"):
+        read_text(text.replace('"point_tip_x"', '"M"'), "cart.toml")
+
+
+def test_equations_and_lessons_show_the_letter(cart):
+    assert "k*u - b*x_dot" in symdyn.equations(cart).text()
+    assert "k u_a - b" in symdyn.equations(cart).latex()
+    (answer,) = check_derivation(r"-m_p l \cos\theta \ddot x + m_p l^2 \ddot\theta = -9.81 m_p l \sin\theta", cart)
+    assert answer.verdict == "proved"
+    text = rendered(walkthrough(cart), "md")
+    assert "u_a" in text[next(iter(text))]
+
+
+def test_what_a_robot_file_cannot_hold_is_told(cart, tmp_path, capsys):
+    (tmp_path / "cart.toml").write_text(CART, encoding="utf-8")
+    assert main(["convert", str(tmp_path / "cart.toml"), str(tmp_path / "cart.urdf")]) == 1
+    said = capsys.readouterr().err
+    assert "inputs.u: the file has no letters that are given over time" in said
+    assert "outputs.way = point_tip_x: nothing is looked at" in said

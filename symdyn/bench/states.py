@@ -43,7 +43,7 @@ WIDTH = 64
 STEPS, LONGEST, NEGLIGIBLE = 30, 0.5, 1e-10
 """Newton's steps to close loops, the longest of them in rad or m, and singular values that are none."""
 
-REACH = {"q": 1.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "ui": 2.0, "qi": 1.0}
+REACH = {"q": 1.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "inputs": 3.0, "ui": 2.0, "qi": 1.0}
 REACH |= dict.fromkeys((*DIRECTIONS.values(), WEIGHTS), 2.0)
 
 

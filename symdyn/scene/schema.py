@@ -17,6 +17,7 @@ from symdyn.scene.declaration.joint_table import LIMIT_KEYS, OWN_KEYS, loop_keys
 from symdyn.scene.forces import kinds_of, sections
 from symdyn.scene.forces.force_kind import ForceKind
 from symdyn.scene.joints import JOINTS, JointKind, own_keys
+from symdyn.scene.toml import SHORT
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint
 from symdyn.scene.values.shapes import (
@@ -125,7 +126,8 @@ BODY_RULES: Sequence[Shape] = (
 def schema() -> dict[str, Any]:
     """Return the JSON Schema of scene files, draft 2020-12, as plain data."""
     sheet = {key: _tables(key, keys) for key, keys in TABLE_KEYS.items()}
-    sheet["parameters"]["additionalProperties"] = {"anyOf": [sheet["parameters"]["additionalProperties"], NUMBER]}
+    for kind in SHORT:
+        sheet[kind]["additionalProperties"] = {"anyOf": [sheet[kind]["additionalProperties"], NUMBER]}
     sheet["joints"]["additionalProperties"] = _joint(TABLE_KEYS["joints"], ("type", "parent", "child"))
     sheet["bodies"]["additionalProperties"]["allOf"] = [*BODY_RULES, *_twice(TABLE_KEYS["bodies"])]
     sheet |= {section: _named(_elements(section)) for section in sections()}

@@ -11,9 +11,9 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of, velocity_name
+from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, scene_of, spell, velocity_name
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.signals import point_names
+from symdyn.scene.values.signals import held, point_names
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import drive_names
@@ -64,7 +64,7 @@ def collocation(
     (147,)
 
     Args:
-        scene: the mechanism, its parameters bound. Its drives are unknowns.
+        scene: the mechanism, its parameters bound. Its drives are unknowns, its inputs held where the scene has them.
         until: time of the end, s; or between which two it is looked for.
         intervals: how many of equal length; or the shares of time where they end, 0 … 1.
         method: a key of `METHODS`.
@@ -83,7 +83,11 @@ def collocation(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: the equations do not exist, or have no derivative.
     """
-    scene = scene_of(scene)
+    declared = scene_of(scene)
+    try:
+        scene = held(declared)
+    except FormulaError as fault:
+        raise SimulateError(f"{declared.name}: an input that the scene holds: {fault}") from None
     faults = Faults("")
     first = Start(np.zeros(0), np.zeros(0))
     with noted(faults):
@@ -113,7 +117,8 @@ def collocation(
     rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
     guess = np.clip(made.guessed(first, last, values), lower, upper)
     given = {"start": start, "start rates": start_rates, "end": end, "end rates": end_rates}
-    notes = (*first.notes, *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}))
+    kept = tuple(f"input {one.name} is held at {spell(one.value)} {one.unit}".rstrip() for one in declared.inputs)
+    notes = (*kept, *first.notes, *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}))
     return Collocation(
         scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in found.driven), found.driven,
         made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,

@@ -20,8 +20,9 @@ from symdyn.scene.values.element import Strut
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.mapping import map_quantities, substituted
-from symdyn.scene.values.model import Joint, Pose, Scene
+from symdyn.scene.values.model import Joint, Pose, Scene, acceleration_name
 from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Entry, Faults, show
 
 DECLARED = ("locked", "position")
@@ -71,6 +72,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
             )
         at = (position,) if joint.coordinate else resting(joint)
         known |= dict(zip(joint.coordinates, at, strict=True)) | dict.fromkeys(joint.rates, ZERO)
+        known |= dict.fromkeys(map(acceleration_name, joint.rates), ZERO)
     unknown = [name for name in positions if name not in {joint.name for joint in scene.moving}]
     for name in unknown:
         faults.add(f"joints.{name}", "only a joint with a coordinate of its own can be locked")
@@ -86,6 +88,11 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
     except FormulaError as error:
         faults.add("", f"with locked joints a formula has no value: {error}")
     faults.close()
+    for output in locked.outputs:
+        said = output.formula.symbols
+        gone = [name for name in said if name not in parameters and name not in letters(locked, said)]
+        if gone:
+            faults.add(f"outputs.{output.name}", f"uses {', '.join(gone)}, which a locked joint has no more")
     if not locked.coordinates:
         faults.add("", "nothing moves: every joint is locked; leave one free")
     faults.close()
