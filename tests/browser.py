@@ -25,8 +25,10 @@ def chromium() -> Iterator[Any]:
 
 
 @contextmanager
-def opened(browser: Any, path: Path, width: int = 1280, scheme: str = "light") -> Iterator[Any]:
-    """Yield a page that shows a file; afterwards the console must have been silent and nothing fetched.
+def opened(browser: Any, what: Path | str, width: int = 1280, scheme: str = "light") -> Iterator[Any]:
+    """Yield a page that shows a file, or what a server shows at an address that is its own up to there.
+
+    Afterwards the console must have been silent and nothing fetched from elsewhere.
 
     All files are shown by one page of one window, one after the other, since a new page starts processes.
     """
@@ -35,15 +37,20 @@ def opened(browser: Any, path: Path, width: int = 1280, scheme: str = "light") -
     page.set_viewport_size({"width": width, "height": 800})
     page.emulate_media(media="screen", color_scheme=scheme)
     said: list[str] = []
+    address = what.as_uri() if isinstance(what, Path) else what
+
+    def own(url: str) -> bool:
+        return url == address if isinstance(what, Path) else url.startswith((address, "data:image/"))
+
     listeners = {
         "console": lambda message: said.append(message.text),
         "pageerror": lambda fault: said.append(str(fault)),
-        "request": lambda request: said.append(request.url) if request.url != path.as_uri() else None,
+        "request": lambda request: None if own(request.url) else said.append(request.url),
     }
     for event, listener in listeners.items():
         page.on(event, listener)
     try:
-        page.goto(path.as_uri())
+        page.goto(address)
         yield page
     except BaseException:
         page.close()  # whatever it is busy with

@@ -26,7 +26,8 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "transcription": ["simulation"],
     "teach": ["simulation"],
     "notebook": ["teach", "transcription", "linear"],
-    "cli": ["bench", "teach", "linear"],
+    "watch": ["notebook"],
+    "cli": ["watch", "bench", "teach", "linear"],
 }
 
 FOLDERS = {  # room: folder: the folders of the same room that it may import; "" are the room's own files

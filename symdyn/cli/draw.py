@@ -1,20 +1,24 @@
 """`symdyn draw SCENE`: a picture of the mechanism as SVG, PDF or PNG.
 
 A planar scene is seen face-on, a spatial one in a parallel projection. The position is the scene's start; where it has
-none, a position in which the coordinates can be seen. Loops are closed.
+none, a position in which the coordinates can be seen. Loops are closed. `--watch` shows it on a page while it is
+written.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import sys
+from pathlib import Path
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.talk import Waiting, print_paths, print_text
+from symdyn.algebra.numeric import Array
+from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene, scene_and_notes
+from symdyn.cli.talk import Waiting, print_paths, print_text, say
 from symdyn.draw import free_body, picture, pose
 from symdyn.draw.picture_files import check_picture
 from symdyn.errors import DrawError
-from symdyn.scene import FormulaError, parse
+from symdyn.scene import FormulaError, Scene, parse
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.value import value_of
 
@@ -38,12 +42,20 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--body", metavar="NAME", help="the free-body diagram of one body: every force and couple that acts on it"
     )
+    verb.add_argument(
+        "--watch",
+        action="store_true",
+        help="serve a page that follows the file as it is saved: picture, equations, coordinates to pull, messages; on "
+        "this machine alone, until Ctrl-C",
+    )
     verb.add_argument("--scheme", choices=("auto", "light", "dark"), default="auto", help="colours (default: auto)")
 
 
 def run(options: argparse.Namespace) -> int:
     """Draw the scene."""
     view = None if options.view is None else _view(options.view)
+    if options.watch:
+        return _watched(options, view)
     file = None if not options.output else check_picture(options.output)
     scene = read_scene(options)
     with Waiting() as progress:
@@ -58,6 +70,33 @@ def run(options: argparse.Namespace) -> int:
         print_text(text, end="")
     else:
         print_paths(file)
+    return 0
+
+
+def _watched(options: argparse.Namespace, view: tuple[float, float] | None) -> int:
+    """Serve the page until Ctrl-C, which is its ordinary end."""
+    from symdyn.watch import watch
+
+    path, others = Path(options.scene), {"-o": options.output, "--body": options.body, "--json": options.json}
+    for option, value in others.items():
+        if value:
+            raise DrawError(f"--watch shows the whole mechanism on a page; leave out {option}")
+    if options.scene == STDIN or not path.is_file():
+        raise DrawError(f"--watch follows a file; {options.scene} is none: give a file that is there")
+    labels = tuple(filter(None, split_commas(options.labels)))
+
+    def drawn(scene: Scene, q: Array, values: dict[str, float]) -> str:
+        return picture(scene, q, values, view, options.frames, labels, (), "", options.scheme)
+
+    def opened(address: str) -> None:
+        print_text(address)
+        sys.stdout.flush()
+        say("open this address in a browser; Ctrl-C ends it")
+
+    try:
+        watch(path, lambda: scene_and_notes(options), drawn, opened, {} if options.at is None else _at(options.at))
+    except KeyboardInterrupt:
+        return 0
     return 0
 
 

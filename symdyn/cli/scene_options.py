@@ -144,17 +144,24 @@ class StandardInput:
 
 def read_scene(options: argparse.Namespace) -> Scene:
     """Return the scene that the options name; what the reader notes goes to stderr."""
+    scene, notes = scene_and_notes(options)
+    for note in notes:
+        say(note)
+    return scene
+
+
+def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
+    """Return the scene that the options name, and what its reader notes."""
     cuts = options.spanning_tree and tuple(split_commas(options.spanning_tree))
     how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base)
     path = Path(options.scene)
     reading = read_noting(StandardInput() if options.scene == STDIN else path, how)
     whole, name = (printable(str(one), keep="") for one in (path, path.name))
-    for note in reading.notes[:MOST_NOTES]:
-        say(note.replace(whole, name, 1) if note.startswith(whole) else note)
+    notes = [one.replace(whole, name, 1) if one.startswith(whole) else one for one in reading.notes[:MOST_NOTES]]
     if len(reading.notes) > MOST_NOTES:
-        say(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
+        notes.append(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
     scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
-    return bind(scene, read_bindings(options.bind)) if options.bind is not None else scene
+    return bind(scene, read_bindings(options.bind)) if options.bind is not None else scene, notes
 
 
 def read_scene_to_move(options: argparse.Namespace) -> Scene:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,14 @@ DEAREST = 44.0  # what the place of a label may cost: less than three crossed li
 LEADER = 20.0  # from this way on a thin line leads to the label
 LED = 8.0  # what such a line costs
 ROUGH = 3.0  # room around a label
+AT_ONCE, MOMENTS = 16, 4000  # places that are looked at together, and places times moments
+SAME = 1e-9  # costs that differ by less are equal
+
+OUTWARDS = np.repeat(WAYS, len(ANGLES))
+"""How far out each place that is tried lies, nearest first, shape (places,)."""
+
+DIRECTIONS = np.tile(np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1), (len(WAYS), 1))
+"""And in which direction, shape (places, 2)."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +52,7 @@ class Label:
     away: Array | None = None
     look: str = ""
 
-    @property
+    @cached_property
     def half(self) -> Array:
         """Half its width and half its height."""
         return np.array([self.text.width / 2, FONT * (0.62 if self.text.lowered else 0.5)])
@@ -90,32 +99,33 @@ def put(labels: Sequence[Label], segments: Array, most: float = DEAREST) -> tupl
 
 
 def _best(label: Label, segments: Array, boxes: Array, most: float) -> Array | None:
-    best, least = None, most
-    for way in WAYS:
-        if way * DISTANCE >= least:
+    """Return the offset that costs least; of several, the nearest, and of these the first round the anchor."""
+    offsets = np.round(
+        DIRECTIONS * (label.gap + OUTWARDS[:, None])
+        + np.sign(np.round(DIRECTIONS, 9)) * label.half * np.minimum(1.0, np.abs(DIRECTIONS) * 1.6),
+        2,
+    )  # all of half a box lies between the anchor's circle and its middle, or none sideways
+    costs = OUTWARDS * DISTANCE
+    if label.away is not None:
+        costs = costs + TURNED * (1 - DIRECTIONS @ label.away)
+    best, least = -1, most
+    order, several = np.argsort(costs, kind="stable"), max(1, min(AT_ONCE, MOMENTS // len(segments)))
+    for block in np.split(order, range(several, len(order), several)):
+        if costs[block[0]] > least:
             break
-        for angle in ANGLES:
-            direction = np.array([np.cos(angle), np.sin(angle)])
-            offset = np.round(
-                direction * (label.gap + way) + np.sign(np.round(direction, 9)) * label.half * _lean(direction), 2
-            )
-            cost = way * DISTANCE
-            if label.away is not None:
-                cost += TURNED * (1 - float(direction @ label.away))
-            if cost >= least:
-                continue
-            low, high = label.at + offset - label.half - ROUGH, label.at + offset + label.half + ROUGH
-            if _overlaps(low, high, boxes):
-                continue
-            led = Put(label, offset)
-            if led.leader is not None:
+        middles = label.at[:, None] + offsets[block]
+        low, high = middles - label.half - ROUGH, middles + label.half + ROUGH
+        free = np.logical_not(_overlaps(low, high, boxes))
+        crossed = np.mean(np.sum(crosses(low, high, segments[:, None]), axis=2), axis=0)
+        for k, crossings in zip(block[free].tolist(), crossed[free].tolist(), strict=True):
+            cost, led = float(costs[k]) + CROSSING * crossings, Put(label, offsets[k])
+            if led.leader is not None and cost <= least:
                 cost += LED
                 if boxes.shape[1] and _on_a_label(_led(led), boxes):
                     continue
-            cost += CROSSING * float(np.mean(np.sum(crosses(low, high, segments), axis=1)))
-            if cost < least - 1e-9:
-                best, least = offset, cost
-    return best
+            if cost < least - SAME or (k < best and cost < least + SAME):
+                best, least = k, min(cost, least)
+    return offsets[best] if best >= 0 else None
 
 
 def _led(one: Put) -> Array:
@@ -128,22 +138,19 @@ def _on_a_label(leader: Array, boxes: Array) -> bool:
     return any(bool(crosses(boxes[:, k, 0], boxes[:, k, 1], leader).any()) for k in range(boxes.shape[1]))
 
 
-def _lean(direction: Array) -> Array:
-    """Return how much of half a box lies between the anchor's circle and its middle: all of it, or none sideways."""
-    return np.minimum(1.0, np.abs(direction) * 1.6)
-
-
-def _overlaps(low: Array, high: Array, boxes: Array) -> bool:
-    apart = (boxes[:, :, 1] <= low[:, None]) | (boxes[:, :, 0] >= high[:, None])
-    return bool(np.any(~np.any(apart, axis=2)))
+def _overlaps(low: Array, high: Array, boxes: Array) -> Array:
+    """Return which of the boxes with corners of shape (N, B, 2) meet others, shape (N, K, 2, 2): shape (B,)."""
+    others = boxes[:, None]
+    apart = (others[..., 1, :] <= low[:, :, None]) | (others[..., 0, :] >= high[:, :, None])
+    return np.asarray(np.any(~np.any(apart, axis=3), axis=(0, 2)))
 
 
 def crosses(low: Array, high: Array, segments: Array) -> Array:
-    """Return which segments, shape (N, S, 2, 2), meet which box, corners of shape (N, 2): shape (N, S)."""
-    middle, half = (low + high)[:, None] / 2, (high - low)[:, None] / 2
-    a, b = segments[:, :, 0], segments[:, :, 1]
+    """Return which segments, shape (..., S, 2, 2), meet which box, corners of shape (..., 2): shape (..., S)."""
+    middle, half = (low + high)[..., None, :] / 2, (high - low)[..., None, :] / 2
+    a, b = segments[..., 0, :], segments[..., 1, :]
     centre, reach = (a + b) / 2 - middle, (b - a) / 2
-    beside = np.any(np.abs(centre) > half + np.abs(reach), axis=2)
+    beside = np.any(np.abs(centre) > half + np.abs(reach), axis=-1)
     turned = np.abs(centre[..., 0] * reach[..., 1] - centre[..., 1] * reach[..., 0])
     limit = half[..., 0] * np.abs(reach[..., 1]) + half[..., 1] * np.abs(reach[..., 0])
     return np.asarray(~(beside | (turned > limit)))

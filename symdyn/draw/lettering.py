@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 
 from symdyn.emit.escape import in_html
@@ -48,7 +49,7 @@ class Text:
         """The characters alone."""
         return "".join(run.text for run in self.runs)
 
-    @property
+    @cached_property
     def width(self) -> float:
         """An estimate, on the wide side, in units of the picture."""
         return FONT * sum(_wide(run) * (SMALL if run.level else 1.0) for run in self.runs)

@@ -65,7 +65,7 @@ def pose(
     q = _start(scene, values)
     if not declared:
         angle = min(ANGLE, CURL / max(1, coordinate_units(scene).count("rad")))
-        seen = {"rad": angle, "m": SHARE * _extent(scene, q, values)}
+        seen = {"rad": angle, "m": SHARE * extent_of(scene, q, values)}
         moved = zip(coordinates_with_units(scene), q, strict=True)
         q = np.array([_within(joint, seen.get(unit, x), values) for (joint, _, unit), x in moved])
     return _with(scene, q, given), values
@@ -100,7 +100,7 @@ def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:
     return q
 
 
-def _extent(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
+def extent_of(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
     """Return the largest distance of joints, masses and points in the mechanism, 1 m if there is none."""
     spots = places(scene, q[None, :], values).spots
     return float(np.ptp(np.concatenate(spots), axis=0).max()) or 1.0 if spots else 1.0
