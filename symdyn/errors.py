@@ -82,6 +82,10 @@ class BuildError(SymdynError):
     """A compiler that is missing or that refused; carries the compiler's own words."""
 
 
+class CompilerFault(BuildError):  # noqa: N818  that of a program, not of ours
+    """A compiler that is there and fails, or whose library the system does not load."""
+
+
 class MissingProgram(BuildError):  # noqa: N818  what is missing, not what went wrong
     """What would run the code is not on this machine."""
 

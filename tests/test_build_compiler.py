@@ -14,7 +14,7 @@ from formulas import every_op
 
 import symdyn.build.library as library_room
 from symdyn.build import build
-from symdyn.build.compiler import FLAGS, find_compiler
+from symdyn.build.compiler import find_compiler
 from symdyn.build.warned import warn_once
 from symdyn.emit import emit
 from symdyn.errors import BuildError, SymdynWarning
@@ -127,8 +127,7 @@ def test_other_text_another_type_or_another_compiler_is_another_library(working,
     paths = {build(sources).path, build(emit(sources.program, "c", "float")).path}
     paths.add(build(emit(sources.program, "c", command="another header")).path)
     paths.add(build(sources, compiler=f"{working.command[0]} -O1").path)
-    monkeypatch.setattr(library_room, "FLAGS", (*FLAGS, "-g"))
-    paths.add(build(sources).path)
+    paths.add(build(sources, compiler=f"{working.command[0]} -g").path)
     assert len(paths) == 5
 
 

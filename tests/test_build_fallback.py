@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import symdyn
+import symdyn.build.compiler as compiler_room
+import symdyn.build.library as library_room
 from symdyn.build.compiler import find_compiler
+from symdyn.build.warned import warn_once
+from symdyn.errors import BuildError
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -124,3 +131,89 @@ def test_no_folder_to_compile_in_ends_no_work(tmp_path, door):
 
     assert "no folder to compile in" in talk
     assert "Traceback" not in talk
+
+
+def late(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = compiler_room._run
+    monkeypatch.setattr(compiler_room, "_run", lambda command, patience, *more: run(command, min(patience, 0.5), *more))
+
+
+def held(room: object, name: str) -> Callable[[pytest.MonkeyPatch], None]:
+    """Let a function meet a file that a scanner of viruses holds, as Windows says it."""
+
+    def refuse(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    return lambda monkeypatch: monkeypatch.setattr(room, name, refuse)
+
+
+SCANNED = "nothing can be compiled there (Permission denied)"
+
+WAYS = {  # how a compiler that was found fails: what the script `cc` does, what is changed in Python, what is told
+    "it refuses": ("echo no >&2; exit 3", None, "(exit 3): no"),
+    "it crashes": ("kill -SEGV $$", None, "could not compile"),
+    "there is no linker": ('case "$*" in *" -c "*) exec CC "$@";; esac; echo no ld >&2; exit 1', None, "no ld"),
+    "it hangs": ("sleep 60", late, "did not finish"),
+    "it makes nothing": ("exit 0", None, "could not compile"),
+    "its library is refused": (
+        'for a in "$@"; do case $a in *.so | *.o) echo no > "$a";; esac; done',
+        None,
+        "made a library that this Python cannot load",
+    ),
+    "its library is held": ('exec CC "$@"', held(os, "replace"), SCANNED),
+    "what it opens is held": ('exec CC "$@"', held(library_room, "seal"), SCANNED),
+    "it cannot be run": (None, None, "cannot be run"),
+}
+
+
+def failing(folder: Path, way: str) -> str:
+    """Put a compiler that fails into a folder that comes first in the path."""
+    does = WAYS[way][0]
+    folder.mkdir()
+    asks = 'case "$1" in --version|-E) exec CC "$@";; esac\n'
+    text = "#!/nowhere/sh\n" if does is None else f"#!/bin/sh\n{asks}{does}\n"
+    (folder / "cc").write_text(text.replace("CC", find_compiler().command[0]))
+    (folder / "cc").chmod(0o755)
+    return f"{folder}{os.pathsep}{os.environ['PATH']}"
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_however_compiling_fails_the_numpy_module_answers(
+    way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", failing(tmp_path / "bin", way))
+    warn_once.cache_clear()
+    _, change, told = WAYS[way]
+    if change is not None:
+        change(monkeypatch)
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        arm = symdyn.load(ARM, "mass_matrix")
+        mass_matrix = symdyn.lambdify(symdyn.read(ARM), "mass_matrix", "c")
+    said = [str(one.message) for one in caught if "those of the NumPy module" in str(one.message)]
+    assert 1 <= len(said) <= 2  # those that name a file, one for each
+    assert [line for line in said if told not in line or "\n" in line] == []
+    assert not arm.compiled
+    assert arm.mass_matrix([0, 0], [1, 1, 1, 1, 9.81]).tolist() == [[5, 2], [2, 1]]
+    assert mass_matrix([0, 0], [1, 1, 1, 1, 9.81]).tolist() == [[5, 2], [2, 1]]
+    assert not list((tmp_path / "cache").glob("*"))
+
+
+@pytest.mark.parametrize("named", ["argument", "variable"])
+def test_a_compiler_that_was_asked_for_is_an_error_where_it_fails(
+    named: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failing(tmp_path / "bin", "it refuses")
+    compiler = str(tmp_path / "bin" / "cc")
+    monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv("CC", compiler if named == "variable" else "")
+    with pytest.raises(BuildError, match="could not compile"):
+        symdyn.load(ARM, "mass_matrix", compiler=compiler if named == "argument" else None)
+
+
+def test_a_wrong_machine_is_no_failing_compiler() -> None:
+    with pytest.raises(BuildError, match="'mainframe' is not known"):
+        symdyn.load(ARM, "mass_matrix", machine="mainframe")

@@ -11,7 +11,7 @@ import pytest
 from arms import EXAMPLES
 from formulas import one
 
-from symdyn.build.compiler import FLAGS
+from symdyn.build.dialects import FLAGS
 from symdyn.dynamics import derive
 from symdyn.emit import emit, write
 from symdyn.graph import Graph, Op

@@ -10,7 +10,8 @@ from cases import Case
 from harness import Timed, moved
 from native import address, compiled, loops
 
-from symdyn.build.compiler import FLAGS, find_compiler
+from symdyn.build.compiler import find_compiler
+from symdyn.build.dialects import FLAGS
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
 

@@ -19,7 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.compiler import PATIENCE, find_compiler
-from symdyn.build.library import load
+from symdyn.build.dialects import Needs
+from symdyn.build.library import SUFFIX, Kind, load
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources, emit
 from symdyn.emit.code.c import BATCH, HEADER_ONLY, C
@@ -58,8 +59,11 @@ def build(
     check_target(sources, C)
     if sources.option == HEADER_ONLY:
         raise BuildError("header-only sources have no file to compile; emit them without that option")
-    path, library = load(sources.texts, find_compiler(compiler, machine), patience)
     opening, dtype = stem(sources.program.scene.name), find_real(sources.real).dtype
+    endings = ("", "_batch", "_rows") if sources.option == BATCH else ("",)
+    exports = tuple(f"{opening}_{name}{ending}" for name in sources.functions for ending in endings)
+    kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
+    path, library = load(sources.texts, find_compiler(compiler, machine), patience, kind)
     functions = tuple(
         CFunction(
             name=name,

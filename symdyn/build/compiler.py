@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -18,22 +18,20 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
-from symdyn.errors import BuildError, MissingCompiler
+from symdyn.build.dialects import GNU, Dialect, Needs, candidates, dialect_of
+from symdyn.errors import BuildError, CompilerFault, MissingCompiler
 from symdyn.extras import install
 
-CANDIDATES = ("cc", "gcc", "clang")
+CANDIDATES = candidates()
 
-FLAGS = ("-O3", "-fPIC", "-shared", "-ffp-contract=fast", "-fopenmp-simd", "-fno-math-errno")
-"""No -std=c99 here: as a build flag it turns fused multiply-add off. And never -ffast-math, which breaks NaN.
+COMPILER_VARIABLE = "CC"
+"""Environment variable that names a compiler."""
 
--fopenmp-simd reads the pragmas of batch loops and links nothing; without -fno-math-errno a square root is a call.
-"""
+MACHINES = ("native", "portable")
+"""This very machine, and any of its family."""
 
-MACHINES: Mapping[str, tuple[tuple[str, ...], ...]] = {
-    "native": (("-march=native", "-mprefer-vector-width=512"), ("-march=native",), ("-mcpu=native",)),
-    "portable": (("-march=x86-64-v2",), ("-march=x86_64_v2",)),
-}
-"""Flags for this very machine, and for any of its family; the first that the compiler takes are used, else none."""
+NOTHING = Needs()
+"""What plain C needs beside itself."""
 
 PATIENCE = 300.0
 """Seconds that one compilation may take."""
@@ -48,12 +46,14 @@ class Compiler:
         version: its own words.
         machine: flags that say for which machine it compiles.
         features: of that machine, as the compiler's macros tell; native code is kept apart by them.
+        dialect: how it is spoken to.
     """
 
     command: tuple[str, ...]
     version: str
     machine: tuple[str, ...] = ()
     features: str = ""
+    dialect: Dialect = GNU
 
 
 def find_compiler(wanted: str | None = None, machine: str = "native") -> Compiler:
@@ -70,11 +70,11 @@ def find_compiler(wanted: str | None = None, machine: str = "native") -> Compile
     """
     if machine not in MACHINES:
         raise BuildError(f"machine {machine!r} is not known; give {' or '.join(MACHINES)}")
-    asked = wanted or os.environ.get("CC", "").strip()
+    asked = wanted or os.environ.get(COMPILER_VARIABLE, "").strip()
     if asked:
-        origin = "compiler" if wanted else "the environment variable CC"
+        origin = "compiler" if wanted else f"the environment variable {COMPILER_VARIABLE}"
         try:
-            words = shlex.split(asked)
+            words = [asked] if shutil.which(asked) else words_of(asked)
         except ValueError as fault:
             raise BuildError(f"{origin} = {asked} is no command line ({fault}); {_ways_out()}") from fault
         if shutil.which(words[0]) is None:
@@ -90,6 +90,17 @@ def find_compiler(wanted: str | None = None, machine: str = "native") -> Compile
     raise MissingCompiler(f"no C compiler found (tried {tried}); {_ways_out()}")
 
 
+def words_of(line: str, platform: str = sys.platform) -> list[str]:
+    r"""Return the words of a command line; on Windows a backslash stands in paths.
+
+    >>> words_of(r'"C:\Program Files\cl.exe" /O1', "win32")
+    ['C:\\Program Files\\cl.exe', '/O1']
+    """
+    if platform != "win32":
+        return shlex.split(line)
+    return [word.strip('"') for word in shlex.split(line, posix=False)]
+
+
 def _ways_out() -> str:
     return (
         f"install one (`{install('zig')}` will do), or use the NumPy module, which needs none: "
@@ -100,45 +111,57 @@ def _ways_out() -> str:
 @cache
 def _known(command: tuple[str, ...], machine: str) -> Compiler:
     """Return the compiler behind a command line; it is asked who it is once a process."""
-    _, words = _run((*command, "--version"), patience=30.0)
-    chosen = any(word.startswith(("-march", "-mcpu")) for word in command)
-    for flags in ((),) if chosen else (*MACHINES[machine], ()):
-        code, macros = _run((*command, "-E", "-dM", *flags, "-x", "c", os.devnull), patience=30.0)
+    dialect = dialect_of(command)
+    _, words = _run((*command, *dialect.version), patience=30.0)
+    chosen = any(word.startswith(("-march", "-mcpu", "/clang:-march", "/arch")) for word in command)
+    if dialect.macros is None:
+        return Compiler(command, words, dialect=dialect)
+    for flags in ((),) if chosen else (*dialect.machines[machine], ()):
+        code, macros = _run((*command, *dialect.macros, *flags, os.devnull), patience=30.0)
         if code is None:
             break
         if code == 0:
-            return Compiler(command, words, flags, macros)
-    return Compiler(command, words)
+            return Compiler(command, words, flags, macros, dialect)
+    return Compiler(command, words, dialect=dialect)
 
 
 def compile_library(
-    compiler: Compiler, source: Path, library: Path, patience: float = PATIENCE, extra: Sequence[str] = ()
+    compiler: Compiler,
+    sources: Path | Sequence[Path],
+    made: Path,
+    patience: float = PATIENCE,
+    needs: Needs = NOTHING,
+    part: bool = False,
 ) -> None:
-    """Compile one C file into a shared library; `extra` are more words of the command line, such as further files.
+    """Compile C files into a shared library, or one of them into a part of it.
 
     Raises:
-        BuildError: the compiler refuses, says nothing for `patience` seconds, or leaves no library behind.
+        CompilerFault: the compiler refuses, says nothing for `patience` seconds, or leaves nothing behind.
     """
-    command = (*compiler.command, *FLAGS, *compiler.machine, str(source), *extra, "-o", str(library), "-lm")
+    files = [sources] if isinstance(sources, Path) else list(sources)
+    source, library = files[0], made
+    command = (*compiler.command, *compiler.dialect.line(compiler.machine, files, made, needs, part))
     code, words = _run(command, patience, library.parent)
     shown = shlex.join(compiler.command)
     if code is None:
-        raise BuildError(f"{shown} did not finish {source.name} within {patience:g} s and was stopped; {_ways_out()}")
+        raise CompilerFault(
+            f"{shown} did not finish {source.name} within {patience:g} s and was stopped; {_ways_out()}"
+        )
     if code != 0 or not library.is_file():
         said = words.strip() or "(it said nothing)"
-        raise BuildError(f"{shown} could not compile {source.name} (exit {code}):\n{said}\n{_ways_out()}")
+        raise CompilerFault(f"{shown} could not compile {source.name} (exit {code}):\n{said}\n{_ways_out()}")
 
 
 def try_compiler(compiler: Compiler, patience: float = 30.0) -> None:
     """Compile a line of C into a library, and forget it.
 
     Raises:
-        BuildError: the compiler does not do it, and why.
+        CompilerFault: the compiler does not do it, and why.
     """
     with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
         source = Path(folder) / "probe.c"
         source.write_text("double probe(double x);\ndouble probe(double x) { return x; }\n", encoding="utf-8")
-        compile_library(compiler, source, source.with_suffix(".so"), patience)
+        compile_library(compiler, source, source.with_suffix(".so"), patience, Needs(exports=("probe",)))
 
 
 def _run(command: Sequence[str], patience: float, place: Path | None = None) -> tuple[int | None, str]:
@@ -156,10 +179,10 @@ def _run(command: Sequence[str], patience: float, place: Path | None = None) -> 
                 stdout=words,
                 stderr=words,
                 start_new_session=True,
-                env=os.environ if place is None else os.environ | {"TMPDIR": str(place), "TMP": str(place)},
+                env=os.environ if place is None else os.environ | dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(place)),
             )
         except OSError as fault:
-            raise BuildError(f"{shlex.join(command)} cannot be run ({fault.strerror}); {_ways_out()}") from fault
+            raise CompilerFault(f"{shlex.join(command)} cannot be run ({fault.strerror}); {_ways_out()}") from fault
         late = threading.Event()
 
         def stop() -> None:
@@ -191,8 +214,9 @@ def _file_of_words() -> IO[bytes]:
 
 def _stop(process: subprocess.Popen[bytes]) -> None:
     """End a process together with its children."""
-    with suppress(ProcessLookupError):
+    with suppress(OSError):
         if hasattr(os, "killpg"):
             os.killpg(process.pid, signal.SIGKILL)
-        else:
+        else:  # Windows, where a tree of processes is ended by a program of its own
+            subprocess.run(("taskkill", "/F", "/T", "/PID", str(process.pid)), capture_output=True, check=False)
             process.kill()

@@ -13,6 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from symdyn.build.compiler import PATIENCE, find_compiler
+from symdyn.build.dialects import Needs
 from symdyn.build.library import Kind, load
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources
@@ -46,15 +47,17 @@ def build_extension(
     name = Path(sources.files[0][0]).stem
     suffix = EXTENSION_SUFFIXES[0]
     abi = (sys.version, suffix, np.__version__)
-    level = ("-O1",) if sources.option == LEAN else ()  # of several levels compilers take the last
-    words = ("-I", python_headers(), "-I", np.get_include(), *level)
-    if sys.platform == "darwin":
-        words += ("-undefined", "dynamic_lookup")
+    needs = Needs(
+        headers=(python_headers(), np.get_include()),
+        libraries=python_libraries(),
+        loose=sys.platform == "darwin",
+        soon=sources.option == LEAN,
+    )
     path, module = load(
         sources.texts,
         find_compiler(compiler, machine),
         patience,
-        Kind(suffix, words, abi, partial(_imported, name)),
+        Kind(suffix, needs, abi, partial(_imported, name)),
     )
     assert isinstance(module, ModuleType), "an extension's kind opens modules"
     module.__file__ = str(path)
@@ -73,6 +76,15 @@ def python_headers() -> str:
             "(python3-dev), or use the NumPy module, which needs none: `symdyn generate SCENE --target numpy`"
         )
     return str(INCLUDE)
+
+
+def python_libraries(platform: str = sys.platform) -> tuple[tuple[str, str], ...]:
+    """Return folder and name of the library that extensions are linked against: pythonXY, on Windows alone."""
+    if platform != "win32":
+        return ()
+    threads = "t" if sysconfig.get_config_var("Py_GIL_DISABLED") else ""
+    name = f"python{sys.version_info.major}{sys.version_info.minor}{threads}"
+    return ((str(Path(sys.base_prefix) / "libs"), name),)
 
 
 def _imported(name: str, path: str) -> ModuleType:

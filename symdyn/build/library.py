@@ -16,16 +16,18 @@ import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
-from symdyn.build.compiler import FLAGS, PATIENCE, Compiler, compile_library
+from symdyn.build.compiler import NOTHING, PATIENCE, Compiler, compile_library
+from symdyn.build.dialects import Needs
 from symdyn.build.entry import Damaged, load_entry, seal
 from symdyn.build.folder import folder_aside, instead, private_folder, trusted_folder
 from symdyn.build.warned import warn
-from symdyn.errors import BuildError, MissingCompiler
+from symdyn.errors import BuildError, CompilerFault, MissingCompiler
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 
@@ -42,18 +44,18 @@ class Kind:
 
     Attributes:
         suffix: how its file name ends.
-        words: more of the compiler's command line.
+        needs: what the code needs beside its own text.
         abi: what else it is compiled against, for the cache's key.
         open: loads the file of a path; OSError or ImportError where it is none of this kind.
     """
 
     suffix: str
-    words: tuple[str, ...]
+    needs: Needs
     abi: tuple[str, ...]
     open: Callable[[str], Any]
 
 
-PLAIN = Kind(SUFFIX, (), (), ctypes.CDLL)
+PLAIN = Kind(SUFFIX, NOTHING, (), ctypes.CDLL)
 
 
 def load(
@@ -74,9 +76,12 @@ def load(
     except OSError as fault:
         reason = fault.strerror or str(fault)
     private = private_folder(os.getpid())
-    if folder == private:
-        raise MissingCompiler(f"{folder}: nothing can be compiled there ({reason}); set TMPDIR to another folder")
-    return _load_in(instead(folder, reason), files, compiler, patience, kind)
+    if folder != private:
+        try:
+            return _load_in(instead(folder, reason), files, compiler, patience, kind)
+        except OSError as fault:  # such as a scanner that holds each file it sees
+            folder, reason = private, fault.strerror or str(fault)
+    raise MissingCompiler(f"{folder}: nothing can be compiled there ({reason}); set TMPDIR to another folder")
 
 
 def entry_name(files: Mapping[str, str], compiler: Compiler, kind: Kind = PLAIN) -> str:
@@ -101,8 +106,10 @@ def _load_in(
     try:
         return path, load_entry(path, kind.open)
     except (OSError, ImportError, Damaged) as fault:
+        with suppress(OSError):
+            path.unlink()
         message = f"{shlex.join(compiler.command)} made a library that this Python cannot load ({fault})"
-        raise BuildError(f"{message}; use a compiler for this machine ({sys.platform})") from fault
+        raise CompilerFault(f"{message}; use a compiler for this machine ({sys.platform})") from fault
 
 
 def _key(files: Mapping[str, str], compiler: Compiler, kind: Kind) -> str:
@@ -111,11 +118,12 @@ def _key(files: Mapping[str, str], compiler: Compiler, kind: Kind) -> str:
         SEALED,
         *compiler.command,
         compiler.version,
-        *FLAGS,
+        *compiler.dialect.flags,
         *compiler.machine,
         compiler.features,
         sys.platform,
-        *kind.words,
+        *compiler.dialect.needs(kind.needs),
+        *(f"{folder}{name}" for folder, name in kind.needs.libraries),
         *kind.abi,
     ]
     parts += [piece for name, text in files.items() for piece in (name, text)]
@@ -134,8 +142,8 @@ def _compile_aside(files: Mapping[str, str], compiler: Compiler, library: Path, 
         fresh = folder / library.name
         parts = [folder / name for name in files if name.endswith(".c")]
         try:
-            first, *others = _compile_parts(compiler, parts, patience, kind) if len(parts) > 1 else parts
-            compile_library(compiler, first, fresh, patience, (*map(str, others), *kind.words))
+            given = _compile_parts(compiler, parts, patience, kind) if len(parts) > 1 else parts
+            compile_library(compiler, given, fresh, patience, kind.needs)
         except BuildError as fault:
             if shutil.disk_usage(library.parent).free < ROOM:
                 raise OSError(ENOSPC, os.strerror(ENOSPC)) from fault
@@ -148,8 +156,8 @@ def _compile_parts(compiler: Compiler, sources: Sequence[Path], patience: float,
     """Return the object files of `sources`, compiled at the same time."""
 
     def compile_part(source: Path) -> Path:
-        part = source.with_suffix(".o")
-        compile_library(compiler, source, part, patience, ("-c", *kind.words))
+        part = source.with_suffix(compiler.dialect.object)
+        compile_library(compiler, source, part, patience, kind.needs, part=True)
         return part
 
     with ThreadPoolExecutor() as pool:

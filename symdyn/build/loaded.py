@@ -139,7 +139,7 @@ def load(
     Raises:
         SceneError: the file has faults, or a parameter does not exist.
         DerivationError: a function does not exist.
-        BuildError: the compiler that was asked for, here or as $CC, is not there; a compiler refuses; an unknown
+        BuildError: the compiler that was asked for, here or as $CC, is not there or fails; an unknown
             machine.
     """
     known = scene_of(scene)
@@ -181,7 +181,7 @@ def _loaded(
         modules.append(build_extension(given, compiler, machine=machine)[1])
         return modules[0]
 
-    found, compiled = run_or_python(sources, run)
+    found, compiled = run_or_python(sources, run, compiler)
     settings = (scene, requests, compiler, machine, is_prepared(program), closing, free)
     calls = {}
     for (name, call), routine in zip(found.items(), program.routines, strict=True):
@@ -250,7 +250,7 @@ def lambdify(
     Raises:
         DerivationError: there is no such function.
         EmitError: a target that is unknown or takes no batches, a real type that it does not have.
-        BuildError: a compiler that refuses, or that $CC names and is not there.
+        BuildError: the compiler that $CC names is not there or fails.
     """
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 from symdyn.build.c_module import build
+from symdyn.build.compiler import COMPILER_VARIABLE
 from symdyn.build.extension import build_extension
 from symdyn.build.run_node import run_js
 from symdyn.build.warned import check_target, warn_once
@@ -17,9 +19,12 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.javascript import JS
 from symdyn.emit.code.python import NUMPY
 from symdyn.emit.code.ufunc import DOUBLES, UFUNC
-from symdyn.errors import MissingProgram
+from symdyn.errors import CompilerFault, MissingProgram
 
 Call = Callable[..., Any]
+
+TOLD = 3
+"""Lines of a compiler's fault that a warning has."""
 
 SLOWER = "until then the functions are those of the NumPy module, which are slower"
 
@@ -67,16 +72,27 @@ RUNNERS: dict[str, Runner] = {
 }
 
 
-def run_or_python(sources: Sources, run: Callable[[Sources], Any]) -> tuple[dict[str, Call], bool]:
+def run_or_python(
+    sources: Sources, run: Callable[[Sources], Any], compiler: str | None = None
+) -> tuple[dict[str, Call], bool]:
     """Return the functions of sources by name, and whether they run as asked.
 
-    Where this machine lacks what that takes, they are those of the NumPy module, and a warning says so, once; so is, in
-    silence, a function that the target leaves out, such as a ufunc of a result without entries.
+    Where this machine lacks what that takes, or the compiler that was found fails in whatever way, they are those of
+    the NumPy module, and a warning says so, once; so is, in silence, a function that the target leaves out, such as a
+    ufunc of a result without entries.
+
+    Raises:
+        BuildError: the compiler that was asked for, here or as $CC, is not there or fails.
     """
     try:
         module = run(sources)
     except MissingProgram as fault:
-        warn_once(f"{fault}\n{SLOWER}")
+        warn_once(f"{fault}; {SLOWER}")
+        module = None
+    except CompilerFault as fault:
+        if compiler or os.environ.get(COMPILER_VARIABLE, "").strip():
+            raise
+        warn_once(f"{' '.join(str(fault).splitlines()[:TOLD])}; {SLOWER}")
         module = None
     calls = {name: getattr(module, name, None) for name in sources.functions}
     if not all(calls.values()):
