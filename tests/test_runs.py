@@ -135,6 +135,8 @@ def test_columns_of_a_plot_are_chosen_by_name_and_by_pattern_also_where_they_are
         run.plot("x", "thetta")
     with pytest.raises(UnknownNameError, match=r"there is no column q\*; there are"):
         run.plot(["q*"])
+    with pytest.raises(UnknownNameError, match="3 is no name of a column"):
+        run.plot(3)  # type: ignore[arg-type]
 
 
 @pytest.mark.runs("cc")
@@ -157,6 +159,7 @@ def test_energies_far_from_zero_are_counted_from_their_least_value() -> None:
 
 
 @pytest.mark.runs("cc")
+@pytest.mark.long(0)
 def test_no_name_of_a_scene_breaks_a_plot_or_becomes_mathematics() -> None:
     pytest.importorskip("matplotlib")
     names = ["lambda1", "a__b", "x_", "Ixx1", "theta_left", "I1xx", "epsilon", "Upsilon", "ab", "m_1_dot_x", "tau99"]
@@ -194,6 +197,19 @@ def test_a_coordinate_that_is_called_work_has_its_column_and_the_work_another() 
 
 
 @pytest.mark.runs("cc")
+def test_units_of_a_stranger_are_text() -> None:
+    pytest.importorskip("matplotlib")
+    scene = read_text(
+        'name = "w"\n[inputs.u]\nunit = "$\\\\frac <b>"\n[bodies.b]\nmass = 1\ncom = [0, 0, 0]\n[joints.j]\n'
+        'type = "prismatic"\nparent = "ground"\nchild = "b"\naxis = [1, 0, 0]\nforce = "u"\ndrive = false\n'
+    )
+    run = simulate(scene, "u=1", until=1.0, method="dop853")
+    assert b"<!-- $\\frac &lt;b&gt; -->" in draw(run, "svg", ["u"])
+    assert run.to_pandas().attrs["units"]["u"] == "$\\frac <b>"
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.long(0)
 def test_a_notebook_shows_the_figure(run: Trajectory) -> None:
     pytest.importorskip("matplotlib")
     formatters = pytest.importorskip("IPython.core.formatters")
@@ -219,6 +235,7 @@ def test_units_of_reactions_multipliers_and_momenta_are_known() -> None:
 
 
 @pytest.mark.runs("cc")
+@pytest.mark.long(0)
 def test_the_shell_picks_columns_and_tells_a_wrong_one_before_it_computes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -244,7 +261,7 @@ def test_the_shell_picks_columns_and_tells_a_wrong_one_before_it_computes(
 
 
 @pytest.mark.runs
-@pytest.mark.long
+@pytest.mark.long(0)
 def test_matplotlib_and_pandas_are_imported_when_they_are_asked_for() -> None:
     code = (
         "import sys, symdyn\n"

@@ -110,7 +110,7 @@ def _draw(axis: Any, part: Panel, trajectory: Trajectory) -> None:
         axis.plot(trajectory.t, one.values, label=_label(one), linewidth=1.0)
     more = len(part.curves) - MOST_LINES
     axis.set_title(part.title + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
-    axis.set_ylabel(part.unit)
+    axis.set_ylabel(part.unit).set_parse_math(False)  # a unit is a stranger's text
     axis.grid(alpha=0.3)
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     for event in trajectory.events:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -179,7 +179,10 @@ class Trajectory(Shown):
         """
         from symdyn.simulation.plot import figure
 
-        return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+        wanted: list[Any] = []
+        for some in names:
+            wanted += some if isinstance(some, (list, tuple)) else [some]
+        return figure(self, wanted)
 
     def animate(
         self,
