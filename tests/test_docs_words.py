@@ -12,7 +12,6 @@ from symdyn.scene import FORCES, JOINTS
 from symdyn.scene.declaration import body_table, coupling, declare, dh, joint_table
 from symdyn.scene.forces import sections
 from symdyn.scene.joints import own_keys
-from symdyn.scene.toml import TABLES
 from symdyn.scene.values.names import FORMULA_NAMES, GENERATED_NAMES
 
 ROOT = Path(__file__).parent.parent
@@ -45,7 +44,7 @@ def keys_of(section: str) -> set[str]:
 JOINT = {*joint_table.PLACE_KEYS, *own_keys(), *joint_table.OWN_KEYS, *joint_table.RATE_KEYS, *joint_table.LOCK_KEYS}
 
 WORDS = {
-    "Top level: word": {"name", "gravity", *TABLES, *sections(), "loop", "dh"},
+    "Top level: word": {"name", "gravity", *declare.TABLE_KEYS, *sections(), "loop", "dh"},
     "Parameters: word": set(declare.PARAMETER_KEYS),
     "Inputs: word": set(declare.INPUT_KEYS),
     "Outputs: word": set(declare.OUTPUT_KEYS),

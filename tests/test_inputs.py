@@ -57,7 +57,7 @@ def test_python_declares_the_same(cart):
         ("[inputs.u]", "[inputs.x]", '"x" is already the name of inputs.x'),
         ("[inputs.u]", "[inputs.t]", '"t" is used by generated code'),
         ("[outputs.way]", "[outputs.theta]", '"theta" is already the name of outputs.theta'),
-        ("[outputs.way]", "[outputs.work]", '"work" is a column that every run may have'),
+        ("[outputs.way]", "[outputs.work]", '"work" is called like a column of runs'),
         ('"point_tip_x"', '"point_tio_x"', "undefined symbol point_tio_x; .*did you mean point_tip_x"),
         ('"reaction_hinge_fx_ground"', '"multiplier_cut"', "undefined symbol multiplier_cut"),
         ('unit = "V"', 'value = "k"', "inputs.u: value = k uses k; a value may hold numbers and pi only"),

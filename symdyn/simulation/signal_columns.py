@@ -13,11 +13,11 @@ import numpy as np
 from symdyn.algebra.numeric import Array, Batches
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, express, spell
+from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.signals import MULTIPLIER, reaction_axes
 from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.prescribed.forces import Forces
+from symdyn.simulation.prescribed.forces import ForceFunction, Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.reaction_columns import multiplier_columns, reaction_columns
 from symdyn.simulation.trajectory import Trajectory
@@ -56,14 +56,28 @@ def input_columns(scene: Scene, forces: Forces, t: Array, q: Array, u: Array) ->
     known: dict[str, Array] = {TIME: t} | dict(zip(scene.coordinates, q.T, strict=True))
     known |= dict(zip(scene.velocities, u.T, strict=True))
     known |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
+    acting = {name: function for function in forces.functions for name in function.names}
     found: dict[str, Array] = {}
     for k, one in enumerate(scene.inputs, len(scene.velocities)):
         table, formula = forces.tables.get(k), forces.formulas.get(k, one.value)
-        (found[one.name],) = _values([formula], known, t) if table is None else [table(t)]
+        if one.name in acting:
+            found[one.name] = _of_function(acting[one.name], one.name, t, q, u)
+        else:
+            (found[one.name],) = _values([formula], known, t) if table is None else [table(t)]
         wrong = np.flatnonzero(~np.isfinite(found[one.name]))
         if len(wrong):
-            raise SimulateError(f"forces: {one.name}: {spell(formula)} has no finite value at t = {t[wrong[0]]:g} s")
+            raise SimulateError(f"forces: {one.name} has no finite value at t = {t[wrong[0]]:g} s")
     return found
+
+
+def _of_function(function: ForceFunction, name: str, t: Array, q: Array, u: Array) -> Array:
+    """Return what a function says of an input over rows; SimulateError where that is no number."""
+    k = function.names.index(name)
+    try:
+        rows = [np.ravel(function.of(float(at), *state)) for at, *state in zip(t, q, u, strict=True)]
+        return np.array([row[k] for row in rows], dtype=np.float64)
+    except Exception as fault:  # whatever a user's function raises
+        raise SimulateError(f"{function.where}: the function raised {type(fault).__name__}: {fault}") from fault
 
 
 def _values(formulas: Sequence[Quantity], known: Mapping[str, Array], t: Array) -> list[Array]:

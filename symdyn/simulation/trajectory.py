@@ -14,6 +14,7 @@ from symdyn.emit import writing
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.values.names import listed
+from symdyn.scene.values.value import value_of
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing
@@ -113,8 +114,9 @@ class Trajectory(Shown):
 
     @property
     def inputs(self) -> Array:
-        """What was given over time, shape (N, inputs)."""
-        return np.array([self.extra[one.name] for one in self.scene.inputs]).reshape(-1, len(self.t)).T
+        """What was given over time, shape (N, inputs); what no column tells is as the scene says."""
+        usual = {one.name: np.full(len(self.t), float(value_of(one.value, {}) or 0)) for one in self.scene.inputs}
+        return np.array([self.extra.get(name, column) for name, column in usual.items()]).reshape(-1, len(self.t)).T
 
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns)."""

@@ -36,7 +36,7 @@ def check_names(draft: Draft, faults: Faults) -> None:
     for kind in ("inputs", "outputs"):
         for where, column in zip(draft.where[kind], getattr(scene, kind), strict=True):
             if is_column(column.name):
-                faults.add(where, f"{show(column.name)} is a column that every run may have; choose another name")
+                faults.add(where, f"{show(column.name)} is called like a column of runs; choose another name")
     symbols = taken.setdefault("symbol", {})
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
         own = [("coordinate", name) for name in joint.coordinates]

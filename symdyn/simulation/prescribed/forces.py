@@ -132,7 +132,7 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
         entries: `name=formula`, where the name is that of a drive, an input, a coordinate or a velocity; a .toml file
             of such lines; or a .csv file of columns t and drives or coordinates. Formulas by name; beside text and
             numbers these may be (times, values), or functions of t or of (t, q, u). A function of (t, q, u) that
-            returns all forces. A data frame, data set or run. Or a list of any of these.
+            returns all forces, then inputs. A data frame, data set or run. Or a list of any of these.
         differentiable: whether they are to be differentiated: functions are refused.
 
     Raises:
@@ -209,10 +209,10 @@ def read_inputs(scene: Scene, entries: Entries) -> Forces:
     """Return what is said of inputs, as `read_forces` takes it, where driving forces are what is looked for.
 
     Raises:
-        SimulateError: with every fault, one line each; a function, or a driving force that is no column of a table.
+        SimulateError: with every fault, one line each; a driving force that is no column of a table.
     """
-    read, n = read_forces(scene, entries, differentiable=True), len(scene.velocities)
-    wrong = [name for k, name in enumerate(force_names(scene)[:n]) if k in read.formulas]
+    read, n = read_forces(scene, entries), len(scene.velocities)
+    wrong = [name for k, name in enumerate(force_names(scene)[:n]) if k in (*read.formulas, *read.fed)]
     if wrong:
         given = ", ".join(one.name for one in scene.inputs) or "no input"
         raise SimulateError(f"forces: {', '.join(wrong)}: found from the motion; {scene.name} has {given} to be given")
