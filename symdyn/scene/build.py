@@ -14,12 +14,23 @@ Wherever a number is wanted there may be an int, a Fraction, a float (0.1 means 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Literal, TypedDict, Unpack, cast
 
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Particle, Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Entry, Faults, Number, Placement, Three, entry, show
+
+
+class Elements(TypedDict, total=False):
+    """What acts beside gravity and drives, and rows that forbid velocities; each declared by functions of its name."""
+
+    springs: Sequence[Entry]
+    dampers: Sequence[Entry]
+    loads: Sequence[Entry]
+    rows: Sequence[Entry]
+
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
 
@@ -44,7 +55,7 @@ def body(
     com: Three | None = None,
     first_moment: Three | None = None,
     inertia: Inertia | None = None,
-    about: str | None = None,
+    about: Literal["com", "frame"] | None = None,
     particles: Sequence[Particle | Mapping[str, object]] | None = None,
     allow_invalid_inertia: bool = False,
 ) -> Entry:
@@ -104,7 +115,9 @@ def looked_at(name: str, formula: Number, *, unit: str = "", text: str = "") -> 
     return entry("outputs", name, formula=formula, unit=unit, text=text)
 
 
-def dh_table(convention: str, links: Sequence[Mapping[str, object]], parent: str = "ground") -> Entry:
+def dh_table(
+    convention: Literal["standard", "modified"], links: Sequence[Mapping[str, object]], parent: str = "ground"
+) -> Entry:
     """Declare a chain by Denavit-Hartenberg rows.
 
     Args:
@@ -130,7 +143,7 @@ def scene(
     source: str = "",
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
-    **elements: Sequence[Entry],
+    **elements: Unpack[Elements],
 ) -> Scene:
     """Return the checked scene.
 
@@ -153,7 +166,8 @@ def scene(
     Raises:
         SceneError: with every fault of the declaration, one line each.
     """
-    strange = [section for section in elements if section not in sections()]
+    acting = cast("Mapping[str, Sequence[Entry]]", elements)
+    strange = [section for section in acting if section not in sections()]
     if strange:
         raise TypeError(f"scene() takes no {strange[0]}; {suggestion(strange[0], sections())}")
     if isinstance(parameters, Mapping):
@@ -171,7 +185,7 @@ def scene(
         joints=_entries("joints", "joint", joints, faults),
         points=_entries("points", "point", points, faults),
         loops=_entries("loop", "loop", loops, faults),
-        elements={one: _entries(one, one.removesuffix("s"), some, faults) for one, some in elements.items()},
+        elements={one: _entries(one, one.removesuffix("s"), some, faults) for one, some in acting.items()},
         dh=dh,
         inputs=_entries("inputs", "given", inputs, faults),
         outputs=_entries("outputs", "looked_at", outputs, faults),

@@ -3,9 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol, TypedDict, Unpack
+from typing import Literal, Protocol, TypedDict, Unpack
 
 from symdyn.scene.values.table import Entry, Number, Placement, Three, entry
+
+JointType = Literal[
+    "revolute",
+    "prismatic",
+    "fixed",
+    "helical",
+    "cylindrical",
+    "universal",
+    "spherical",
+    "planar",
+    "point_on_line",
+    "point_on_plane",
+    "rod",
+    "free",
+    "custom",
+]
+"""The types of joints, for editors; `JOINTS` has them, and those that were added."""
+
+
+class LimitKeys(TypedDict, total=False):
+    """Limits of a joint; what is left out or None is unlimited."""
+
+    lower: Number | None
+    upper: Number | None
+    velocity: Number | None
+    effort: Number | None
+
+
+class MimicKeys(TypedDict, total=False):
+    """What a joint follows: a joint, or a coordinate of one that has several."""
+
+    joint: str
+    coordinate: str
+    ratio: Number
+    offset: Number
+
+
+class RotorKeys(TypedDict, total=False):
+    """A rotor behind a gear."""
+
+    inertia: Number
+    gear: Number
+
+
+class FrictionKeys(TypedDict, total=False):
+    """Dry friction that acts; see `Friction`."""
+
+    coulomb: Number
+    static: Number
+    stribeck: Number
+    smoothing: Number
 
 
 class JointKeys(TypedDict, total=False):
@@ -17,12 +68,12 @@ class JointKeys(TypedDict, total=False):
     coordinates: Sequence[str] | None
     drive: str | bool | Sequence[str | bool]
     force: Number | Sequence[Number] | None
-    mimic: Mapping[str, Number] | None
+    mimic: MimicKeys | Mapping[str, Number | str] | None
     armature: Number | None
-    rotor: Mapping[str, Number] | None
+    rotor: RotorKeys | Mapping[str, Number] | None
     damping: Number | None
-    friction: Number | Mapping[str, Number] | None
-    limits: Mapping[str, Number | None] | None
+    friction: Number | FrictionKeys | Mapping[str, Number] | None
+    limits: LimitKeys | Mapping[str, Number | None] | None
     start: Number | Sequence[Number] | None
     start_rates: Number | Sequence[Number] | None
     motion: Number | None
@@ -44,7 +95,7 @@ class Maker(Protocol):
         """Declare a joint; the arguments are those of `joint`."""
 
 
-def joint(name: str, type: str, parent: str, child: str, **keys: object) -> Entry:
+def joint(name: str, type: JointType | str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
     """Declare a joint.
 
     Joints may close loops: then some are cut and some turned round, see `loop` to say which.
@@ -116,6 +167,6 @@ free = _maker("free", "a body without contact, in six coordinates or seven")
 custom = _maker("custom", "a joint by the steps of its motion, which must be given with its units")
 
 
-def loop(name: str, type: str, parent: str, child: str, **keys: object) -> Entry:
+def loop(name: str, type: JointType | str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
     """Declare a joint that closes a loop; the arguments are those of `joint`, and it has no coordinates."""
     return entry("loop", name, type=type, parent=parent, child=child, **keys)

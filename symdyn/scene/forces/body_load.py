@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody
 from symdyn.scene.forces.force_kind import ForceKind, Push
@@ -71,7 +73,7 @@ def load(
     point: str | None = None,
     force: Three | None = None,
     couple: Three | None = None,
-    frame: str | None = None,
+    frame: Literal["ground", "body"] | None = None,
 ) -> Entry:
     """Declare a wrench on a body.
 
