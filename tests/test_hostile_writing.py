@@ -109,6 +109,7 @@ WRITES = {"write_bytes", "replace", "rename", "mkstemp", "NamedTemporaryFile", "
 OWN = {  # beside the cache of compiled code, in build/
     "emit/writing.py": "the one place",
     "bench/time_and_error.py": "a folder of its own, for what is compiled and timed",
+    "draw/films.py": "a folder of its own, for ffmpeg",
     "teach/render/latex.py": "a folder of its own, for pdflatex",
 }
 

@@ -83,7 +83,7 @@ def _check_chosen(scene: Scene, options: argparse.Namespace) -> None:
 
 def _chosen(options: argparse.Namespace) -> list[str]:
     """Return the names and patterns that --plot-columns says."""
-    return [name.strip() for name in (options.plot_columns or "").split(",") if name.strip()]
+    return [name for part in split_commas(options.plot_columns or "") if (name := part.strip())]
 
 
 def collected(*parts: Callable[[], object]) -> tuple[object, ...]:

@@ -11,9 +11,8 @@ from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
-from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loose_rows
-from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.roads import closed_outputs as loops
 from symdyn.dynamics.roads import result_labels as labels
@@ -27,6 +26,10 @@ from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, express, spell
 from symdyn.scene.values.names import choice, suggestion
 from symdyn.scene.values.signals import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, reaction_axes
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.loop_decisions import LoopDecisions
+    from symdyn.dynamics.loops.loop_numbers import Numbers
 
 BY_LETTER = {"force along": "f", "moment about": "m"}
 
@@ -119,6 +122,8 @@ def kept_multipliers(w: Workspace) -> tuple[str, ...]:
     if not w.scene.is_closed:
         return ()
     decisions, numbers = w.loops.decisions, w.loops.numbers
+    from symdyn.dynamics.loops.loop_decisions import loose_rows  # with NumPy, which scenes without loops do without
+
     return multiplier_names(w.scene, decisions, numbers, loose_rows(numbers, decisions.assembly))
 
 
