@@ -75,6 +75,8 @@ def test_tables_of_pandas_and_xarray_and_a_run_are_forces_and_motions(scene: Sce
     for forces in given:
         assert np.abs(simulate(scene, forces, until=1.0, method="dop853", every=0.005).q - words.q).max() < 1e-6
 
+    with pytest.raises(SimulateError, match=r"^forces: DataFrame has neither a column nor an index t, the times in s$"):
+        read_forces(scene, frame.drop(columns="t"))
     moved = inverse(scene, words, words.t)
     assert np.abs(moved.tau - words.tau).max() < 1e-8
     only_places = inverse(scene, frame.rename(columns={"tau1": "q1", "tau2": "q2"}), T)

@@ -35,6 +35,9 @@ def test_columns_come_by_name_and_a_wrong_name_is_told_the_right_one(run: Trajec
     assert np.array_equal(run["F"], run.tau[:, 0])
     assert np.array_equal(run["t"], run.t)
     assert run["energy_error"].shape == run.t.shape
+    assert "theta" in run
+    assert "thetta" not in run
+    assert list(dict(run)) == list(run) == list(run.names)
     with pytest.raises(
         UnknownNameError, match=r"^cart_pole: there is no column thetta; did you mean theta\? \(there are t"
     ):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -127,6 +127,10 @@ class Trajectory(Shown):
     def keys(self) -> tuple[str, ...]:
         """Return the names of the columns, so that a run is taken for a table."""
         return self.names
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the columns: `"q1" in run`, `dict(run)`."""
+        return iter(self.names)
 
     def __getitem__(self, name: str) -> Array:
         """Return a column by its name, shape (N,).

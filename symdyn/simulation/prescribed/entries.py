@@ -74,6 +74,8 @@ def read_entries(entries: Entries, what: str, faults: Faults) -> Said:
                 _by_name(entry, what, found, faults)
             elif callable(entry):
                 found.functions.append(("", entry))
+            elif hasattr(entry, "keys"):
+                faults.add(what, f"{type(entry).__name__} has neither a column nor an index t, the times in s")
             else:
                 faults.add(what, f"{_spoken(entry)} says no {what}; give {KINDS} by name, text, or a table")
     found.texts += [(what, name, text) for name, text in words(plain, what, faults).items()]
