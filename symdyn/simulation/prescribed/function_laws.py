@@ -1,7 +1,7 @@
 """Motions that functions of time say, in Python.
 
 A function that returns a position alone is differentiated by differences, whose step is chosen by their agreement: of
-sin(2 t) the rate comes out to 1e-13 and the acceleration to 1e-11. One that returns all three is taken as it is.
+sin(2 t) the rate comes out to 1e-13 and the acceleration to 2e-11. One that returns all three is taken as it is.
 """
 
 from __future__ import annotations
