@@ -109,6 +109,13 @@ def test_an_open_file_without_a_name_is_toml_or_what_its_root_element_says():
         assert read(numbered) == read(TOML)
 
 
+def test_text_has_been_decoded_whatever_encoding_its_declaration_tells():
+    text = URDF.read_text(encoding="utf-8")
+    text = '<?xml version="1.0" encoding="UTF-16"?>\n' + text[text.index("<robot") :]
+
+    assert read(named(text, "arm.urdf")) == read(URDF)
+
+
 def test_an_open_mjcf_file_finds_what_it_includes_beside_it(tmp_path):
     pytest.importorskip("mujoco")
     body = '<body name="a"><joint name="j" axis="0 0 1"/><inertial pos="1 0 0" mass="1" diaginertia="1 1 1"/></body>'
@@ -179,7 +186,7 @@ def test_every_door_takes_a_path_and_an_open_file(tmp_path):
     doors = [getattr(symdyn, name) for name in symdyn.__all__]
     first = {door.__name__: next(iter(inspect.signature(door).parameters.values())) for door in doors if callable(door)}
     takes = {name for name, one in first.items() if one.name == "scene"}
-    assert takes == set(symdyn.__all__) - {"Scene", "SymdynError", "lower", "read"}
+    assert takes == set(symdyn.__all__) - {"Scene", "SymdynError", "example", "lower", "read"}
     assert {str(first[name].annotation) for name in takes} == {"SceneLike"}
     assert SceneLike
     with TOML.open() as file:

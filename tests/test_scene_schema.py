@@ -187,6 +187,17 @@ def test_one_word_is_judged_alike(more, right, judge):
     assert (not faults(text)) == right or seen
 
 
+def test_an_editor_tells_what_every_word_means():
+    found = schema()["properties"]
+    tables = {name: one["additionalProperties"] for name, one in found.items() if one.get("additionalProperties")}
+    tables = {name: one.get("anyOf", [one])[0] for name, one in tables.items() if isinstance(one, dict)}
+    tables |= {"loop": found["loop"]["items"], "link": found["dh"]["properties"]["links"]["items"], "dh": found["dh"]}
+    words = [(name, word, one) for name, table in tables.items() for word, one in table["properties"].items()]
+
+    assert len(words) > 100
+    assert not [(name, word) for name, word, one in words if not one.get("description") and word != "type"]
+
+
 @pytest.mark.runs
 def test_a_row_that_is_new_is_in_the_schema():
     """Of a kind of element and of a type of joint that files outside declare."""

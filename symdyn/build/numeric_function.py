@@ -15,7 +15,7 @@ import numpy as np
 from symdyn.errors import ArgumentError
 from symdyn.program import Routine
 from symdyn.scene import Scene, spell
-from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.value import value_of
 from symdyn.shown import Shown
 
@@ -107,8 +107,6 @@ class NumericFunction(Shown):
 
     def _completed(self, given: Sequence[Any], named: dict[str, Any]) -> tuple[Any, ...]:
         """Return all arguments by place."""
-        if len(given) > len(self.operands):
-            return tuple(given)
         known = {one.name: value for one, value in zip(self.operands, given, strict=False)}
         faults = []
         for one in self.operands[len(given) :]:
@@ -118,7 +116,7 @@ class NumericFunction(Shown):
             taken = {name: named.pop(name) for name in one.entries if name in named}
             missing = [name for name in one.entries if name not in taken and name not in self.usual]
             if missing:
-                faults.append(f"{one.name} is missing" + (f": {', '.join(missing)}" if missing != [one.name] else ""))
+                faults.append(f"{one.name} is missing" + (f": {listed(missing)}" if missing != [one.name] else ""))
             elif one.scalar:
                 known[one.name] = (taken or self.usual)[one.entries[0]]
             else:
@@ -126,7 +124,7 @@ class NumericFunction(Shown):
         faults += [self._strange(name, known) for name in named]
         if faults:
             raise ArgumentError(f"{self.name}: {'; '.join(faults)}; {self.told}")
-        return tuple(known[one.name] for one in self.operands)
+        return (*(known[one.name] for one in self.operands), *given[len(self.operands) :])
 
     def _strange(self, name: str, known: Mapping[str, Any]) -> str:
         """Return what is wrong with a name."""
@@ -154,7 +152,7 @@ class NumericFunction(Shown):
                 numbers = np.issubdtype(array.dtype, np.number) or array.dtype == np.bool_
             except ValueError:  # rows of several lengths
                 numbers = False
-            wanted = "one number" if one.scalar else f"{len(one.entries)} numbers, {', '.join(one.entries)}"
+            wanted = "one number" if one.scalar else f"{len(one.entries)} numbers, {listed(one.entries)}"
             if not numbers:
                 faults.append(f"{one.name} is no array of numbers; give {wanted}")
             elif not one.scalar and array.shape[-1:] != (len(one.entries),):

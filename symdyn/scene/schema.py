@@ -13,6 +13,7 @@ from symdyn.scene.declaration.body_table import INERTIA_KEYS, MOST_PARTICLES
 from symdyn.scene.declaration.coupling import MIMIC_KEYS
 from symdyn.scene.declaration.declare import TABLE_KEYS
 from symdyn.scene.declaration.dh import CONVENTIONS, LINK_KEYS
+from symdyn.scene.declaration.dh import TABLE_KEYS as TABLE
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS, OWN_KEYS, loop_keys, meaningless
 from symdyn.scene.forces import kinds_of, sections
 from symdyn.scene.forces.force_kind import ForceKind
@@ -90,6 +91,16 @@ WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; 
             "oneOf": [{"required": ["joint"]}, {"required": ["coordinate"]}],
         },
     ),
+    "axis": ("direction in the frame of the joint or body, any length but zero", VECTOR),
+    "second_axis": ("in the frame that the first rotation has turned", VECTOR),
+    "orientation": ("quaternion, or three axes of turns", ANYTHING),
+    "steps": ("the motion: elementary steps whose amounts are formulas in its coordinates", ANYTHING),
+    "units": ("of its coordinates", ANYTHING),
+    "frame": ("whose axes the components are along", ANYTHING),
+    "components": ("of the velocity of the point that touches, which vanish", ANYTHING),
+    "smoothing": ("rate below which friction fades, rad/s or m/s", ANYTHING),
+    "convention": ("of the table", choice_of(*CONVENTIONS)),
+    "links": ("one row a joint", ANYTHING),
     "armature": ("inertia of a rotor, seen at the joint, kg m^2 or kg", NUMBER),
     "rotor": (
         "in place of armature, which is inertia * gear^2",
@@ -152,6 +163,11 @@ def _word(section: str, word: str) -> Shape:
     return {"description": told, **shape} if told else shape
 
 
+def _told(word: str, shape: Shape) -> Shape:
+    """Return the shape of a word of a kind, with what it means where the kind does not say."""
+    return shape if "description" in shape else {"description": WORDS.get(word, ("",))[0], **shape}
+
+
 def _named(table: Shape) -> dict[str, Any]:
     """Return a table of tables by name."""
     return {"type": "object", "propertyNames": NAME, "additionalProperties": table}
@@ -169,7 +185,8 @@ def _twice(keys: Sequence[str]) -> list[dict[str, Any]]:
 def _joint(keys: Sequence[str], required: Sequence[str], tree: bool = True) -> dict[str, Any]:
     """Return the table of a joint; what each type takes, needs and refuses stands in a rule of its own."""
     words = {key: _word("joints", key) for key in keys}
-    words |= {name: shape for kind in JOINTS.values() for key in kind.keys for name, shape in key.words.items()}
+    own = (item for kind in JOINTS.values() for key in kind.keys for item in key.words.items())
+    words |= {name: _told(name, shape) for name, shape in own}
     if "friction" in words:
         words["friction"] = {**_word("joints", "friction"), "anyOf": [NUMBER, _elements("friction")]}
     rules = [_of_type(name, kind, tree, "type" not in required and name == USUAL) for name, kind in JOINTS.items()]
@@ -224,7 +241,8 @@ def _counts(kind: JointKind, joint: Joint) -> dict[str, Any]:
 def _elements(section: str) -> dict[str, Any]:
     """Return the table of an element; of the kinds that share a section `type` tells which."""
     kinds = kinds_of(section)
-    words = {name: shape for kind in kinds.values() for part in kind.parts for name, shape in part.words.items()}
+    parts = [part for kind in kinds.values() for part in kind.parts]
+    words = {name: _told(name, shape) for part in parts for name, shape in part.words.items()}
     if len(kinds) == 1:
         (kind,) = kinds.values()
         return {**table_shape(words), "allOf": _rules(kind)}
@@ -252,9 +270,8 @@ def _denavit_hartenberg() -> dict[str, Any]:
     link["properties"] = {key: link["properties"].get(key, _word("dh", key)) for key in LINK_KEYS}
     link["allOf"] += [*BODY_RULES, *_twice([key for key in LINK_KEYS if key in TABLE_KEYS["bodies"]])]
     words = {
-        "convention": choice_of(*CONVENTIONS),
-        "parent": NAMED,
-        "links": {"type": "array", "items": link, "minItems": 1},
+        **{word: _word("dh", word) for word in TABLE},
+        "links": {**_word("dh", "links"), "type": "array", "items": link, "minItems": 1},
     }
     return {
         "description": "a chain of joints by its Denavit-Hartenberg parameters",

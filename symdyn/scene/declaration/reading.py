@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike, fsdecode
@@ -13,6 +14,8 @@ from symdyn.scene.forces import FORCES, place_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.spelling import spell
+
+_ENCODING = re.compile(r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?:"[^"]*"|'[^']*')""")
 
 BEGIN = "check the path, or begin a scene with symdyn new"
 """What to do where there is no scene."""
@@ -60,7 +63,9 @@ def opened(file: Readable) -> Opened:
         raise SceneError(f"{path}: gives {type(content).__name__} to be read; give a file opened for text or bytes")
     if not content:
         raise SceneError(f"{path}: nothing is left to be read; an open file is read once, seek(0) goes back")
-    return Opened(path, content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content)
+    if isinstance(content, str):  # its declaration tells the encoding that it had
+        content = _ENCODING.sub(r"\1", content, count=1).encode("utf-8", "surrogatepass")
+    return Opened(path, content)
 
 
 def read_bounded(path: Path | Opened, most: int, wanted: str, advice: str, missing: str = "check the path") -> bytes:
