@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 from collections.abc import Sequence
@@ -158,3 +159,16 @@ def test_a_scene_called_main_keeps_its_code(tmp_path: Path) -> None:
 def test_the_same_bytes_again() -> None:
     sources = emit(prepare(lower(derive(chain(3), ("inverse_dynamics",)))), "c")
     assert beside(sources) == beside(sources)
+
+
+def test_no_text_of_a_scene_reaches_what_stands_beside() -> None:
+    sources = emit(lower(every_op('x");system("id");/*')), "c")
+    assert list(beside(sources)) == ["main.c", "CMakeLists.txt"]
+    assert not any(word in text for text in beside(sources).values() for word in ('system("', "load", "mass"))
+
+
+@pytest.mark.runs("gcc")
+def test_what_is_no_file_is_not_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "main.c")  # whoever opened it would wait for its writer
+    generated(tmp_path, "--functions", "mass_matrix")
+    assert "int main" in (tmp_path / "main.c").read_text()

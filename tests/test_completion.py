@@ -99,8 +99,14 @@ ASKED: dict[str, Callable[[str, Path], set[str]]] = {"bash": in_bash, "zsh": in_
 
 
 @pytest.mark.long(0)
-@pytest.mark.parametrize(("line", "words"), CASES, ids=[line for line, _ in CASES])
-@pytest.mark.parametrize("shell", [pytest.param(name, marks=pytest.mark.runs(name)) for name in ASKED])
+@pytest.mark.parametrize(
+    ("shell", "line", "words"),
+    [
+        pytest.param(shell, *case, marks=pytest.mark.runs(shell), id=f"{shell}: {case[0]}")
+        for shell in ASKED
+        for case in CASES
+    ],
+)
 def test_a_shell_completes(
     shell: str, line: str, words: set[str], folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -114,3 +120,9 @@ def test_without_shtab_one_is_told_how_to_get_it(
     monkeypatch.setitem(sys.modules, "shtab", None)
     assert main(["completion", "bash"]) == 1
     assert capsys.readouterr().err == 'symdyn: completion needs shtab: pip install "symdyn[shell]"\n'
+
+
+def test_a_shtab_that_is_too_old_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("shtab.SUPPORTED_SHELLS", ["bash"])
+    assert main(["completion", "fish"]) == 1
+    assert 'knows no fish: pip install "symdyn[shell]" --upgrade' in capsys.readouterr().err

@@ -132,6 +132,11 @@ def test_a_note_is_one_line_once_with_the_name_of_the_file(
     assert line.startswith("symdyn: loop.toml: bodies.a: inertia")
 
 
+def test_behind_two_dashes_a_word_is_no_option(capsys: Capture) -> None:
+    assert main(["info", "--quiet", "--", "--bind.toml"]) == 1
+    assert capsys.readouterr().err.startswith("symdyn: --bind.toml: there is no such file")
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -244,7 +249,7 @@ def test_digits_are_as_many_as_are_asked_for(line: str, tmp_path: Path, capsys: 
         assert number in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("digits", ["0", "18", "-1", "x", "6.5", "٣", "9" * 5000])
+@pytest.mark.parametrize("digits", ["0", "18", "-1", "x", "6.5", "٣", "0123", "9" * 5000])
 def test_what_is_no_number_of_digits_is_told(digits: str, capsys: Capture) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["info", PENDULUM, f"--digits={digits}"])

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -70,14 +71,15 @@ class Parser(argparse.ArgumentParser):
         """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
         self.complete()
         if self.get_default("run") is not None:
-            self._refuse_unknown([word for word in words[0] if word.startswith("--") and " " not in word])
+            before = takewhile(lambda word: word != "--", words[0])
+            self._refuse_unknown([word for word in before if word.startswith("--") and " " not in word])
         found, rest = super().parse_known_args(*words, **named)
         self._refuse_unknown([word for word in rest if word.startswith("-") and word != "-"])
         return found, rest
 
     def _refuse_unknown(self, words: Sequence[str]) -> None:
         known = [name for action in self._actions for name in action.option_strings]
-        unknown = [name for name in (word.partition("=")[0] for word in words) if name not in (*known, "--")]
+        unknown = [name for name in (word.partition("=")[0] for word in words) if name not in known]
         if unknown:
             self.error("; ".join(f"{name} is no option of {self.prog}{_meant(name, known)}" for name in unknown))
 
@@ -112,7 +114,7 @@ def add_talk(verb: argparse.ArgumentParser) -> None:
 def _digits(text: str) -> int:
     if text == "all":
         return ALL
-    if text.isascii() and text.isdigit() and 1 <= int(text[:3]) <= MOST:
+    if text.isascii() and text.isdigit() and len(text) <= len(str(MOST)) and 1 <= int(text) <= MOST:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text} is no number of digits; give 1 to {MOST}, or all")
 

@@ -39,6 +39,8 @@ def run(options: argparse.Namespace) -> int:
         import shtab
     except ImportError:
         raise SymdynError(f"completion needs shtab: {install('shell')}") from None
+    if options.shell not in shtab.SUPPORTED_SHELLS:
+        raise SymdynError(f"shtab {shtab.__version__} knows no {options.shell}: {install('shell')} --upgrade")
     from symdyn.cli import VERBS, parser
 
     top = parser()

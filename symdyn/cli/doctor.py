@@ -22,7 +22,7 @@ from symdyn.build.extension import python_headers
 from symdyn.build.folder import CACHE_VARIABLE, cache_folder
 from symdyn.build.run_node import CANDIDATES
 from symdyn.cli.talk import give, print_table, print_text
-from symdyn.errors import BuildError
+from symdyn.errors import BuildError, printable
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
 
@@ -84,7 +84,10 @@ def _compiler() -> dict[str, Any]:
     facts: dict[str, Any] = {"command": None, "version": None, "works": False, "why": None, "without": NO_COMPILER}
     try:
         compiler = find_compiler()
-        facts |= {"command": " ".join(compiler.command), "version": next(iter(compiler.version.splitlines()), "")}
+        facts |= {
+            "command": " ".join(compiler.command),
+            "version": printable(next(iter(compiler.version.splitlines()), "")),
+        }
         try_compiler(compiler)
     except (BuildError, OSError) as fault:
         return facts | {"why": str(fault).splitlines()[0]}

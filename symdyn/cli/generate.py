@@ -80,13 +80,18 @@ def _ours(files: Mapping[str, str], folder: Path) -> dict[str, str]:
     """Return the files beside sources without those that stand in the folder and are somebody else's; says which."""
     kept = {}
     for name, text in files.items():
+        path = folder / name
         try:
-            with (folder / name).open("rb") as file:
-                ours = MADE in file.read(BEGINNING)
-        except OSError:  # there is none; what else is wrong `write` tells
-            ours = True
-        if ours:
+            theirs = path.is_file() and MADE not in _beginning(path)
+        except OSError:  # what is wrong `write` tells
+            theirs = False
+        if not theirs:
             kept[name] = text
         else:
             say(f"{name}: is not of symdyn and left as it is; generate into another folder to have ours")
     return kept
+
+
+def _beginning(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(BEGINNING)
