@@ -146,14 +146,17 @@ def test_loops_stay_closed_while_they_are_pulled_and_say_where_they_cannot(tmp_p
         name = next(iter(before))
         show.pull(name, before[name] + 0.2)
         after = {one.name: one.value for one in show.sheet.sliders}
-        show.pull("q2", 40.0)
+        kept = show.sheet
+        show.pull("chi", 6.0)
+        standing, refused = show._standing, show.sheet
 
     assert after[name] == pytest.approx(before[name] + 0.2, abs=1e-9)
     assert all(after[other] != before[other] for other in after)
-    standing = show._standing
     assert standing is not None
     assert standing.numbers is not None
     assert abs(standing.numbers.residual(standing.q)).max() < 1e-9
+    assert refused.notes[-1].startswith("the loops do not close with chi = ")
+    assert (refused.picture, refused.sliders) == (kept.picture, kept.sliders)
 
 
 def test_a_file_says_something_else_or_not(tmp_path: Path) -> None:
@@ -223,7 +226,7 @@ def test_an_edit_a_fault_and_its_repair_are_seen_as_the_file_is_saved(tmp_path: 
         assert address.startswith("http://127.0.0.1:")
         with opened(browser, address) as page:
             until(page, f"{SHOWN} && document.querySelectorAll('.slider').length === 4")
-            assert page.text_content("#state") == "as the file says"
+            assert page.text_content("#state") == "follows the file"
             until(page, "document.querySelector('#equations math')")
 
             first = page.get_attribute("#picture img", "src")  # an edit, saved by another name

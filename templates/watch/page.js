@@ -1,7 +1,7 @@
 "use strict";
 const find = id => document.getElementById(id);
 const here = location.pathname.replace(/\/?$/, "/");
-let sending = false, next = null, pulling = "", shown = [];
+let sending = false, next = null, pulling = "", shown = [], last = [];
 
 async function send(value) {              // one at a time; of those that wait only the last
   next = value;
@@ -37,12 +37,13 @@ function row(slider) {
     pulling = slider.name;
     send({ name: slider.name, value: Number(input.value) });
   });
-  input.addEventListener("change", () => { pulling = ""; });
+  input.addEventListener("change", () => { pulling = ""; sliders(last); });   // where it could not go it is not
   line.append(label, input, output);
   return line;
 }
 
 function sliders(found) {
+  last = found;
   const names = JSON.stringify(found.map(one => one.name));
   if (names !== JSON.stringify(shown)) {
     shown = found.map(one => one.name);
@@ -68,7 +69,7 @@ events.addEventListener("sheet", event => {
   list("notes", sheet.notes);
   document.body.classList.toggle("stale", faulty);
   find("state").classList.toggle("bad", faulty);
-  find("state").textContent = !faulty ? "as the file says" : sheet.picture ? "the last picture without a fault" : "";
+  find("state").textContent = !faulty ? "follows the file" : sheet.picture ? "the last picture without a fault" : "";
   if (sheet.picture) {
     const image = document.createElement("img");
     image.alt = `picture of ${sheet.title}`;

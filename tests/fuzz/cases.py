@@ -177,12 +177,16 @@ def _options(rng: Random, verb: str, share: float) -> list[str]:
         return [f"--{rng.choice(NASTY)}"] if chance(rng, share) else []
     words: list[str] = []
     for action in verbs()[verb]._actions:
-        if not action.option_strings or not chance(rng, share):
+        if not action.option_strings or action.dest in ENDLESS or not chance(rng, share):
             continue
         words.append(rng.choice(action.option_strings))
         if action.nargs != 0:
             words.append(_value(rng, action))
     return words
+
+
+ENDLESS = ("watch",)
+"""Options of commands that end with Ctrl-C alone."""
 
 
 def _value(rng: Random, action: argparse.Action) -> str:
