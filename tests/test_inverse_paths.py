@@ -238,6 +238,8 @@ def test_a_path_that_ends_stretched_is_told_to_be_singular(two_link: Scene) -> N
         ("tool = 3, 4, 0", {}, r"t = 0 s: out of reach: tool misses \(3, 4, 0\) by 3\.2 m"),
         ("tool = 1, 1, 0.5", {}, r"out of reach: tool misses \(1, 1, 0\.5\) by 0\.5 m"),
         ("tool = 0, -1.8, 0", {}, r"begins at a singular place, at q1 = .*tool cannot move along y"),
+        ("tool = 1e300, 0, 0", {}, "out of reach"),
+        ("link1 = t, 0, 0", {}, r"t = 0 s: link1 cannot move there as the path does"),
         ("tool = 1, 1", {}, r'"1, 1" has 2 parts; a path is x, y, z'),
         ("tol = 1, 1, 0", {}, "tol is no point and no body; did you mean tool"),
         ("tool = 1, w, 0", {}, "w, which is not known here"),
@@ -255,6 +257,18 @@ def test_a_path_that_ends_stretched_is_told_to_be_singular(two_link: Scene) -> N
 def test_what_is_no_path_is_told(two_link: Scene, path: str, start: dict[str, str], told: str) -> None:
     with pytest.raises(SimulateError, match=told):
         along(two_link, path, start=start)
+
+
+def test_a_path_that_asks_for_what_is_so_anyway_lets_all_rest(two_link: Scene) -> None:
+    run = along(two_link, "tool = _, _, 0", start={"q1": "0.3"})
+
+    assert run.notes == ("no law is given for q1, q2, which tool does not depend on: at rest",)
+    assert np.abs(run.q - [0.3, 0.0]).max() == np.abs(run.qd).max() == 0.0
+
+
+def test_a_wheel_that_lies_flat_is_refused() -> None:
+    with pytest.raises(SimulateError, match=r"path: t = 0 s: |start: "):
+        along(read(EXAMPLES / "rolling_disc.toml"), "disc = t, t, 0, pointing(x, t, 1, 0)")
 
 
 # Redundant arms and closed mechanisms

@@ -89,16 +89,12 @@ def _first(equations: PathEquations, t: float, guess: Array) -> tuple[Place, lis
         notes.append("path: nothing is found from the start; one of random guesses is taken: give --start")
     q = _turned_back(equations, t, q, guess)
     equations.looked_at(t, q)
-    try:
-        place = equations.place(t, q)
-    except SimulateError:
-        place = None
-    if place is None or (place.clear < AVOIDED and not equations.left):
+    if equations.clear(equations.matrix(t, q)) < AVOIDED and not equations.left:
         raise SimulateError(
             f"path: t = {t:g} s: it begins at a singular place, {_singular(equations, t, q)}; "
             "begin elsewhere, on another branch (--start), or leave a component free (_)"
         )
-    return place, notes
+    return equations.place(t, q), notes
 
 
 def _walked(equations: PathEquations, t: float, guess: Array) -> Array | None:

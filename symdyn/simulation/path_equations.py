@@ -80,7 +80,8 @@ class PathEquations:
         found = [self.functions("constraint_residual", q, still)]
         for path, asked in self.asked(t):
             T = self.functions(f"pose:{path.name}", q, still)
-            found.append(asked.residual(T[:, :3], T[:, 3]))
+            known = np.isfinite(T).all()
+            found.append(asked.residual(T[:, :3], T[:, 3]) if known else np.full(path.rows, np.nan))
         return np.concatenate(found)
 
     def velocities(self, t: float, q: Array, A: Array) -> Array:
@@ -90,9 +91,13 @@ class PathEquations:
             SimulateError: what laws and paths ask for contradicts each other.
         """
         b = self.first(t)
+        if not np.isfinite(A).all():
+            raise SimulateError(f"path: t = {t:g} s: {self.names} has no finite velocity there")
         u = self._solved(A, b)
         if float(np.abs(A @ u - b).max(initial=0.0)) > AGREED * max(1.0, float(np.abs(u).max(initial=0.0))):
-            raise SimulateError(f"path: t = {t:g} s: no velocities take {self.names} along there")
+            raise SimulateError(
+                f"path: t = {t:g} s: {self.names} cannot move there as the path does; let it go where it can"
+            )
         return u
 
     def accelerations(self, t: float, q: Array, u: Array, A: Array) -> Array:
@@ -144,8 +149,12 @@ class PathEquations:
 
     def looked_at(self, t: float, q: Array) -> None:
         """Decide at places around q what is loose, how large rows and σ are, and how many freedoms are left."""
-        near = list(self._places_around(q))
+        near = [one for one in self._places_around(q) if np.isfinite(self.matrix(t, one)).all()]
         every, loose = [self.matrix(t, one) for one in near], self.following.loose
+        if not every:
+            raise SimulateError(
+                f"path: t = {t:g} s: no finite motion of {self.names} at the start; give another (--start)"
+            )
         sizes = np.max([np.abs(A).max(axis=0, initial=0.0) for A in every], axis=0)
         self.idle = np.array([k for k in loose if sizes[k] <= NEGLIGIBLE], dtype=int)
         self.loose = np.array([k for k in loose if sizes[k] > NEGLIGIBLE], dtype=int)
@@ -187,7 +196,7 @@ class PathEquations:
         return np.asarray(A[:, self.loose] * self.columns / self.row_sizes[:, None])
 
     def _values(self, A: Array) -> Array:
-        return np.asarray(np.linalg.svd(self.scaled(A), compute_uv=False)) if len(self.loose) else np.ones(1)
+        return np.asarray(np.linalg.svd(self.scaled(A), compute_uv=False)) if len(self.loose) else np.zeros(0)
 
     # Places
 
@@ -205,6 +214,8 @@ class PathEquations:
             if size <= 1e-15 * max(1.0, float(np.abs(q).max(initial=0.0))) or not np.isfinite(size):
                 break
             A = self.matrix(t, q)
+            if not np.isfinite(A).all():
+                return None
             step = np.zeros(A.shape[1])
             step[self.loose] = self.columns * shortest(
                 self.scaled(A)[len(A) - len(r) :], -r / self.row_sizes[len(A) - len(r) :]
@@ -227,8 +238,12 @@ class PathEquations:
         """Return what a position on the path at t belongs to; SimulateError where it has no velocities."""
         A = self.matrix(t, q)
         u = self.velocities(t, q, A)
-        clear = self._values(A)[self.rank - 1] / self._values(A)[0] / self.usual if self.rank else 1.0
-        return Place(t, q, u, self.accelerations(t, q, u, A), self.scaled(A), float(clear))
+        return Place(t, q, u, self.accelerations(t, q, u, A), self.scaled(A), self.clear(A))
+
+    def clear(self, A: Array) -> float:
+        """Return σ over its usual size."""
+        values = self._values(A)
+        return float(values[self.rank - 1] / values[0] / self.usual) if self.rank and values[0] > 0 else 1.0
 
     # How far away
 
@@ -243,11 +258,14 @@ class PathEquations:
         for _ in range(200):
             A = self.matrix(t, q)
             A = weights[:, None] * A[len(A) - len(r) :, self.loose] * self.columns
+            if not (np.isfinite(A).all() and np.isfinite(r).all()):
+                break
             slope = A.T @ r
             if float(np.abs(slope).max(initial=0.0)) < 1e-13:
                 break
             step = np.zeros(self.numbers.state.n)
-            step[self.loose] = -self.columns * np.linalg.solve(A.T @ A + damping * np.eye(len(self.loose)), slope)
+            damped = np.vstack([A, np.sqrt(damping) * np.eye(len(self.loose))])
+            step[self.loose] = self.columns * shortest(damped, np.concatenate([-r, np.zeros(len(self.loose))]))
             tried = self.moved(q, step)
             tried[self.following.places] = q[self.following.places]
             left = weights * self.missed(t, tried)
