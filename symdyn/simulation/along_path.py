@@ -34,6 +34,7 @@ SMALL = 1e-3
 WAY_OUT = "keep the path away from there, begin on another branch (--start), or leave a component free (_)"
 
 
+@np.errstate(all="ignore")  # numbers that no double holds are looked for, and told
 def along(
     tied: Tied,
     given: Sequence[str],
