@@ -261,3 +261,11 @@ def test_machines_get_all_digits_whatever_is_asked(tmp_path: Path, capsys: Captu
     scene.write_text(ODD)
     assert main(["info", str(scene), "--digits", "2", "--json"]) == 0
     assert '"-1.23456789012345"' in capsys.readouterr().out
+
+
+def test_lessons_have_as_many_digits_as_are_asked_for(tmp_path: Path, capsys: Capture) -> None:
+    scene = tmp_path / "odd.toml"
+    scene.write_text(ODD)
+    for more, number in zip(([], ["--digits", "9"]), ("0.237174 ", "0.23717421 "), strict=True):
+        assert main(["walkthrough", str(scene), "-o", str(tmp_path / "lesson.md"), *more]) == 0
+        assert number in (tmp_path / "lesson.md").read_text()

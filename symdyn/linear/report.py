@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.form import Number, Symbol
+from symdyn.algebra.form import Form, Number, Symbol
 from symdyn.algebra.numeric import Array
 from symdyn.emit.print.breaking import bmatrix
-from symdyn.emit.print.formula_text import Latex, text_of
+from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
 from symdyn.linear.symbolic import Root, Rows, Symbolic, negated
 from symdyn.linear.verdict import ZEROS, stability
-from symdyn.rounding import in_digits
+from symdyn.rounding import asked, in_digits, showing
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -51,7 +51,7 @@ def text(found: Linearization, formulas: Symbolic | None = None) -> str:
             lines += [f"{letter} = 0", ""]
     if formulas is not None:
         told = [line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), every[letter])]
-        told += [f"with {name} = {text_of(form)}" for name, form in formulas.defined]
+        told += [f"with {name} = {_spelled(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
     lines += [*_modes(found), *(f"  {line}" for line in roots(formulas)), ""]
     verdict = stability(found)
@@ -72,14 +72,20 @@ def roots(formulas: Symbolic | None) -> list[str]:
     return found
 
 
+def _spelled(form: Form) -> str:
+    """Return a formula in print, its numbers rounded where that is asked for."""
+    digits = asked()
+    return text_of(form if digits is None else rounded(form, digits))
+
+
 def _root(root: Root) -> str:
-    first, second = text_of(root.first), text_of(root.second)
+    first, second = _spelled(root.first), _spelled(root.second)
     if root.kind == "real":
         return f"λ = {first}"
     if root.kind == "coupled":
         return f"ω⁴ - b ω² + c = 0 with b = {second}, c = {first}"
     if first.startswith("-"):
-        grows = text_of(negated(root.first))
+        grows = _spelled(negated(root.first))
         return f"λ² = {grows}" if root.kind == "pair" else f"λ² + ({second}) λ = {grows}"
     return f"ω² = {first}" if root.kind == "pair" else f"ω² = {first}, 2 ζ ω = {second}"
 
@@ -128,7 +134,7 @@ def _aligned(cells: Sequence[Sequence[str]]) -> list[str]:
 def _formulas(letter: str, rows: Rows, axes: tuple[Axis, Axis]) -> list[str]:
     """Return the entries that are no numbers as formulas."""
     return [
-        f"{letter}[{row}, {column}] = {text_of(entry)}"
+        f"{letter}[{row}, {column}] = {_spelled(entry)}"
         for row, entries in zip(axes[0].names, rows, strict=True)
         for column, entry in zip(axes[1].names, entries, strict=True)
         if not isinstance(entry, Number)
@@ -230,6 +236,8 @@ def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str,
     """Return a system for JSON, all digits."""
     scene, point, verdict = found.scene, found.point, stability(found)
     axes = {name: getattr(found, name) for name in ("states", "inputs", "outputs")}
+    with showing(None):
+        eigenvalues = roots(formulas)
     return {
         "scene": scene.name,
         "kind": found.kind,
@@ -246,7 +254,7 @@ def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str,
         "formulas": None
         if formulas is None
         else {letter: [[text_of(x) for x in row] for row in getattr(formulas, letter)] for letter in "ABCD"}
-        | {"eigenvalues": roots(formulas), "with": {name: text_of(form) for name, form in formulas.defined}},
+        | {"eigenvalues": eigenvalues, "with": {name: text_of(form) for name, form in formulas.defined}},
         "eigenvalues": [
             {
                 "re": mode.value.real,

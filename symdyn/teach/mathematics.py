@@ -12,7 +12,7 @@ from symdyn.emit.print.breaking import break_lines, latex_width
 from symdyn.emit.print.formula_text import BREAK, Latex
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printed_names import PrintName, latex_symbols
-from symdyn.rounding import in_digits
+from symdyn.rounding import digits_or, in_digits
 from symdyn.scene.values.grammar import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
 
@@ -41,7 +41,7 @@ class Spelling:
         for key, name in document.names.items():
             if name.look is not None:
                 self.symbols[key] = self._spelled(name)
-        self._write = _Fractions(self.symbols, digits)
+        self._write = _Fractions(self.symbols, None if digits is None else digits_or(digits))
 
     def _spelled(self, name: Name) -> str:
         look = name.look
