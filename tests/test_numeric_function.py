@@ -95,6 +95,8 @@ def test_a_parameter_with_a_value_is_told_how_to_be_an_argument():
     assert np.allclose(free.mass_matrix(STATE[0], m1=2), heavier.mass_matrix(STATE[0]), rtol=1e-14)
     again = pickle.loads(pickle.dumps(free))
     assert np.array_equal(again.mass_matrix(STATE[0]), bound.mass_matrix(STATE[0]))
+    massless = symdyn.load(ARM, "mass_matrix", parameters={**NAMED, "m1": 0}, free="m1")
+    assert np.allclose(massless.mass_matrix(STATE[0], m1=2), heavier.mass_matrix(STATE[0]), rtol=1e-14)
     with pytest.raises(SceneError, match='free: "m9" is not a parameter'):
         symdyn.load(ARM, "mass_matrix", free=["m9"])
 

@@ -130,7 +130,7 @@ def load(
         parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
         compiler: as for `symdyn.build.build`.
         machine: likewise.
-        closing: what to choose about closed loops.
+        closing: what to choose about closed loops, see `symdyn.dynamics.LoopChoices`.
         prepare: whether to take work on parameters alone out of the calls: `prepared = arm.prepare(params)`, once, is
             then the last operand of all other functions. Without free parameters there is nothing to prepare.
         free: name of a parameter that stays an argument though it has a value, or names; a call that does not give it
@@ -143,9 +143,12 @@ def load(
             machine.
     """
     known = scene_of(scene)
-    known = bind(known, parameters) if parameters else known
+    bound = bind(known, parameters) if parameters else known
+    values = _values(bound, (free,) if isinstance(free, str) else free)
+    if values and parameters:  # what is bound to zero is gone from formulas, and could not be given by name
+        bound = bind(known, {name: value for name, value in parameters.items() if name not in values})
+    known = bound
     names = (functions,) if isinstance(functions, str) else functions
-    values = _values(known, (free,) if isinstance(free, str) else free)
     opened = tuple(replace(p, value=None) if p.name in values else p for p in known.parameters)
     known = replace(known, parameters=opened)
     requests = tuple(dict.fromkeys(usual(known, closing) if names is None else names))
@@ -245,7 +248,7 @@ def lambdify(
         target: a key of `RUNNERS` that takes batches, such as "c", which is compiled; where what it takes is missing,
             the functions are those of the NumPy module, and a warning says so, once.
         real: "double" or "float".
-        closing: what to choose about closed loops.
+        closing: what to choose about closed loops, see `symdyn.dynamics.LoopChoices`.
 
     Raises:
         DerivationError: there is no such function.

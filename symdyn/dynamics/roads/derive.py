@@ -61,7 +61,7 @@ def derive(
         outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool". None
             takes the dynamics that a scene of its kind has.
         road: which derivation, a key of the output's `roads`; None takes the one that code is generated from.
-        closing: what to choose about closed loops.
+        closing: what to choose about closed loops, see `LoopChoices`.
 
     Raises:
         DerivationError: an unknown output, road, body or point, or equations that do not exist.
