@@ -227,6 +227,8 @@ def test_pages_and_pictures_keep_as_many_moments_a_second(tmp_path: Path) -> Non
     assert {text.count(";") for text in re.findall(r'attributeName="c[xy]" values="([^"]*)"', shown)} == {4}
 
 
+@pytest.mark.runs
+@pytest.mark.long(0)
 def test_a_run_writes_its_film(tmp_path: Path) -> None:
     run = simulate(read(EXAMPLES / "double_pendulum.toml"), until=0.2, start={"q1": 1.0}, method="dop853")
     path = run.animate(tmp_path / "a.gif", fps=10, size=64, loop=False)
