@@ -212,9 +212,12 @@ def test_a_row_that_is_new_is_in_the_schema():
 
 @pytest.mark.runs
 def test_the_command_prints_it(judge):
-    run = subprocess.run(
-        [sys.executable, "-m", "symdyn", "info", "--schema"], capture_output=True, text=True, check=True
+    words = [sys.executable, "-m", "symdyn", "info", "--schema"]
+    plain, told, more = (
+        subprocess.run([*words, *one], capture_output=True, text=True, check=False)
+        for one in ((), ("--json",), ("a.toml",))
     )
 
-    assert json.loads(run.stdout) == judge.schema
-    assert run.stdout == json.dumps(judge.schema, indent=2) + "\n"
+    assert json.loads(plain.stdout) == json.loads(told.stdout)["result"] == judge.schema
+    assert more.returncode == 2
+    assert more.stderr.splitlines()[-1].endswith("--schema is that of all scenes; leave a.toml out")

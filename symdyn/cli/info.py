@@ -37,6 +37,8 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print what is known about the scene."""
     if options.schema:
+        if options.scene is not None:
+            options.parser.error(f"--schema is that of all scenes; leave {options.scene} out")
         give(schema())
         if not options.json:
             print_json(schema())
