@@ -91,7 +91,7 @@ def print_paths(*paths: object) -> None:
     answer = _answer()
     answer.files += lines
     if not answer.json:
-        print("\n".join(lines))
+        print(*lines, sep="\n", end="\n" * bool(lines))
 
 
 def wrote(*paths: object) -> None:
