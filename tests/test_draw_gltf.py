@@ -274,6 +274,40 @@ def test_other_meshes_are_not_opened_and_the_link_is_drawn(name: str, message: s
     assert len(corners) > 4
 
 
+def test_a_small_file_that_asks_for_much_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symdyn.draw.robot_meshes.MOST_TRIANGLES", 10_000)
+    many = '<visual><geometry><sphere radius="1"/></geometry></visual>' * 1000
+    _, _, notes = filmed(robot(tmp_path, many), tmp_path)
+
+    assert len(notes) == 1
+    assert "more than 10000 triangles" in notes[0]
+
+
+def test_a_colour_that_is_none_is_told(tmp_path: Path) -> None:
+    scene = robot(tmp_path, '<visual><geometry><box size="1 1 1"/></geometry><material name="red"/></visual>')
+    path = Path(scene.source)
+    path.write_text(path.read_text().replace("<link", '<material name="red"><color rgba="red"/></material><link', 1))
+    corners, _, notes = filmed(scene, tmp_path)
+
+    assert len(corners) == 24
+    assert notes == ['arm.urdf: line 1: <color> rgba="red" are not 4 numbers']
+
+
+def test_an_stl_in_letters_is_read(tmp_path: Path) -> None:
+    scene = robot(tmp_path, look("a.stl"))
+    lines = ["solid a"]
+    for face in FACES:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += ["vertex {} {} {}".format(*CORNERS[k]) for k in face]
+        lines += ["endloop", "endfacet"]
+    text = "\n".join([*lines, "endsolid a", ""])
+    (tmp_path / "robot" / "urdf" / "a.stl").write_text(text)
+    corners, _, notes = filmed(scene, tmp_path)
+
+    assert notes == []
+    assert len({tuple(row) for row in corners.tolist()}) == 4
+
+
 def test_what_touches_is_shown_where_what_is_seen_cannot_be(tmp_path: Path) -> None:
     scene = robot(tmp_path, look("../urdf/none.stl"), look("a.stl", tag="collision"))
     (tmp_path / "robot" / "urdf" / "a.stl").write_bytes(stl())

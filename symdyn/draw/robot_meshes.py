@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import io
 import math
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,7 +30,7 @@ from symdyn.scene.values.table import show
 
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
 LARGEST_MESH, MOST_IN_ALL = 64 * 2**20, 256 * 2**20
-MOST_TRIANGLES = 2_000_000  # of all meshes
+MOST_TRIANGLES = 2_000_000  # of all that is shown, each time that it is
 PACKAGE, ABOVE = "package.xml", 6  # what marks the folder of a robot, and how far above its file it is looked for
 PLAIN = "#9aa4af"  # where neither file says a colour
 
@@ -57,7 +58,7 @@ def robot_solids(scene: Scene, note: Callable[[str], None]) -> dict[str, tuple[S
     links = [link for link in root.all("link") if link.attributes.get("name", "").strip()]
     names = printable_names([link.attributes["name"].strip() for link in links], "link")
     known = {body.name for body in scene.bodies}
-    shelf = _Shelf(path.resolve(), _colours(root))
+    shelf = _Shelf(path.resolve(), _colours(root, path.name, note))
     found: dict[str, tuple[Solid, ...]] = {}
     for link in links:
         body = names[link.attributes["name"].strip()]
@@ -83,11 +84,15 @@ def _shown(link: Element, shelf: _Shelf, note: Callable[[str], None]) -> tuple[S
     return None if hidden else ()
 
 
-def _colours(root: Element) -> dict[str, tuple[str, float]]:
+def _colours(root: Element, name: str, note: Callable[[str], None]) -> dict[str, tuple[str, float]]:
     """Return the named materials of a file: colour and alpha."""
     found = {}
     for one in root.all("material"):
-        colour = _colour(one)
+        try:
+            colour = _colour(one)
+        except NoMeshError as fault:
+            note(f"{name}: line {one.line}: {fault}")
+            continue
         if colour is not None:
             found[one.attributes.get("name", "")] = colour
     return found
@@ -133,6 +138,9 @@ class _Shelf:
         R, p = _turned(_numbers(origin, "rpy", 3, (0.0,) * 3)), _numbers(origin, "xyz", 3, (0.0,) * 3)
         look = self.look(shown)
         for one in self.shape(shape, look):
+            self.triangles += len(one.triangles)
+            if self.triangles > MOST_TRIANGLES:
+                raise NoMeshError(f"what the file shows has more than {MOST_TRIANGLES} triangles")
             yield one.put(R, p)
 
     def look(self, shown: Element) -> tuple[str, float] | None:
@@ -172,12 +180,10 @@ class _Shelf:
             try:
                 data = read_bounded(path, LARGEST_MESH, "a mesh", "give a smaller one")
                 self.size += len(data)
-                solids = tuple(_opened(data, kind, path))
+                with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):  # judged by what comes out
+                    solids = tuple(_opened(data, kind, path))
             except (SceneError, DrawError) as fault:
                 raise NoMeshError(str(fault)) from None
-            self.triangles += sum(len(one.triangles) for one in solids)
-            if self.triangles > MOST_TRIANGLES:
-                raise NoMeshError(f"{show(name)}: all meshes have more than {MOST_TRIANGLES} triangles")
             self.read[path] = solids
         return self.read[path]
 
