@@ -214,6 +214,17 @@ def test_a_wrist_that_stretches_is_told_with_the_axes_that_meet(puma: Scene, tmp
     assert run.notes[0].endswith("q4, q6 can move without it")
 
 
+def test_a_path_may_lie_next_to_singular_places_all_along(two_link: Scene) -> None:
+    r = abs(1 + 0.8 * np.exp(0.01j))
+    run = along(two_link, f"tool = {r!r}*sin(t), -{r!r}*cos(t), 0".replace("np.float64", ""), start={"q2": "0.01"})
+
+    assert run.stopped == "end"
+    assert np.abs(run["q2"] - 0.01).max() < 1e-11
+    assert np.abs(run.qd - [1.0, 0.0]).max() < 1e-8
+    assert np.abs(run.qdd).max() < 1e-5
+    assert "near a singular place" in run.notes[0]
+
+
 def test_a_path_out_of_reach_ends_where_it_leaves_it(two_link: Scene) -> None:
     run = along(two_link, "tool = 1 + 0.5*t, 0, 0", count=18, start={"q1": "0.9", "q2": "1"})  # 1.8 m at 1.6 s
 

@@ -5,7 +5,8 @@
 Newton's method starts at the place before, moved by u h + u̇ h²/2. A step is cut until the method hardly corrects it, so
 that a branch is kept however far samples are apart. Where σ vanishes branches meet. Coordinates that are smooth go
 through, and det(A⁺ A') < 0 across such a place tells that the branch has changed; no step ends so near that digits are
-lost. A sample there is taken from polynomials through eight places around it, and must fulfil the equations.
+lost. A sample there is taken from polynomials through eight places around it, and must fulfil the equations; one that
+is only near, and has no better ones around, is as it is, and told.
 Where coordinates would have to jump, or the path leaves what can be reached, rows end.
 """
 
@@ -29,6 +30,9 @@ AVOIDED = 1e-3
 
 FAR, CORRECTED = 0.3, 0.05
 """How far a step may go, rad or characteristic lengths; how much of it Newton's method may correct."""
+
+AROUND = 1.0
+"""How far places around a sample may go, rad or characteristic lengths."""
 
 SHORTEST = 1e-10
 """Steps below it, over the size of the time, lead nowhere."""
@@ -134,17 +138,27 @@ class Branch:
             return found, found
         rate = max(1e-3, abs(here.clear - found.clear) / max(1e-12, abs(t - here.t)))
         gap = 2 * CLEAR / rate
+        fast = float(np.abs(found.u[self.equations.loose] / self.equations.columns).max(initial=0.0))
         for _ in range(4):
-            if t + 4 * gap > self.span[1]:
+            if t - 4 * gap < self.span[0] or t + 4 * gap > self.span[1] or 4 * gap * fast > AROUND:
                 break
-            nodes, now = [], here
-            for k in NODES:
-                now = self.on(now, t + k * gap)
-                nodes.append(now)
-            if min(one.clear for one in nodes) >= CLEAR:
-                return self._between(nodes, t, here), now
-            gap *= 2
-        raise Stuck(here)
+            try:
+                return self._through(here, t, gap)
+            except Stuck:
+                gap *= 2
+        if found.clear < AVOIDED:
+            raise Stuck(here)
+        return found, found
+
+    def _through(self, here: Place, t: float, gap: float) -> tuple[Place, Place]:
+        """Return the place at t by those around it, and the last of these."""
+        nodes, now = [], here
+        for k in NODES:
+            now = self.on(now, t + k * gap)
+            nodes.append(now)
+        if min(one.clear for one in nodes) < CLEAR:
+            raise Stuck(here)
+        return self._between(nodes, t, here), now
 
     def _between(self, nodes: Sequence[Place], t: float, here: Place) -> Place:
         """Return what polynomials through places say in their middle."""
