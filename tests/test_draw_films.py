@@ -141,6 +141,8 @@ def test_what_no_film_can_be_is_told(file: str, more: dict[str, object], message
 def test_a_film_that_never_ends_is_refused_before_it_is_drawn(tmp_path: Path) -> None:
     with pytest.raises(DrawError, match="more than 18000 frames; give fewer a second"):
         film(two_link(), [0.0, 1e6], Q[:2], tmp_path / "a.gif")
+    with pytest.raises(DrawError, match=r"more than a \.gif can be made of; give a smaller size or fewer frames"):
+        film(two_link(), [0.0, 100.0], Q[:2], tmp_path / "a.gif")
     with pytest.raises(DrawError, match="must be finite"):
         film(two_link(), [0.0, float("inf")], Q[:2], tmp_path / "a.svg")
 

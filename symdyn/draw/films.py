@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -32,11 +32,13 @@ from symdyn.scene import GROUND, Scene, SceneLike, scene_of
 
 FASTEST = 240.0  # frames a second
 MOST_FRAMES = 18_000  # ten minutes at 30 a second
+MOST_PIXELS = 400_000_000  # of all frames of a .gif, which are held in memory
 SMALLEST, LARGEST = 16, 4096  # pixels of a side
 SHARP, LONGEST = 2.0, 1280  # pixels a unit of the picture where no size is given, and pixels of a side, at most
 PALETTE, EXACT = 9, 32  # frames that the colours of a GIF are taken from, and colours that are not mixed
 
 Told = Callable[[float], None]
+Painted = Callable[[int], Frame]
 
 
 @dataclass(frozen=True)
@@ -184,8 +186,8 @@ def _picture(motion: Motion, reel: Reel, fps: float) -> str:
 # Frames
 
 
-def _frames(motion: Motion, reel: Reel, fps: float, even: bool) -> tuple[tuple[int, int], int, Iterator[Frame]]:
-    """Return width and height in pixels, the number of frames, and the frames."""
+def _frames(motion: Motion, reel: Reel, fps: float, even: bool) -> tuple[tuple[int, int], int, Painted]:
+    """Return width and height in pixels, the number of frames, and what paints one of them."""
     span = float(motion.times[-1] - motion.times[0]) if motion.times.size else 0.0
     if not span * fps < MOST_FRAMES:  # not finite neither
         told = f"{span:g} s at {fps:g} frames a second are more than {MOST_FRAMES} frames"
@@ -195,12 +197,11 @@ def _frames(motion: Motion, reel: Reel, fps: float, even: bool) -> tuple[tuple[i
     size = pixels(drawing, reel.size, even)
     paint = Painter(drawing, size, motion.scheme)
 
-    def painted() -> Iterator[Frame]:
-        for k in range(count):
-            motion.told(k / count)
-            yield paint(float(np.interp(t[0] + k / fps, t, np.arange(len(t)))))
+    def painted(k: int) -> Frame:
+        motion.told(k / count)
+        return paint(float(np.interp(t[0] + k / fps, t, np.arange(len(t)))))
 
-    return size, count, painted()
+    return size, count, painted
 
 
 def pixels(drawing: Drawing, size: int | tuple[int, int] | None, even: bool) -> tuple[int, int]:
@@ -215,11 +216,13 @@ def pixels(drawing: Drawing, size: int | tuple[int, int] | None, even: bool) -> 
 
 
 def _gif(motion: Motion, reel: Reel, fps: float) -> Contents:
-    _, count, frames = _frames(motion, reel, fps, even=False)
-    shown = list(frames)
-    palette = _palette([shown[k] for k in np.unique(np.linspace(0, count - 1, PALETTE).astype(int))])
+    (width, height), count, frame = _frames(motion, reel, fps, even=False)
+    if width * height * count > MOST_PIXELS:
+        told = f"{count} frames of {width}x{height} pixels are more than a .gif can be made of"
+        raise DrawError(f"{motion.scene.name}: {told}; give a smaller size or fewer frames, or write an .mp4")
+    palette = _palette([frame(int(k)) for k in np.unique(np.linspace(0, count - 1, PALETTE).astype(int))])
     nearest = _Nearest(palette)
-    plain = [nearest(one) for one in shown]
+    plain = [nearest(frame(k)) for k in range(count)]
     ends = [10 * round(100 * k / fps) for k in range(count + 1)]  # ms; players know hundredths of a second
     lasting = [after - before for before, after in pairwise(ends)]
     options: dict[str, Any] = {"loop": 0} if reel.loop else {}
@@ -284,7 +287,7 @@ PLAIN = [
 def _mp4(motion: Motion, reel: Reel, fps: float) -> Contents:
     import imageio_ffmpeg
 
-    size, _, frames = _frames(motion, reel, fps, even=True)
+    size, count, frame = _frames(motion, reel, fps, even=True)
 
     def fill(file: IO[bytes]) -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -295,8 +298,8 @@ def _mp4(motion: Motion, reel: Reel, fps: float) -> Contents:
                     ffmpeg_log_level="error",
                 )  # fmt: skip
                 writer.send(None)
-                for frame in frames:
-                    writer.send(frame.tobytes())
+                for k in range(count):
+                    writer.send(frame(k).tobytes())
                 writer.close()
                 with path.open("rb") as made:
                     shutil.copyfileobj(made, file)
