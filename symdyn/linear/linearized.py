@@ -24,8 +24,8 @@ def linearize(
     at: Mapping[str, str] | Start | None = None,
     rates: Mapping[str, str] | None = None,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
-    outputs: Sequence[str] = (),
-    independent: Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
+    independent: str | Sequence[str] = (),
     t: float = 0.0,
     values: Mapping[str, object] | None = None,
     anywhere: bool = False,
@@ -48,7 +48,8 @@ def linearize(
         rates: formulas by velocity.
         forces: driving forces and inputs at the point, from `read_forces`, or what that takes; deviations from them are
             the inputs of the system.
-        outputs: formulas, see `outputs.py`; without, the outputs of the scene, or else all coordinates.
+        outputs: formulas in what outputs of scenes may name, and in outputs, one by one or as "x,theta"; without, the
+            outputs of the scene, or else all coordinates.
         independent: coordinates that determine the others where loops close; () leaves the choice to conditioning.
         t: time, s, of what depends on it.
         values: of parameters, in place of those that the scene gives.
@@ -69,8 +70,8 @@ def linearize(
 def linearize_at_rest(
     scene: SceneLike,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
-    outputs: Sequence[str] = (),
-    independent: Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
+    independent: str | Sequence[str] = (),
     values: Mapping[str, object] | None = None,
 ) -> tuple[tuple[Linearization, ...], Equilibria]:
     """Return the systems at all positions of rest that seeded starts lead to, and how these were found.
@@ -88,8 +89,8 @@ def linearize_along(
     scene: SceneLike,
     run: Trajectory,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
-    outputs: Sequence[str] = (),
-    independent: Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
+    independent: str | Sequence[str] = (),
 ) -> tuple[Linearization, ...]:
     """Return the systems along a run, one a sample, whose driving forces are inputs that stay at what they are there.
 

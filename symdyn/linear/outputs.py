@@ -14,11 +14,13 @@ from symdyn.dynamics.roads.signal_outputs import Moving, expressed
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity, Scene, acceleration_name
-from symdyn.scene.units import coordinate_units, drives_with_units, velocity_units
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.units import coordinate_units
+from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.quantity import symbol
-from symdyn.scene.values.signals import AXES, LOOSE, MULTIPLIER, REACTION, point_names
+from symdyn.scene.values.signals import AXES
 from symdyn.scene.values.table import Faults
+from symdyn.simulation.columns import unit_of
 from symdyn.simulation.prescribed.formulas_in_time import close, read_seen
 
 
@@ -31,45 +33,31 @@ class Outputs:
     units: tuple[str, ...]
 
 
-def read_outputs(scene: Scene, texts: Sequence[str]) -> Outputs:
+def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
     """Return what is looked at; where nothing is said the outputs of the scene, or else all coordinates.
 
     Raises:
         SimulateError: with every fault, one line each.
+        LinearizeError: names of their own, which the scene declares.
     """
     declared = {one.name: one for one in scene.outputs}
+    if isinstance(texts, Mapping):
+        raise LinearizeError(
+            f"outputs: a name is declared in the scene, [outputs.{next(iter(texts), 'y')}]; give formulas"
+        )
     if not texts and not declared:
         return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), coordinate_units(scene))
-    texts, faults, units = tuple(texts) or tuple(declared), Faults(""), _units(scene)
+    texts = tuple(split_commas(texts) if isinstance(texts, str) else texts) or tuple(declared)
+    faults = Faults("")
     formulas = [read_seen(scene, text, "outputs", faults) for text in texts]
     for text in dict.fromkeys(text for text in texts if texts.count(text) > 1):
         faults.add("outputs", f"{text} is given twice; give it once")
     close(faults)
     found = tuple(one for one in formulas if one is not None)
     told = [declared[text].unit if text in declared else "" for text in texts]
-    return Outputs(texts, found, tuple(one or _unit(formula, units) for one, formula in zip(told, found, strict=True)))
-
-
-def _units(scene: Scene) -> dict[str, str]:
-    """Return the units of what formulas name."""
-    units = velocity_units(scene)
-    found = dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
-    found |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, units, strict=True)}
-    found |= {acceleration_name(name): f"{unit}/s^2" for name, unit in zip(scene.velocities, units, strict=True)}
-    found |= {drive: unit for _, drive, unit in drives_with_units(scene)}
-    found |= {one.name: one.unit for one in scene.inputs}
-    return found | dict.fromkeys(point_names(scene), "m")
-
-
-def _unit(formula: Quantity, units: dict[str, str]) -> str:
-    (name,) = formula.symbols if len(formula.symbols) == 1 else ("",)
-    if formula != symbol(name):
-        return ""
-    if name.startswith((REACTION, MULTIPLIER)):
-        plain = name.removesuffix(LOOSE).removesuffix("_joint").removesuffix("_ground")
-        component = plain.rpartition("_")[2]
-        return "N m" if component.startswith("m") and len(component) == 2 else "N"
-    return units.get(name, "")
+    return Outputs(
+        texts, found, tuple(one or unit_of(formula, scene) for one, formula in zip(told, found, strict=True))
+    )
 
 
 def on_graph(

@@ -93,8 +93,8 @@ def systems(
     at: Mapping[str, str] | None = None,
     rates: Mapping[str, str] | None = None,
     forces: Sequence[str] | Mapping[str, str] = (),
-    outputs: Sequence[str] = (),
-    independent: Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
+    independent: str | Sequence[str] = (),
     anywhere: bool = False,
 ) -> Callable[[float], Linearization]:
     """Return the system at a value of a name; arguments and errors as of `linearize`.

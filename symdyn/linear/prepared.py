@@ -18,6 +18,7 @@ from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
 from symdyn.scene import Scene
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.formula import split_commas
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -137,8 +138,8 @@ class Prepared:
 def prepared(
     scene: Scene,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
-    outputs: Sequence[str] = (),
-    independent: Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
+    independent: str | Sequence[str] = (),
 ) -> Prepared:
     """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
     found = opened(scene)
@@ -155,6 +156,7 @@ def prepared(
             [f"{one.where}: a function has no derivatives; write a formula" for one in forces.functions]
         )
     looked = read_outputs(scene, outputs)
+    independent = split_commas(independent) if isinstance(independent, str) else independent
     closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)
     if not scene.is_closed:
         closing = LoopChoices()  # nothing is decided in numbers, and one derivation serves all values

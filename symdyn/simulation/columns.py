@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 from symdyn.algebra.numeric import Array
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import latex_symbols, print_name
-from symdyn.scene import Scene, acceleration_name
+from symdyn.scene import Quantity, Scene, acceleration_name
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.scene.values.names import choice
+from symdyn.scene.values.quantity import symbol
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -105,12 +106,24 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
     said = {
         one.name: Column(one.name, "inputs", one.unit, one.latex or str(print_name(one.name))) for one in scene.inputs
     }
-    said |= {one.name: Column(one.name, "outputs", one.unit) for one in scene.outputs}
+    units = {one.name: one.unit for one in (*found, *said.values())}
+    said |= {one.name: Column(one.name, "outputs", one.unit or _unit(one.formula, units)) for one in scene.outputs}
     own = {
         f"momentum_{velocity.removesuffix('_dot')}": unit
         for velocity, unit in zip(scene.velocities, rates, strict=True)
     }
     return (*found, *(said.get(name) or _beside(name, own) for name in extra))
+
+
+def unit_of(formula: Quantity, scene: Scene) -> str:
+    """Return the unit of what an output may name, where a formula is no more than that; "" for others."""
+    names = (one.name for one in scene.inputs)
+    return _unit(formula, {one.name: one.unit for one in columns(replace(scene, outputs=()), names)})
+
+
+def _unit(formula: Quantity, units: Mapping[str, str]) -> str:
+    (name,) = formula.symbols if len(formula.symbols) == 1 else ("",)
+    return units.get(name, _beside(name, {}).unit) if formula == symbol(name) else ""
 
 
 def apart(scene: Scene, extra: Mapping[str, Array]) -> dict[str, Array]:
