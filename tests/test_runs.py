@@ -91,6 +91,12 @@ def test_csv_reads_back_to_the_same_digits_here_and_where_it_is_given_as_a_motio
         run.to_csv("/dev/null/run.csv")
 
 
+def test_a_file_that_takes_no_text_is_told(run: Trajectory) -> None:
+    for file in (io.BytesIO(), 5):
+        with pytest.raises(symdyn.SymdynError, match="takes no text"):
+            run.to_csv(file)  # type: ignore[arg-type]
+
+
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("package", ["pandas", "xarray"])
 def test_a_package_that_is_missing_is_told_with_the_way_out(

@@ -11,7 +11,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.emit import writing
-from symdyn.errors import UnknownNameError
+from symdyn.errors import EmitError, UnknownNameError
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.value import value_of
@@ -147,13 +147,16 @@ class Trajectory(Shown):
         """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a file if given.
 
         Raises:
-            EmitError: the file cannot be written.
+            EmitError: the file cannot be written, or takes no text.
         """
         text = tables.csv_text(*self.table())
         if isinstance(file, (str, Path)):
             writing.write({Path(file).name: text}, Path(file).parent)
         elif file is not None:
-            file.write(text)
+            try:
+                file.write(text)
+            except (AttributeError, OSError, TypeError, ValueError) as fault:
+                raise EmitError(f"{self.scene.name}: {file!r:.60} takes no text: {fault}") from None
         return text
 
     def to_pandas(self) -> pandas.DataFrame:

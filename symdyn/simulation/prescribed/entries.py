@@ -110,7 +110,7 @@ def _by_name(entries: Mapping[Any, Any], what: str, found: Said, faults: Faults)
         elif times is not None and not isinstance(value, tuple):
             over[name] = value
         else:
-            pair = (value.index, value.to_numpy()) if hasattr(value, "to_numpy") else value
+            pair = _over(value)
             if isinstance(pair, (tuple, list)) and len(pair) == 2 and all(_dimensions(one) == 1 for one in pair):
                 with noted(faults):
                     found.tables.append(columns_of(f"{what}: {name}", pair[0], {name: pair[1]}, every=True))
@@ -119,6 +119,14 @@ def _by_name(entries: Mapping[Any, Any], what: str, found: Said, faults: Faults)
     if over:
         with noted(faults):
             found.tables.append(columns_of(what, times, over, every=True))
+
+
+def _over(value: Any) -> Any:
+    """Return times and numbers of a series over an index, or of an array over a coordinate t; else what was given."""
+    if not hasattr(value, "to_numpy"):
+        return value
+    times = getattr(value, "coords", {}).get(TIME) if not hasattr(value, "index") else value.index
+    return value if times is None else (times, value.to_numpy())
 
 
 def _text(value: Any) -> str | None:

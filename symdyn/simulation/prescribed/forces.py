@@ -147,6 +147,10 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
     places = places_of(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
     letters = tuple(one.name for one in scene.inputs)
+    outputs = {one.name for one in scene.outputs}
+
+    def advice(name: str) -> str:
+        return "but no outputs: forces make them" if name in outputs else f"or declare it, [inputs.{name}]"
 
     def place(name: str, where: str) -> int | None:
         k = place_of(scene, places, name, where, faults)
@@ -158,7 +162,7 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
     for where, name, text in said.texts:
         k = place(name, where)
         known = allowed if name in letters else (*allowed, *letters)
-        formula = read_formula(text, known, f"{where}: {name}", faults, "or declare it, [inputs.{}]")
+        formula = read_formula(text, known, f"{where}: {name}", faults, advice)
         if k is not None and formula is not None:
             formulas[k] = formula
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}

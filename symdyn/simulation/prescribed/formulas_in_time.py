@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -22,8 +22,10 @@ LARGEST_FILE = 64 * 2**20
 """Bytes of a file of numbers or laws; a million rows of three numbers have room in it."""
 
 
-def read_formula(text: object, allowed: Iterable[str], where: str, faults: Faults, advice: str = "") -> Quantity | None:
-    """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name {} behind it."""
+def read_formula(
+    text: object, allowed: Iterable[str], where: str, faults: Faults, advice: Callable[[str], str] | None = None
+) -> Quantity | None:
+    """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name behind it."""
     try:
         formula = parse(text if isinstance(text, str) else str(text))
     except FormulaError as error:
@@ -32,7 +34,7 @@ def read_formula(text: object, allowed: Iterable[str], where: str, faults: Fault
     known = tuple(dict.fromkeys(allowed))
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
-        more = f", {advice.format(name)}" if advice else ""
+        more = f", {advice(name)}" if advice else ""
         faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}{more}')
     return None if unknown else formula
 
