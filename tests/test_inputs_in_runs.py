@@ -14,6 +14,7 @@ from symdyn.errors import DerivationError
 from symdyn.linear import linearize_along
 from symdyn.linear.regulator import lqr
 from symdyn.scene import Scene, read_text
+from symdyn.simulation import Feedback
 from symdyn.transcription import collocation
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
@@ -82,6 +83,7 @@ def test_what_simulate_writes_inverse_reads(cart, tmp_path):
     [
         ("v=1", "v is neither a drive, an input nor a coordinate; known are u"),
         ("u=w", r"uses w, which is not known here; .*, or declare it, \[inputs.w\]"),
+        ("u=-way", "uses way, which is not known here; .*, but no outputs: forces make them"),
         ("u=u+1", "uses u, which is not known here"),
         ("u=1/0", "divides by zero"),
     ],
@@ -89,6 +91,30 @@ def test_what_simulate_writes_inverse_reads(cart, tmp_path):
 def test_what_is_wrong_with_what_is_given_is_told(cart, forces, message):
     with pytest.raises(symdyn.SymdynError, match=message):
         symdyn.simulate(cart, forces, until=0.1)
+
+
+def test_an_array_over_a_coordinate_t_is_a_course(cart):
+    xarray = pytest.importorskip("xarray")
+    course = xarray.DataArray([0.0, 1.0], coords={"t": [0.0, 0.5]}, dims="t")
+    run = symdyn.simulate(cart, {"u": course}, until=0.5)
+    np.testing.assert_allclose(run["u"], 2 * run.t, atol=1e-12)
+    with pytest.raises(symdyn.SymdynError, match=r"forces: u: .* is no course over time"):
+        symdyn.simulate(cart, {"u": xarray.DataArray([0.0, 1.0], dims="s")}, until=0.5)
+
+
+def test_units_of_outputs_are_those_of_what_they_name(cart):
+    run = symdyn.simulate(cart, "u=1", until=0.1)
+    told = {one.name: one.unit for one in run.columns}
+    assert (told["way"], told["pull"]) == ("m", "N")
+
+
+@pytest.mark.parametrize("method", ["dop853", "cvode"])
+def test_what_a_sampled_force_jumps_over_is_an_event(cart, method):
+    law = {"law": lambda t, q, u: 1 - 4 * (t > 0.25), "inputs": ("u",), "period": 0.1}
+    run = symdyn.simulate(cart, until=1.0, method=method, feedback=Feedback(**law), reports="u")
+    assert [event.t for event in run.events] == pytest.approx([0.3])
+    run = symdyn.simulate(cart, until=1.0, method=method, feedback=Feedback(**law), stops="u")
+    assert (run.stopped, run.t[-1], run["u"][-1]) == ("u", pytest.approx(0.3), -3)
 
 
 def test_inverse_takes_inputs_alone():
@@ -132,6 +158,13 @@ def test_systems_along_a_run_keep_its_inputs(cart):
     for one, volt in zip(found, run["u"], strict=True):
         assert one.point.inputs == pytest.approx([volt])
         np.testing.assert_allclose(one.point.udot, by_hand(one.point.q, one.point.u, volt)[0], rtol=1e-9, atol=1e-12)
+
+
+def test_outputs_of_a_linear_system_may_stand_in_one_text(cart):
+    one = symdyn.linearize(cart, at={"theta": "0"}, outputs="way, atan2(x, 1)")
+    assert one.outputs.names == ("way", "atan2(x, 1)")
+    with pytest.raises(symdyn.SymdynError, match=r"a name is declared in the scene, \[outputs.a\]; give formulas"):
+        symdyn.linearize(cart, at={"theta": "0"}, outputs={"a": "2*way"})
 
 
 # Loops

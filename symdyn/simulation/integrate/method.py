@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
@@ -203,7 +204,12 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
         due = loop is not None and loop.halt(step.t1, after[:nq], after[nq : nq + nv])
         if moved is not None or due:
             resume(step.t1, after)
-            events.restart(step.t1, after)
+            jumps = events.restart(step.t1, after)
+            stopped = any(problem.stops[hit.event] for hit in jumps)
+            if jumps:
+                yield Piece(problem.times[:0], x[:0], tuple(jumps), (step.t1, after), 0, 0, stopped)
+            if stopped:
+                return
 
 
 class Pace:
@@ -258,11 +264,22 @@ class Watch:
         self.last: Array = np.empty(0)
         self.restart(0.0, problem.x)
 
-    def restart(self, t: float, x: Array) -> None:
-        """Go on from another state."""
-        if self.problem.stops:
-            values = self._values(np.array([t]), x[None])[0]
-            self.last = values if not len(self.last) else np.where(values == 0, self.last, values)
+    def restart(self, t: float, x: Array) -> list[Hit]:
+        """Go on from another state, or with other forces; return the events that were jumped over."""
+        if not self.problem.stops:
+            return []
+        values = self._values(np.array([t]), x[None])[0]
+        if not len(self.last):
+            self.last = values
+            return []
+        return [Hit(int(k), float(t), x) for k in np.nonzero(self._crossed(values))[0]]
+
+    def _crossed(self, values: Array) -> npt.NDArray[np.bool_]:
+        """Tell which events lie between the last values and these, which are the last ones then."""
+        crossed = self.last * values < 0
+        crossed[self.problem.outward :] &= values[self.problem.outward :] > 0
+        self.last = np.where(values == 0, self.last, values)  # a zero met exactly is seen by the next value
+        return crossed
 
     def _values(self, t: Array, x: Array) -> Array:
         return self.problem.system.tell("events", t, x)
@@ -276,11 +293,8 @@ class Watch:
         hits: list[Hit] = []
         before = step.t0
         for t, values in zip(times, self._values(times, states), strict=True):
-            crossed = self.last * values < 0
-            crossed[self.problem.outward :] &= values[self.problem.outward :] > 0
-            for k in np.nonzero(crossed)[0]:
+            for k in np.nonzero(self._crossed(values))[0]:
                 hits.append(self._hit(step, int(k), before, float(t)))
-            self.last = np.where(values == 0, self.last, values)  # a zero met exactly is seen by the next value
             before = float(t)
         return sorted(hits, key=lambda hit: hit.t)
 
