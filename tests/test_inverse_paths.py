@@ -270,6 +270,15 @@ def test_what_is_no_path_is_told(two_link: Scene, path: str, start: dict[str, st
         along(two_link, path, start=start)
 
 
+@pytest.mark.parametrize(
+    "course", [3.0, [0.5, -1.0, 0.0], ("0.5", "-1", "_"), ([0.0, 1.0], [[1, 2], [1, 2, 3]]), ([0.0, 1.0], "ab"), None]
+)
+def test_what_is_no_path_in_python_is_told_in_a_line_with_what_is_one(two_link: Scene, course: Any) -> None:
+    with pytest.raises(SimulateError, match=r'^path: tool: \w+ is no path; give text, such as "0\.5, .*\(N, 3\)') as told:
+        along(two_link, {"tool": course})
+    assert len(told.value.faults) == 1
+
+
 def test_a_path_that_asks_for_what_is_so_anyway_lets_all_rest(two_link: Scene) -> None:
     run = along(two_link, "tool = _, _, 0", start={"q1": "0.3"})
 

@@ -24,6 +24,7 @@ from symdyn.scene import read_noting
 from symdyn.watch import Watched
 from symdyn.watch.file import EditedFile
 from symdyn.watch.server import MOST
+from symdyn.watch.sheet import Drawn
 
 pytestmark = [pytest.mark.runs(), pytest.mark.long]
 
@@ -32,12 +33,12 @@ PUMA, SCARA = ((EXAMPLES / f"{name}.toml").read_text() for name in ("puma560", "
 
 
 @contextmanager
-def watched(path: Path) -> Iterator[Watched]:
+def watched(path: Path, draw: Drawn = picture) -> Iterator[Watched]:  # type: ignore[assignment]
     def load() -> Any:
         found = read_noting(path)
         return found.scene, found.notes
 
-    found = Watched(path, load, picture)  # type: ignore[arg-type]
+    found = Watched(path, load, draw)
     try:
         yield found
     finally:
@@ -157,6 +158,37 @@ def test_loops_stay_closed_while_they_are_pulled_and_say_where_they_cannot(tmp_p
     assert abs(standing.numbers.residual(standing.q)).max() < 1e-9
     assert refused.notes[-1].startswith("the loops do not close with chi = ")
     assert (refused.picture, refused.sliders) == (kept.picture, kept.sliders)
+
+
+def test_a_fault_of_ours_is_a_message_and_the_page_goes_on(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(PUMA)
+    broken: list[Exception] = []
+
+    def draw(*given: Any) -> str:
+        if broken:
+            raise broken[-1]
+        return picture(*given)
+
+    with watched(path, draw) as found:
+        good = found._show.sheet
+        for fault in (TypeError("a\x1b[2J"), RecursionError("too deep"), MemoryError()):
+            broken.append(fault)
+            path.write_text(PUMA + f"# {type(fault).__name__}\n")
+            found.look()
+            time.sleep(0.11)  # s: then it has settled
+            found.look()
+            sheet = found._show.sheet
+            assert len(sheet.faults) == 1
+            assert sheet.faults[0].startswith(f"symdyn itself has failed ({type(fault).__name__}: ")
+            assert "\x1b" not in sheet.faults[0]
+            assert (sheet.picture, sheet.sliders) == (good.picture, good.sliders)
+            found._pulled({"name": "q1", "value": 1.0})
+            assert found._show.sheet.notes[-1].startswith("symdyn itself has failed (")
+        broken.clear()
+        path.write_text(PUMA)
+        found.look()
+        assert found._show.sheet == good
 
 
 def test_a_file_says_something_else_or_not(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from symdyn.draw.pose import extent_of, limits_of
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.errors import DerivationError, DrawError, SymdynError
+from symdyn.errors import DerivationError, DrawError, SymdynError, printable
 from symdyn.scene import Scene, velocity_name
 from symdyn.scene.units import coordinates_with_units
 
@@ -124,6 +124,14 @@ def _normalised(scene: Scene, q: Array) -> Array:
     return q
 
 
+def _lines(fault: Exception) -> tuple[str, ...]:
+    """Return what a fault says; one of ours does not end the page, which goes on with the next text of the file."""
+    if isinstance(fault, SymdynError):
+        return tuple(getattr(fault, "faults", ()) or [str(fault)])
+    told = printable(f"{type(fault).__name__}: {fault}", keep="")
+    return (f"symdyn itself has failed ({told}); please report it with the file; the page goes on",)
+
+
 Loaded = tuple[Scene, Sequence[str]]
 Drawn = Callable[[Scene, Array, dict[str, float]], str]
 
@@ -156,8 +164,8 @@ class Show:
                 except DrawError:
                     del self._pulled[name]
             picture = self._draw(scene, found.q, found.values)
-        except SymdynError as fault:
-            self.sheet = replace(self.sheet, faults=tuple(getattr(fault, "faults", ()) or [str(fault)]))
+        except Exception as fault:
+            self.sheet = replace(self.sheet, faults=_lines(fault))
             return
         self._standing, self.scene, self._notes = found, scene, tuple(notes)
         self.sheet = Sheet(scene.name, picture, found.sliders(), (), self._notes)
@@ -173,8 +181,8 @@ class Show:
         try:
             found = self._standing.pulled(name, value)
             picture = self._draw(found.scene, found.q, found.values)
-        except SymdynError as fault:
-            self.sheet = replace(self.sheet, notes=(*self._notes, str(fault)))
+        except Exception as fault:
+            self.sheet = replace(self.sheet, notes=(*self._notes, *_lines(fault)))
             return
         self._standing, self._pulled[name] = found, value
         self.sheet = replace(self.sheet, picture=picture, sliders=found.sliders(), notes=self._notes)

@@ -20,6 +20,7 @@ from symdyn.simulation.prescribed.point_path import TURNS, PointPath, ScenePath
 
 FREE = "_"
 AXES = "xyz"
+WAYS = 'give text, such as "0.5, 0.1*t, _", or (times, x), x of shape (N, 3), or (N, 7) with a quaternion behind'
 
 
 def read_path(scene: Scene, entries: Entries) -> ScenePath:
@@ -37,15 +38,17 @@ def read_path(scene: Scene, entries: Entries) -> ScenePath:
     values, faults = parameter_values(scene), Faults("")
     found: dict[str, PointPath] = {}
     if isinstance(entries, Mapping):
-        tables = {name: x for name, x in entries.items() if isinstance(x, tuple) and len(x) == 2 and np.ndim(x[1]) == 2}
-        entries = {name: x for name, x in entries.items() if name not in tables}
-        for name, table in tables.items():
-            _add(found, name, "path", _from_arrays(str(name), *table, faults), scene, faults)
+        for name, x in entries.items():
+            if isinstance(x, tuple) and len(x) == 2 and _is_table(x[1]):
+                _add(found, name, "path", _from_arrays(str(name), *x, faults), scene, faults)
+            elif not isinstance(x, (str, Path)) and not callable(x):
+                faults.add(f"path: {name}", f"{type(x).__name__} is no path; {WAYS}")
+        entries = {name: x for name, x in entries.items() if isinstance(x, (str, Path)) or callable(x)}
     said = read_entries(entries, "path", faults)
     for one in said.tables:
         faults.add(one.source, "whose path is it? write POINT=FILE.csv, or give (times, values) by name")
     for name, _ in said.functions:
-        faults.add(f"path: {name}" if name else "path", "a function is no path; give formulas, or (times, values)")
+        faults.add(f"path: {name}" if name else "path", f"a function is no path; {WAYS}")
     for where, name, text in said.texts:
         if text.lower().endswith(".csv"):
             path = _from_file(name, text, faults)
@@ -54,6 +57,14 @@ def read_path(scene: Scene, entries: Entries) -> ScenePath:
         _add(found, name, where, path, scene, faults)
     close(faults)
     return ScenePath(tuple(found.values()))
+
+
+def _is_table(values: object) -> bool:
+    """Tell whether values are rows of numbers."""
+    try:
+        return np.ndim(values) == 2  # type: ignore[arg-type]
+    except ValueError:  # rows of several lengths; whoever reads entries refuses them
+        return False
 
 
 def _add(
