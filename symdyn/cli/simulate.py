@@ -95,8 +95,12 @@ def run(options: argparse.Namespace) -> int:
         )
     deliver(trajectory, options)
     ended = status(trajectory)
-    for line in told(trajectory):
-        fail(line) if ended else say(line)
+    for event in trajectory.events:
+        if not event.stops:
+            say(f"event: {event.formula} = 0 at t = {event.t!r} s")
+    if trajectory.stopped != END:
+        (fail if ended else say)(ending(trajectory))
+    say(balance(trajectory))
     return ended
 
 
@@ -124,19 +128,19 @@ def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:
     return found
 
 
-def told(trajectory: Trajectory) -> list[str]:
-    """Return what is said about a run: events, its end, errors."""
-    lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]
-    end = float(trajectory.t[-1])
+def ending(trajectory: Trajectory) -> str:
+    """Return why a run ended before its time."""
     if trajectory.stopped == INTERRUPTED:
-        lines.append(f"interrupted at t = {in_digits(end, 6)} s; what was computed until then is kept")
-    elif trajectory.stopped != END and trajectory.complete:
-        lines.append(f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s")
-    elif trajectory.stopped != END:
-        lines.append(trajectory.stopped)
+        return f"interrupted at t = {in_digits(float(trajectory.t[-1]), 6)} s; what was computed until then is kept"
+    if trajectory.complete:
+        return f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s"
+    return trajectory.stopped
+
+
+def balance(trajectory: Trajectory) -> str:
+    """Return what a run took, and how well it keeps the laws."""
     times = f"{counted(trajectory.steps, 'step')} in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare"
-    lines.append(f"{times}; {errors(trajectory)}")
-    return lines
+    return f"{times}; {errors(trajectory)}"
 
 
 def errors(trajectory: Trajectory) -> str:
