@@ -37,8 +37,12 @@ def test_every_pair_of_options_meets_in_the_first_trials() -> None:
     assert every == set().union(*(pairs(one) for one in covering()))
 
 
+FORMULAS = {"output", "outputs"}
+"""What scenes of trials do not have: formulas of reactions and accelerations, which are compared themselves."""
+
+
 def test_every_output_is_compared() -> None:
-    assert {name.partition(":")[0] for name in OUTPUTS} == set(COMPARED)
+    assert {name.partition(":")[0] for name in OUTPUTS} - FORMULAS == set(COMPARED)
 
 
 def test_the_reference_knows_no_derivation() -> None:

@@ -227,6 +227,7 @@ _USUAL = partial(
     in_loops="same",
     roads={"recursive": Road(_recursive), "lagrange": Road(_differentiated, up_to=4)},
     lacks="told",
+    exists=lambda scene: bool(scene.outputs),
     depends=("independent", "alpha", "beta"),
     remark=_told,
 )
@@ -235,7 +236,6 @@ SIGNALS: dict[str, Output] = {
     "outputs": _USUAL(
         "outputs",
         axes=(lambda w: tuple(one.name for one in w.scene.outputs),),
-        exists=lambda scene: bool(scene.outputs),
     ),
     "output": _USUAL("output {name}", axes=(), place="output"),
 }
