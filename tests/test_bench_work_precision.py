@@ -55,7 +55,7 @@ def test_finer_tolerances_take_more_work_and_leave_less_error() -> None:
 
 def test_the_truth_has_more_digits_than_a_double() -> None:
     """A pendulum from rest in Jacobi's elliptic functions: sin(q/2) = k sn(K - w t), k = sin(q0/2), w^2 = g/l."""
-    pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+    pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(offset_pendulum())
     found = end_of(runs)
 
@@ -70,7 +70,7 @@ def test_the_truth_has_more_digits_than_a_double() -> None:
 
 def test_the_truth_sees_dry_friction_turn() -> None:
     """A series of tanh is flat to the last digit and steps over the turn; three other methods agree with the truth."""
-    pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+    pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(rubbing())
     found = end_of(runs)
 
@@ -81,7 +81,7 @@ def test_the_truth_sees_dry_friction_turn() -> None:
 
 
 def test_the_truth_of_a_closed_mechanism_is_where_its_loops_are_closed() -> None:
-    pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+    pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(read(EXAMPLES / "four_bar.toml"))
     found = end_of(runs)
     r = runs.system.tell("constraint_residual", 0.0, found.x.astype(float))

@@ -196,7 +196,7 @@ def test_what_is_odd_about_a_run_is_said(tmp_path: Path, capsys: pytest.CaptureF
 @pytest.mark.mends("2.ida")
 @pytest.mark.parametrize("method", ["cvode", "adams", "ida"])
 def test_sundials_keeps_its_own_words_to_itself(method: str, capfd: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra stiff")
+    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra simulate")
     cart = str(EXAMPLES / "cart_pole.toml")
     words = ["simulate", cart, "--until", "1", "--forces", "F=5+sqrt(0.01-x)", "--method", method]
     assert main(words) == 1
@@ -228,7 +228,7 @@ sys.exit(main(sys.argv[1:]))
 @pytest.mark.parametrize("method", ["dop853", "taylor"])
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, method: str) -> None:
     if method == "taylor":
-        pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+        pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     out = tmp_path / "long.csv"
     until = {"dop853": "10000", "taylor": "1000000"}[method]
     words = ["simulate", DOUBLE, "--until", until, "--every", "0.1", "--start", "q1=1", "--method", method]

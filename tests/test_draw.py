@@ -15,7 +15,6 @@ import closed_mechanisms
 import numpy as np
 import pytest
 from arms import EXAMPLES, chain, two_link
-from matplotlib import image
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
@@ -165,6 +164,7 @@ def test_a_program_that_is_no_browser_shows_the_colours(tmp_path: Path) -> None:
     png = tmp_path / "four_bar.png"
     subprocess.run(["rsvg-convert", str(tmp_path / "four_bar.svg"), "-o", str(png)], check=True)
 
+    image = pytest.importorskip("matplotlib.image")
     shown = {tuple(np.round(255 * pixel[:3]).astype(int)) for row in image.imread(png) for pixel in row}
     for colour in ("paper", "mark", "body0", "body1", "body2"):
         assert tuple(bytes.fromhex(SCHEMES["light"][colour][1:])) in shown, colour

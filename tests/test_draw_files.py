@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from arms import EXAMPLES
 from browser import chromium
-from matplotlib import image
 
 from symdyn.draw import free_body, picture
 from symdyn.draw.glyphs import outlined
@@ -23,6 +22,8 @@ from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import Drawing, svg
 from symdyn.errors import DrawError
 from symdyn.scene import read
+
+image = pytest.importorskip("matplotlib.image", reason="needs matplotlib, the extra plot")
 
 SCENES = ("four_bar", "puma560", "rolling_disc", "cart_pole")
 ROOT = Path(__file__).parent.parent

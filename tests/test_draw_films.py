@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from arms import EXAMPLES, two_link
 from browser import chromium, opened
-from PIL import Image
 
 from symdyn.cli import main
 from symdyn.draw import film
@@ -20,6 +19,8 @@ from symdyn.draw.style import LIGHT
 from symdyn.errors import DrawError
 from symdyn.scene import read
 from symdyn.simulation import simulate
+
+Image = pytest.importorskip("PIL.Image", reason="needs matplotlib, the extra plot")
 
 T = np.linspace(0.0, 1.0, 21)
 Q = np.stack([np.sin(3 * T), np.cos(2 * T)], axis=1)

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pygltflib
 import pytest
 from arms import EXAMPLES, two_link
 from gltf_viewers import packages, shown, validated, viewer
@@ -25,6 +24,8 @@ from symdyn.draw.pose import values_of
 from symdyn.draw.solids import ball, box, cylinder
 from symdyn.errors import DrawError
 from symdyn.scene import GROUND, JOINTS, Scene, read
+
+pygltflib = pytest.importorskip("pygltflib", reason="needs pygltflib, the extra plot")
 
 T = np.linspace(0.0, 1.0, 21)
 

@@ -50,7 +50,7 @@ def gains(K: object = None, **more: object) -> dict[str, object]:
 
 METHODS = [
     "dop853", "radau", "lsoda",
-    *(pytest.param(name, marks=pytest.mark.skipif(not importable("sksundae"), reason="needs the extra stiff"))
+    *(pytest.param(name, marks=pytest.mark.skipif(not importable("sksundae"), reason="needs the extra simulate"))
       for name in ("cvode", "ida")),
 ]  # fmt: skip
 

@@ -59,7 +59,7 @@ def test_differences_and_exact_derivatives_agree(name: str) -> None:
     assert np.abs(first - exact).max() < 1e-7 * max(1.0, np.abs(exact).max())
 
 
-@pytest.mark.skipif(not importable("sksundae"), reason="needs the extra stiff")
+@pytest.mark.skipif(not importable("sksundae"), reason="needs the extra simulate")
 def test_equations_with_multipliers_have_exact_derivatives_from_the_first_step_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

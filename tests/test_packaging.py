@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import subprocess
@@ -73,7 +74,7 @@ def test_no_message_names_an_extra_that_is_not_there() -> None:
         (file.name, extra)
         for folder in ("symdyn", "docs", "benchmarks", "templates")
         for file in (ROOT / folder).rglob("*.*")
-        if file.suffix in (".py", ".md", ".j2")
+        if file.suffix in (".py", ".md", ".jinja")
         for words in re.findall(r"symdyn\[([a-z,]+)\]", file.read_text(encoding="utf-8"))
         for extra in words.split(",")
     }
@@ -92,6 +93,27 @@ def test_the_workflow_covers_every_python_and_system_that_the_wheel_names() -> N
     assert "bash .ci/run" in workflow
     for command in re.findall(r"python (tests/\S+|-m \w+)", workflow):
         assert command.startswith("-m ") or (ROOT / command).is_file(), command
+
+
+def imported(path: Path) -> set[str]:
+    """Return the modules that a file imports as soon as it is read."""
+    lines = ast.parse(path.read_text(encoding="utf-8")).body
+    names = [name.name for line in lines if isinstance(line, ast.Import) for name in line.names]
+    names += [line.module or "" for line in lines if isinstance(line, ast.ImportFrom)]
+    return {name.partition(".")[0] for name in names}
+
+
+def test_tests_are_collected_where_there_is_no_more_than_the_workflow_installs() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    workflow = (ROOT / ".github" / "workflows" / "test.yml").read_text(encoding="utf-8")
+    extras, more = re.search(r'pip install -e "\.\[(.*)\]" (.*)', workflow).groups()
+    wanted = [*project["dependencies"], *more.split()]
+    wanted += [package for extra in extras.split(",") for package in project["optional-dependencies"][extra]]
+    there = {re.split(r"[<>=]", package)[0] for package in wanted} | {"symdyn"}
+    brought = packages_distributions()
+
+    for path in sorted((ROOT / "tests").glob("test_*.py")):
+        assert not {name for name in imported(path) if there.isdisjoint(brought.get(name, there))}, path.name
 
 
 def test_every_link_of_the_readme_is_absolute_and_leads_to_a_file_that_is_there() -> None:

@@ -28,7 +28,7 @@ DISC = read(EXAMPLES / "rolling_disc.toml")
 
 @pytest.fixture
 def _ida() -> None:
-    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra stiff")
+    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra simulate")
 
 
 # IDA
@@ -90,7 +90,7 @@ def test_the_implicit_equations_hold_where_the_reduced_ones_do(name: str) -> Non
 
 
 def test_ida_is_no_method_for_loops_in_proportion() -> None:
-    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra stiff")
+    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra simulate")
     from closed_mechanisms import n_four_bar
 
     with pytest.raises(SimulateError, match=r"ida does not apply: the loops hold coordinates in proportion"):

@@ -44,7 +44,7 @@ def test_a_run_that_ends_early_keeps_its_rows(method: str, capfd: pytest.Capture
 
 @pytest.mark.mends("2.ida")
 def test_in_python_an_end_before_its_time_warns_and_keeps_its_rows() -> None:
-    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra stiff")
+    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra simulate")
     scene = read(CART)
     with pytest.warns(RuntimeWarning, match="IDA cannot go on"):
         found = simulate(scene, read_forces(scene, [ENDS]), until=1.0, method="ida", every=0.005)
@@ -57,7 +57,7 @@ def test_ida_keeps_to_its_tolerance() -> None:
 
     Rounding decides which steps are taken, so that one run may have eleven times and its neighbour fifty-three.
     """
-    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra stiff")
+    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra simulate")
     scene = read(FOUR_BAR)
     known = simulate(scene, until=2.0, method="dop853", rtol=1e-12, every=2.0).q[-1]
     runs = {rtol: simulate(scene, until=2.0, method="ida", rtol=rtol, every=2.0) for rtol in (8e-9, 9e-9, 1e-8)}
@@ -166,7 +166,7 @@ def test_a_run_that_is_long_says_how_long(monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.mends("3.10")
 def test_series_are_the_choice_for_loops_and_keep_them_closed(capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+    pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     assert main(["simulate", FOUR_BAR, "--until", "2", "--every", "2"]) == 0
     out, err = capsys.readouterr()
     assert "method: taylor (heyoka), tolerance 1e-12" in err

@@ -19,7 +19,7 @@ EPS = 2.3e-16
 
 @pytest.fixture(autouse=True)
 def _heyoka() -> None:
-    pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+    pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
 
 
 def at(trajectory: Trajectory, time: str) -> int:

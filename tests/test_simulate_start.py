@@ -131,7 +131,7 @@ def test_a_limit_of_a_joint_that_is_passed_is_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], method: str
 ) -> None:
     if method == "taylor":
-        pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+        pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     scene = tmp_path / "stop.toml"
     scene.write_text(PENDULUM.format(start=0.4))
     push = "tau1=1.5+9*(0.5+tanh(400*(t-1))/2)" if method == "dop853" else "tau1=2.5"

@@ -15,7 +15,7 @@ from symdyn.simulation.record import csv_text
 
 pytestmark = pytest.mark.runs()
 
-pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
 
 
 RUBBING = block("friction = { coulomb = 1.0, smoothing = 0.001 }")
