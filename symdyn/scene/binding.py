@@ -35,6 +35,8 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
         SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault.
     """
     faults = Faults(scene.source or scene.name)
+    if not isinstance(values, Mapping):
+        raise SceneError(f"parameters: {values!r} gives no names; write such as {{'m1': 2}}")
     names = {parameter.name: None for parameter in scene.parameters}
     known: dict[str, Quantity] = {}
     for name, raw in values.items():

@@ -143,6 +143,7 @@ def schema() -> dict[str, Any]:
     sheet["bodies"]["additionalProperties"]["allOf"] = [*BODY_RULES, *_twice(TABLE_KEYS["bodies"])]
     sheet |= {section: _named(_elements(section)) for section in sections()}
     loop = _joint(("name", *loop_keys()), ("type", "parent", "child"), tree=False)
+    loop["properties"]["drive"] = {"description": "false, as of every joint that nothing drives", "const": False}
     words = {
         "name": _word("", "name"),
         "gravity": {

@@ -215,6 +215,11 @@ def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, .
         return (None,) * n
     if raw is True:
         return tuple(default)
+    if "" in as_list(raw):
+        table.fault(
+            f"{key} = {show(raw)} is no name; give one such as {show(default[0])}, or false where it is passive"
+        )
+        return tuple(default)
     if n == 1 and key == "drive" and not isinstance(raw, (list, tuple)):
         return (table.text("drive", default[0]) or default[0],)
     given = as_list(raw)
