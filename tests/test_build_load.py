@@ -22,7 +22,7 @@ from symdyn.build.extension import build_extension
 from symdyn.build.warned import warn_once
 from symdyn.dynamics import derive
 from symdyn.emit import emit
-from symdyn.errors import BuildError, DerivationError, SceneError
+from symdyn.errors import BuildError, DerivationError, SceneError, UnknownNameError
 from symdyn.program import lower
 
 pytestmark = pytest.mark.runs("cc")
@@ -62,6 +62,16 @@ def test_functions_are_found_by_name_and_as_they_were_asked_for(arm):
         _ = arm["k_C"]
     with pytest.raises(AttributeError, match=r"no function 'k_C'; there are inverse_dynamics, .*functions=…"):
         _ = arm.k_C
+
+
+def test_it_tells_what_is_in_it(arm):
+    assert "pose:tool" in arm
+    assert "pose_tool" in arm
+    assert "nothing" not in arm
+    assert 3 not in arm
+    assert list(arm) == list(arm.signatures)
+    with pytest.raises(UnknownNameError):
+        arm[3]
 
 
 def test_signatures_and_docstrings_tell_shapes_and_units(arm):

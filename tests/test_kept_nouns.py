@@ -24,6 +24,7 @@ def kept() -> dict[str, Any]:
     """What doors return."""
     scene = symdyn.example("cart_pole")
     found: dict[str, Any] = {"scene": scene, "equations": symdyn.equations(scene)}
+    found["sympy"] = found["equations"].sympy()
     found["derived"] = symdyn.derive(scene, ["mass_matrix"])
     found["program"] = symdyn.lower(found["derived"])
     found["loaded"] = symdyn.load(scene, ["mass_matrix"])
@@ -43,6 +44,13 @@ def test_a_terminal_shows_a_few_lines(kept: dict[str, Any]) -> None:
         assert shown.startswith("<"), name
         assert len(shown.splitlines()) <= 5, shown
         assert len(shown) <= 500, shown
+
+
+def test_two_of_a_kind_are_compared_without_a_fault(kept: dict[str, Any]) -> None:
+    """Those that hold arrays are themselves alone."""
+    for name, noun in kept.items():
+        assert noun == noun, name  # noqa: PLR0124
+        assert (noun == pickle.loads(pickle.dumps(noun))) in (True, False), name
 
 
 def test_no_list_is_long() -> None:

@@ -71,12 +71,13 @@ def test_results_go_where_they_are_wanted():
         ((*STATE, PARAMS[:3]), {}, "params has 3 in its last dimension; give 5 numbers, m1, m2, h1, h2, g"),
         (([1, 2, 3], *STATE[1:], PARAMS), {}, "q has 3 in its last dimension; give 2 numbers, q1, q2"),
         ((1.0, *STATE[1:], PARAMS), {}, "q is one number; give 2 numbers, q1, q2"),
-        (({"q1": 1}, *STATE[1:], PARAMS), {}, "q is no array of numbers"),
-        ((["a", "b"], *STATE[1:], PARAMS), {}, "q is no array of numbers"),
-        (([[1], [1, 2]], *STATE[1:], PARAMS), {}, "q is no array of numbers"),
+        (({"q1": 1}, *STATE[1:], PARAMS), {}, "q is no array of real numbers"),
+        ((["a", "b"], *STATE[1:], PARAMS), {}, "q is no array of real numbers"),
+        (([1j, 2], *STATE[1:], PARAMS), {}, "q is no array of real numbers"),
+        (([[1], [1, 2]], *STATE[1:], PARAMS), {}, "q is no array of real numbers"),
         ((np.ones((3, 2)), np.ones((4, 2)), STATE[2], PARAMS), {}, r"do not broadcast: q \(3,\), qd \(4,\)"),
         (STATE, {**NAMED, "m1": [1, 2], "m2": [1, 2, 3]}, "values by name do not broadcast"),
-        (STATE, {**NAMED, "m1": "heavy"}, "params is no array of numbers"),
+        (STATE, {**NAMED, "m1": "heavy"}, "params is no array of real numbers"),
     ],
 )
 def test_errors_name_arguments_and_their_entries(inverse, given, named, told):
@@ -99,6 +100,22 @@ def test_a_parameter_with_a_value_is_told_how_to_be_an_argument():
     assert np.allclose(massless.mass_matrix(STATE[0], m1=2), heavier.mass_matrix(STATE[0]), rtol=1e-14)
     with pytest.raises(SceneError, match='free: "m9" is not a parameter'):
         symdyn.load(ARM, "mass_matrix", free=["m9"])
+
+
+def test_a_parameter_is_freed_by_any_list_of_names_and_what_is_none_is_told():
+    cart = ROOT / "examples" / "cart_pole.toml"
+
+    assert symdyn.load(cart, "mass_matrix", free=(name for name in ["mc"])).mass_matrix([0, 0], mc=2)[0, 0] == 2.1
+    for given, told in [
+        ({"free": None}, "free: None is no name"),
+        ({"functions": 3}, "functions: 3 is no name"),
+        ({"parameters": [1, 2]}, "parameters: [1, 2] gives no names"),
+    ]:
+        with pytest.raises(SceneError) as error:
+            symdyn.load(cart, **given)
+        assert str(error.value).startswith(told)
+    with pytest.raises(SceneError, match="name: 3 is no name"):
+        symdyn.lambdify(cart, 3)
 
 
 def test_prepared_parameters_go_by_name_too():

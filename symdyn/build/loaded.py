@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, overload
 
@@ -72,13 +72,26 @@ class Loaded(Shown):
         Raises:
             UnknownNameError: there is none; with the names of those that are there.
         """
-        names = dict(zip(self.requests, list(self.calls)[-len(self.requests) :], strict=False))
-        found = self.calls.get(names.get(request, identifier(request)))
+        found = self._found(request)
         if found is None:
             raise UnknownNameError(self._missing(request))
         return found
 
-    def _missing(self, name: str) -> str:
+    def __contains__(self, request: object) -> bool:
+        """Tell whether a function is there, by what it was asked for as or by its name."""
+        return self._found(request) is not None
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names of the functions."""
+        return iter(self.calls)
+
+    def _found(self, request: object) -> NumericFunction | None:
+        if not isinstance(request, str):
+            return None
+        names = dict(zip(self.requests, list(self.calls)[-len(self.requests) :], strict=False))
+        return self.calls.get(names.get(request, identifier(request)))
+
+    def _missing(self, name: object) -> str:
         known = ", ".join(self.__dict__.get("calls", ()))
         return f"there is no function {name!r}; there are {known}; load(…, functions=…) takes others"
 
@@ -144,15 +157,28 @@ def load(
     """
     known = scene_of(scene)
     bound = bind(known, parameters) if parameters else known
-    values = _values(bound, (free,) if isinstance(free, str) else free)
+    values = _values(bound, _names("free", free))
     if values and parameters:  # what is bound to zero is gone from formulas, and could not be given by name
         bound = bind(known, {name: value for name, value in parameters.items() if name not in values})
     known = bound
-    names = (functions,) if isinstance(functions, str) else functions
+    names = None if functions is None else _names("functions", functions)
     opened = tuple(replace(p, value=None) if p.name in values else p for p in known.parameters)
     known = replace(known, parameters=opened)
     requests = tuple(dict.fromkeys(usual(known, closing) if names is None else names))
     return _loaded(known, requests, compiler, machine, prepare, closing, values)
+
+
+def _names(word: str, given: object) -> tuple[str, ...]:
+    """Return one name or several as a tuple.
+
+    Raises:
+        SceneError: it is neither.
+    """
+    names = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Iterable) else (given,)
+    strange = [name for name in names if not isinstance(name, str)]
+    if strange:
+        raise SceneError(f"{word}: {strange[0]!r} is no name; give text, or a list of texts")
+    return names
 
 
 def _values(scene: Scene, free: Sequence[str]) -> dict[str, float]:
@@ -258,7 +284,7 @@ def lambdify(
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
-    wanted = (name,) if isinstance(name, str) else tuple(name)
+    wanted = _names("name", name)
     known = scene_of(scene)
     program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing))
     sources = emit(program, target, real, option=runners[target].many)

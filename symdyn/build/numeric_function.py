@@ -22,6 +22,9 @@ from symdyn.shown import Shown
 WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "subok"})
 """Keywords of NumPy; what has one of these names in a scene is given by place."""
 
+REAL = "biuf"
+"""Kinds of NumPy's types that are real numbers."""
+
 BY_NAME = ("params", "inputs")
 """Arguments whose entries a call is likely to name."""
 
@@ -149,12 +152,12 @@ class NumericFunction(Shown):
         for one, value in zip(self.operands, given, strict=False):
             try:
                 array = np.asarray(value)
-                numbers = np.issubdtype(array.dtype, np.number) or array.dtype == np.bool_
+                numbers = array.dtype.kind in REAL
             except ValueError:  # rows of several lengths
                 numbers = False
             wanted = "one number" if one.scalar else f"{len(one.entries)} numbers, {listed(one.entries)}"
             if not numbers:
-                faults.append(f"{one.name} is no array of numbers; give {wanted}")
+                faults.append(f"{one.name} is no array of real numbers; give {wanted}")
             elif not one.scalar and array.shape[-1:] != (len(one.entries),):
                 found = f"has {array.shape[-1]} in its last dimension" if array.ndim else "is one number"
                 faults.append(f"{one.name} {found}; give {wanted}")

@@ -66,7 +66,7 @@ class Point:
     inputs: Array = field(default_factory=lambda: np.zeros(0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Linearization(Shown):
     """A mechanism next to an operating point.
 

@@ -39,7 +39,7 @@ ROUNDS = 12
 """Times that all states are balanced at most."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mode:
     """One way of moving, of an eigenvalue that is not zero, or of a pair of conjugate ones.
 
@@ -67,7 +67,7 @@ class Mode:
         return -self.value.real / abs(self.value)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Spectrum:
     """The eigenvalues of A.
 

@@ -48,7 +48,7 @@ FAILS = 1e-9
 """Smallest singular value of G_d over the largest of G with which independent velocities determine the others."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sensitivity(Shown):
     """How the end of a run depends on its start and on parameters.
 

@@ -48,7 +48,7 @@ class Event:
     stops: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory(Shown):
     """A motion and its forces over time.
 

@@ -25,7 +25,7 @@ from symdyn.shown import Shown
 HALF = Number(Fraction(1, 2))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SympyEquations(Shown):
     """The equations of motion in SymPy: matrices immutable, numbers exact.
 
@@ -69,6 +69,11 @@ class SympyEquations(Shown):
     K: Any
     P: Any
     unsimplified: str = ""
+
+    def __repr__(self) -> str:
+        rows = "G, multipliers, bias, residual, " if self.G.rows else ""
+        moves = ", ".join(map(str, self.q))
+        return f"<SympyEquations of {self.scene.name}: M, C, c, g, k_E, tau, {rows}K, P in {moves}>"
 
     def __getitem__(self, name: str) -> Any:
         """Return what stands for a name; KeyError if there is none, with those that there are."""
