@@ -22,7 +22,7 @@ from symdyn.linear.prepared import prepared
 from symdyn.linear.steady import at_rest
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.verdict import stability
-from symdyn.scene import bind
+from symdyn.scene import Input, bind
 from symdyn.simulation.initial import read_start
 
 pytestmark = pytest.mark.long
@@ -296,8 +296,8 @@ def test_no_equilibrium_is_told_with_the_nearest_one() -> None:
     assert steady.kind == "steady"
 
 
-def test_forces_hold_a_place_and_their_unknown_names_are_inputs() -> None:
-    arm = symdyn.read(EXAMPLES / "pendulum.toml")
+def test_forces_hold_a_place_and_may_name_inputs_of_the_scene() -> None:
+    arm = replace(symdyn.read(EXAMPLES / "pendulum.toml"), inputs=(Input("r"),))
     held = symdyn.linearize(arm, {"q1": "pi/2"}, forces="tau1 = m*g*l + 3*r - 2*(q1 - pi/2)")
     assert held.inputs.names == ("tau1", "r")
     assert pytest.approx(np.array([[0, 1], [-2 / 0.25, -0.01 / 0.25]])) == held.A
