@@ -95,6 +95,16 @@ def test_the_workflow_covers_every_python_and_system_that_the_wheel_names() -> N
         assert command.startswith("-m ") or (ROOT / command).is_file(), command
 
 
+def test_the_sdist_brings_what_its_tests_read() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    kept = set(project["tool"]["hatch"]["build"]["targets"]["sdist"]["include"])
+    text = Path(__file__).read_text(encoding="utf-8")
+    read = set(re.findall(r'ROOT / "([.\w]+)"', text))
+
+    assert {".github", "templates", "README.md"} <= read
+    assert {name for name in read if f"/{name}" not in kept} == {"pyproject.toml"}  # which is always there
+
+
 def imported(path: Path) -> set[str]:
     """Return the modules that a file imports as soon as it is read."""
     lines = ast.parse(path.read_text(encoding="utf-8")).body

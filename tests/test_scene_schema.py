@@ -149,6 +149,7 @@ child = "bob"
         ("pitch = 1", False),
         ("orientation = 'zyx'", False),
         ("coordinates = ['a', 'b']", False),
+        ("coordinate = ''", False),
         ("coordinate = 'lambda'", False),
         ("coordinate = 'a_dot'", False),
         ("drive = false", True),

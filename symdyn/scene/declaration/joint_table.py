@@ -181,7 +181,7 @@ def _coordinates(table: Table, kind: str, n: int, before: int) -> tuple[str, ...
             table.fault('coordinates is missing; name those that its steps use, such as coordinates = ["u"]')
         return default
     if key == "coordinate" and n == 1:
-        return (table.text("coordinate", default[0]) or default[0],)
+        return (table.text("coordinate", default[0]),)
     names = as_list(table.raw[key])
     wrong = [name for name in names if not isinstance(name, str)]
     if wrong:
