@@ -6,9 +6,11 @@ import doctest
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from symdyn.scene import FORCES, JOINTS
+from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.scene import FORCES, JOINTS, read_text
 from symdyn.scene.declaration import body_table, coupling, declare, dh, joint_table
 from symdyn.scene.forces import sections
 from symdyn.scene.joints import own_keys
@@ -84,6 +86,23 @@ def test_what_a_type_takes_is_told_beside_its_words(name: str) -> None:
     (row,) = (line.split("|") for line in lines.splitlines() if line.startswith(f"| `{name}` "))
     takers = {kind for kind, one in JOINTS.items() if any(key.name == name for key in one.keys)}
     assert set(WORD.findall(row[2])) == takers
+
+
+def test_the_tip_of_a_loop_is_the_place_of_the_hinge_in_the_child_inverted() -> None:
+    told = '[["Rz", "-a"], ["Tx", "-c"]]'
+    page, bar = (ROOT / "docs/scenes.md").read_text(), (ROOT / "examples/four_bar.toml").read_text()
+    own = 'tip = ["-c", 0, 0]'
+    assert told in page
+    assert own in page
+    assert own in bar
+    q = np.array([0.3, 1.1, 0.7])
+    residuals = [
+        Numbers(read_text(bar.replace(own, f"tip = {tip}"))).residual(q)
+        for tip in ('["-c", 0, 0]', told.replace("-a", "-0.7"), '["c", 0, 0]')
+    ]
+
+    assert residuals[0] == pytest.approx(residuals[1], abs=1e-13)
+    assert np.abs(residuals[0] - residuals[2]).max() > 1
 
 
 def test_the_examples_of_the_page_run() -> None:

@@ -20,12 +20,13 @@ from symdyn.dynamics.mechanism.state import state_symbols
 from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, acceleration_name, express
+from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 
 HALF = Number(Fraction(1, 2))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class SympyEquations(Shown):
     """The equations of motion in SymPy: matrices immutable, numbers exact.
 
@@ -71,9 +72,9 @@ class SympyEquations(Shown):
     unsimplified: str = ""
 
     def __repr__(self) -> str:
-        rows = "G, multipliers, bias, residual, " if self.G.rows else ""
-        moves = ", ".join(map(str, self.q))
-        return f"<SympyEquations of {self.scene.name}: M, C, c, g, k_E, tau, {rows}K, P in {moves}>"
+        rows = ", G, multipliers, bias, residual" if self.G.rows else ""
+        coordinates = listed(self.scene.coordinates)
+        return f"<SympyEquations of {self.scene.name}: M, C, c, g, k_E, tau{rows}, K and P in {coordinates}>"
 
     def __getitem__(self, name: str) -> Any:
         """Return what stands for a name; KeyError if there is none, with those that there are."""

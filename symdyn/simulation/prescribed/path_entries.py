@@ -15,7 +15,7 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
-from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, read_columns
+from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, counted, read_columns
 from symdyn.simulation.prescribed.point_path import TURNS, PointPath, ScenePath
 
 FREE = "_"
@@ -84,8 +84,8 @@ def _from_laws(name: str, text: str, values: Mapping[str, Quantity], where: str,
     if len(parts) not in (3, 4):
         faults.add(
             where,
-            f'"{text}" has {len(parts)} parts; a path is x, y, z, such as {name}=0.5, 0.1*t, _ where _ is free, and '
-            "rpy(roll, pitch, yaw), quaternion(w, x, y, z) or pointing(z, a, b, c) behind them if it is to be turned",
+            f'"{text}" has {counted(len(parts), "part")}; a path is x, y, z, such as {name}=0.5, 0.1*t, _ where _ is '
+            "free, and rpy(roll, pitch, yaw), quaternion(w, x, y, z) or pointing(z, a, b, c) behind them if it is to be turned",
         )
         return None
     origin = tuple(None if part == FREE else read_law(part, values, where, faults) for part in parts[:3])
@@ -93,17 +93,19 @@ def _from_laws(name: str, text: str, values: Mapping[str, Quantity], where: str,
     if len(parts) == 4 and parts[3] != FREE:
         word, bracket, rest = parts[3].partition("(")
         way, inside = word.strip(), split_commas(rest.rstrip().removesuffix(")"))
-        if way not in TURNS or not bracket or not rest.rstrip().endswith(")"):
+        if way in TURNS and not (bracket and rest.rstrip().endswith(")")):
+            faults.add(where, f'"{parts[3]}" lacks a bracket; write {way}({_takes(way)})')
+            return None
+        if way not in TURNS:
             faults.add(where, f'"{parts[3]}" says no turning; {suggestion(way, tuple(TURNS))}')
             return None
         if way == "pointing":
-            letter, inside = inside[0].strip(), inside[1:]
+            letter, inside = inside[0].strip() if inside else "", inside[1:]
             axis = AXES.find(letter) if len(letter) == 1 else -1
-            if axis < 0:
+            if letter and axis < 0:
                 faults.add(where, f'"{parts[3]}": {letter} is no axis; write pointing(z, 0, 0, -1)')
         if len(inside) != len(TURNS[way]):
-            takes = "axis, a, b, c" if way == "pointing" else ", ".join(TURNS[way])
-            faults.add(where, f'"{parts[3]}": {way} takes ({takes})')
+            faults.add(where, f'"{parts[3]}": {way} takes ({_takes(way)})')
         else:
             turning = [read_law(part, values, where, faults) for part in inside]
     if not way and all(law is None for law in origin):
@@ -111,6 +113,10 @@ def _from_laws(name: str, text: str, values: Mapping[str, Quantity], where: str,
     if len(faults.lines) > before:
         return None
     return PointPath(name, origin, way, tuple(law for law in turning if law is not None), axis)
+
+
+def _takes(way: str) -> str:
+    return "axis, a, b, c" if way == "pointing" else ", ".join(TURNS[way])
 
 
 def _from_file(name: str, text: str, faults: Faults) -> PointPath | None:
@@ -162,5 +168,5 @@ def _column(table: Columns, name: str) -> Law | None:
 
 def tables_in(entries: Sequence[str]) -> list[str]:
     """Return the .csv files that words name."""
-    texts = [entry.partition("=")[2].strip() for entry in entries]
+    texts = [(entry.partition("=")[2] or entry).strip() for entry in entries]
     return [text for text in texts if text.lower().endswith(".csv")]
