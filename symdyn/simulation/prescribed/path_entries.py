@@ -85,7 +85,8 @@ def _from_laws(name: str, text: str, values: Mapping[str, Quantity], where: str,
         faults.add(
             where,
             f'"{text}" has {counted(len(parts), "part")}; a path is x, y, z, such as {name}=0.5, 0.1*t, _ where _ is '
-            "free, and rpy(roll, pitch, yaw), quaternion(w, x, y, z) or pointing(z, a, b, c) behind them if it is to be turned",
+            "free, and rpy(roll, pitch, yaw), quaternion(w, x, y, z) or pointing(z, a, b, c) behind them if it is to "
+            "be turned",
         )
         return None
     origin = tuple(None if part == FREE else read_law(part, values, where, faults) for part in parts[:3])
