@@ -31,7 +31,7 @@ VERBS = {
     "bench": "measure run time against error",
     "stress": "hard cases for the numerics",
     "info": "show the mechanism and what its functions cost",
-    "draw": "draw the mechanism as SVG",
+    "draw": "draw the mechanism",
     "convert": "write a scene in another format",
     "new": "write a commented scene to start from",
     "completion": "print what completes all this in a shell",
