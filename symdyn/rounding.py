@@ -54,9 +54,9 @@ def in_digits(x: float, usual: int, kind: str = "g") -> str:
     >>> in_digits(2 / 3, 3), in_digits(2 / 3, 3, "e")
     ('0.667', '6.67e-01')
     >>> with showing(ALL):
-    ...     print(in_digits(2 / 3, 3))
-    0.6666666666666666
+    ...     print(in_digits(2 / 3, 3), in_digits(1.0, 3))
+    0.6666666666666666 1
     """
     if _ASKED.get() == ALL:
-        return repr(float(x))
+        return repr(float(x)).removesuffix(".0")
     return f"{x:.{digits_or(usual) - (kind == 'e')}{kind}}"
