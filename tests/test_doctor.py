@@ -109,3 +109,11 @@ def test_a_cache_that_is_a_file_is_told(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path / "file"))
     cache = looked(capsys)["cache"]
     assert (cache["safe"], cache["why"]) == (False, "it is no folder")
+
+
+def test_a_cache_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path / "file" / "cache"))
+
+    cache = looked(capsys)["cache"]
+    assert (cache["safe"], cache["why"]) == (False, f"it is not there, and you may not write to {tmp_path / 'file'}")

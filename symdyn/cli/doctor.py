@@ -108,6 +108,9 @@ def _cache() -> dict[str, Any]:
     facts: dict[str, Any] = {"folder": str(folder), "safe": True, "why": None, "entries": 0, "bytes": 0}
     try:
         if not folder.exists():
+            above = next(one for one in folder.parents if one.exists())
+            if not above.is_dir() or not access(above, W_OK):
+                return facts | {"safe": False, "why": f"it is not there, and you may not write to {above}"}
             return facts | {"why": "is made when something is compiled"}
         reason = distrust(folder.stat()) or ("" if access(folder, W_OK) else "you may not write there")
         reason = reason if folder.is_dir() else "it is no folder"
