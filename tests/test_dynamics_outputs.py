@@ -226,7 +226,7 @@ def exists(name: str) -> None:
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
     if name in SIGNALS:
         with pytest.raises(DerivationError, match=r"two_link has no outputs; declare one, such as \[outputs.y\]"):
-            derive_one(Workspace(plain), name)
+            derive_one(Workspace(plain), f"{name}:y" if OUTPUTS[name].place else name)
         return
     function = derive_one(Workspace(plain), name)
     nothing = all(x.is_zero for x in function.entries)
