@@ -339,6 +339,7 @@ def test_other_verbs_open_no_mesh(tmp_path: Path) -> None:
     film(scene, [0.0, 1.0], [[0.0], [1.0]], tmp_path / "a.svg", note=pytest.fail)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("payload", list(PAYLOADS))
 def test_names_of_a_stranger_stay_names(payload: str, tmp_path: Path) -> None:
     scene = replace(two_link(), name=PAYLOADS[payload])

@@ -344,6 +344,7 @@ def test_every_field_of_a_row_is_true(name: str) -> None:
             CHECKS[field](name)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     row = OUTPUTS[name]
@@ -356,6 +357,7 @@ def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monke
             monkeypatch.setitem(OUTPUTS, name, row)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("check", [lacks, cubic, depends, unasked])
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_what_a_row_does_not_say_is_not_so(name: str, check: Callable[[str], None]) -> None:
@@ -426,6 +428,7 @@ def apart(name: str, way: str, closed: bool) -> None:
     assert (name, way) not in w.derived, way
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)
 def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
     field: str, name: str, way: str, closed: bool, monkeypatch: pytest.MonkeyPatch

@@ -473,7 +473,7 @@ def test_info_tells_how_the_pose_of_the_tool_is_asked_for(robot, capsys):
     )
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.mends("4.names")
 @pytest.mark.parametrize("target", ["numpy", "c", "js"])
 def test_generated_code_tells_whose_positions_the_coordinates_are(tmp_path, capsys, target):

@@ -355,6 +355,7 @@ def test_a_disc_rolls_upright_where_it_is_fast_enough():
     ]
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["bicycle", "four_bar"])
 def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
     scene = example(name)

@@ -9,7 +9,7 @@ from tests.net import SCENES, known, lines
 EVERY_RUN = ("struts", "sled", "cart_pole", "pendulum")
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("example", EVERY_RUN)
 def test_generated_files_are_those_of_the_list(example: str) -> None:
     assert list(lines(example)) == known(example)

@@ -68,7 +68,7 @@ def test_counts_are_these(name):
     assert operation_counts.measured(CASES[name]) == [Counts(*numbers) for numbers in COUNTS[name]]
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", EMITTED)
 def test_emitted_counts_are_these(name):
     assert operation_counts.emitted(CASES[name]) == [Counts(*numbers) for numbers in EMITTED[name]]

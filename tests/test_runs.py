@@ -91,6 +91,7 @@ def test_csv_reads_back_to_the_same_digits_here_and_where_it_is_given_as_a_motio
         run.to_csv("/dev/null/run.csv")
 
 
+@pytest.mark.runs("cc")
 def test_a_file_that_takes_no_text_is_told(run: Trajectory) -> None:
     for file in (io.BytesIO(), 5):
         with pytest.raises(symdyn.SymdynError, match="takes no text"):

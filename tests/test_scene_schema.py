@@ -97,7 +97,7 @@ def spoilt(scene: dict[str, Any]) -> Iterator[dict[str, Any]]:
 FAULTY = ["tests/data/every_kind", "tests/data/struts", "examples/scara", "examples/rolling_disc"]
 
 
-@pytest.mark.long
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", FAULTY)
 def test_faulty_scenes_are_judged_as_the_reader_judges_them(name, judge):
     """Fifty of each; what the schema alone refuses is none, and what the reader alone refuses is listed above."""

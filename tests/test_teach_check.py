@@ -256,6 +256,7 @@ def test_printed_rows_are_right(name: str, format: str) -> None:
     assert all(answer.right for answer in answers)
 
 
+@pytest.mark.long
 def test_rows_by_hand_are_right_in_any_axes(four_bar: Scene) -> None:
     assert [line.partition(":")[0::2] for line in told(HINGE, four_bar).split("\n")] == [
         (f"{level} row", " right: it vanishes wherever the loops are closed (in numbers, at assembled positions)")
@@ -291,6 +292,7 @@ def test_a_mistake_in_a_row_is_named(text: str, words: str, four_bar: Scene) -> 
     assert words in told(text, four_bar)
 
 
+@pytest.mark.long
 def test_equal_lengths_are_no_equal_symbols() -> None:
     scene = read(EXAMPLES / "four_bar.toml")
     alike = tuple(replace(p, value=number(3)) if p.name == "c" else p for p in scene.parameters)

@@ -123,6 +123,7 @@ def test_a_formula_may_part_at_its_terms_and_in_long_brackets_only() -> None:
     assert re.search(r'<wbr><span class="term">\+ <math>.*</math> <wbr>− <math>.*</math></span>$', long)
 
 
+@pytest.mark.long
 def test_the_page_is_the_same_in_every_run() -> None:
     pages = {html_page(with_exercises(walkthrough(read(EXAMPLES / "two_link.toml")))) for _ in range(2)}
 
@@ -188,6 +189,7 @@ def test_a_page_of_exercises_tells_no_answer_without_being_asked(name: str, lang
     assert told == []
 
 
+@pytest.mark.long
 def test_coefficients_below_braces_are_hidden_where_they_are_asked_and_names_of_unknowns_are_not() -> None:
     arm = with_exercises(walkthrough(read(EXAMPLES / "scara.toml")))
     hidden = [step.key for step in arm.sections[-1].steps if step.key.startswith("follows:")]

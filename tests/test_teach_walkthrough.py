@@ -124,6 +124,7 @@ def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: 
             assert shown == pytest.approx(expected, rel=DIGITS.get(name, 1e-9), abs=1e-9), text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CUT)
 def test_every_bivector_of_the_latex_has_the_value_of_the_graph(name: str) -> None:
     document = lesson(name, road="dalembert")
@@ -195,6 +196,7 @@ def test_a_closed_mechanism_moves_as_its_loop_allows_and_the_ground_moves_its_mo
     assert found["reaction:motor:1"] + found["reaction:pivot:1"] - 7.5 * 9.81 == pytest.approx(y, abs=2e-2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "drive"), [("four_bar", "M"), ("slider_crank", "M"), ("governor", "T"), ("rsup", "M")]
 )
@@ -203,6 +205,7 @@ def test_both_roads_have_the_same_drives_in_numbers(name: str, drive: str) -> No
     assert first == second != 0
 
 
+@pytest.mark.long
 def test_a_freedom_that_nothing_drives_is_counted_and_needs_no_drive() -> None:
     ball = "drive:ball:2"
     step = next(s for s in lesson("spatial_slider_crank", road="dalembert").sections[1].steps if s.key == "count")
@@ -461,6 +464,7 @@ def test_what_is_driven_in_time_has_no_equilibria(acting: str) -> None:
     assert "the mechanism is driven, and no equilibria are listed" in said
 
 
+@pytest.mark.long
 def test_a_force_that_vanishes_at_rest_at_all_times_leaves_the_equilibria() -> None:
     tables, _ = equilibria(SPRUNG.replace('drive = "M"', 'force = "-phi_dot*t**2"'))
     assert tables == equilibria(SPRUNG)[0]
