@@ -13,7 +13,7 @@ demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 56
 	$(BIN)/symdyn generate examples/puma560.toml --target c -o build/demo
 	$(BIN)/symdyn verify examples/puma560.toml
 
-quick: $(READY)  ## less than a minute: what starts no compiler, browser or LaTeX and takes no long
+quick: $(READY)  ## a minute: what starts no compiler, browser or LaTeX and takes no long
 	$(BIN)/python -m pytest --quick -n auto --maxprocesses 4 --dist worksteal
 
 test: $(READY)  ## everything that must hold
