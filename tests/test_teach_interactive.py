@@ -243,7 +243,7 @@ def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
         b = slope((k + 0.5) * h, y + h / 2 * a)
         c = slope((k + 0.5) * h, y + h / 2 * b)
         y = y + h / 6 * (a + 2 * b + 2 * c + slope((k + 1) * h, y + h * c))
-    np.testing.assert_allclose(q, y[: len(q)], rtol=3e-5, atol=1e-6)  # five digits are shown
+    np.testing.assert_allclose(q, y[: len(q)], rtol=5e-5, atol=1e-6)  # five digits are shown: half a unit of the last
     np.testing.assert_allclose(qdd, slope(t, y)[len(q) :], rtol=1e-3, atol=1e-4)
     assert abs(drift) < 1e-7 * max(1.0, abs(E))
 
