@@ -60,10 +60,12 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
     "bench": {"": [], "stress": [""]},
     "teach": {
         "languages": [],
-        "student": ["languages"],
-        "": ["student", "languages"],
-        "interactive": ["", "languages"],
-        "render": ["interactive", "", "languages"],
+        "": ["languages"],
+        "student": ["", "languages"],
+        "roads": ["student", "", "languages"],
+        "practice": ["student", "", "languages"],
+        "interactive": ["roads", "", "languages"],
+        "render": ["interactive", "practice", "", "languages"],
     },
     "program": {"passes": [], "": ["passes"]},
 }

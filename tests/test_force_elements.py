@@ -13,7 +13,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import FORCES, Strut, pull_of
 from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.forces.force_kind import Mark, Pull
-from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.languages import languages
 
 WIDE = everything()
 
@@ -32,7 +32,7 @@ def at(nodes: list[Expr], x: float) -> list[float]:
 def test_every_kind_has_words_in_every_language_and_keys_that_it_needs(name: str) -> None:
     kind = FORCES[name]
 
-    assert set(kind.words) == set(LANGUAGES)
+    assert set(kind.words) == set(languages())
     assert set(kind.needs) <= {key for part in kind.parts for key in part.keys}
     assert any(key in kind.missing for key in kind.needs)
 

@@ -20,8 +20,8 @@ from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, bind, body, free, knife_edge, read, read_noting, read_text, rolling, scene, write_text
 from symdyn.scene.forces import touches
-from symdyn.teach.derivation_check import check_derivation
 from symdyn.teach.interactive.reduced import held
+from symdyn.teach.student.derivation_check import check_derivation
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"
 

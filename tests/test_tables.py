@@ -26,7 +26,7 @@ from symdyn.scene import FORCES, JOINTS
 from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.values.table import Entry
-from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.languages import languages
 
 NUMERIC = {
     "f": Floats.functions,
@@ -71,7 +71,7 @@ def test_every_operation_has_a_spelling_with_one_place_an_operand(target, real):
 def test_every_joint_type_has_a_symbol_words_and_a_function_that_declares_it():
     marks = [kind.mark for kind in JOINTS.values()]
     assert {part.shape for mark in marks for part in (*mark.parts, *mark.flat)} == set(PARTS)
-    assert {frozenset(kind.words) for kind in JOINTS.values()} == {frozenset(LANGUAGES)}
+    assert {frozenset(kind.words) for kind in JOINTS.values()} == {frozenset(languages())}
     assert [kind for kind in JOINTS if not callable(getattr(scene, kind, None))] == []
 
 

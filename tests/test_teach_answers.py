@@ -8,8 +8,8 @@ import pytest
 
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
-from symdyn.teach.answers import in_words
-from symdyn.teach.derivation_check import check_derivation
+from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.verify import DIFFERENT, PROVED
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -21,9 +21,10 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op
 from symdyn.scene import Scene, number, read, read_text
-from symdyn.teach.answers import SENTENCES, in_words
-from symdyn.teach.derivation_check import check_derivation
-from symdyn.teach.differences import KINDS
+from symdyn.teach.languages import language_of, languages
+from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.derivation_check import check_derivation
+from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
 from symdyn.verify import PROVED, Claim, prove
 
@@ -438,7 +439,8 @@ def test_languages_say_the_same_things() -> None:
 
     places = {
         language: {key: {name for _, name, _, _ in Formatter().parse(text) if name} for key, text in table.items()}
-        for language, table in SENTENCES.items()
+        for language in languages()
+        for table in [language_of(language).answers]
     }
 
     assert places["sk"] == places["en"]

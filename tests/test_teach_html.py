@@ -22,10 +22,10 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.teach import walkthrough
 from symdyn.teach.document import Blank, Block, Box, Document, Formula
-from symdyn.teach.exercises import judge, questions, with_exercises
-from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.languages import language_of, languages
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.mathml import flow, inner
+from symdyn.teach.practice.exercises import judge, questions, with_exercises
 from symdyn.teach.render.html import html_page
 from symdyn.teach.student.statements import read_formula
 
@@ -133,7 +133,8 @@ def test_the_page_is_the_same_in_every_run() -> None:
 def test_languages_have_the_same_keys_and_places() -> None:
     places = {
         name: {key: sorted(re.findall(r"\{\w+\}", text)) for key, text in texts.items()}
-        for name, texts in LANGUAGES.items()
+        for name in languages()
+        for texts in [language_of(name).lesson]
     }
 
     assert places["sk"] == places["en"]

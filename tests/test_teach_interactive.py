@@ -23,7 +23,8 @@ from symdyn.scene.forces import elastic
 from symdyn.scene.joints.start import starting_velocity
 from symdyn.scene.values.value import value_of
 from symdyn.teach import walkthrough
-from symdyn.teach.interactive import WORDS, absence, interactive, interactive_page, live
+from symdyn.teach.interactive import absence, interactive, interactive_page, live
+from symdyn.teach.languages import language_of, languages
 from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -374,7 +375,7 @@ def scene_text(more: str) -> str:
 def test_wrong_names_and_languages_are_refused() -> None:
     with pytest.raises(DrawError, match='"m3" is not a parameter'):
         interactive(scene_of("two_link"), {"m3": 1.0})
-    with pytest.raises(TeachError, match="there is no language 'de'; there are en, sk"):
+    with pytest.raises(TeachError, match="language 'de' is not known; give one of en, sk"):
         interactive(scene_of("two_link"), language="de")
 
 
@@ -415,8 +416,9 @@ def test_the_same_scene_gives_the_same_page() -> None:
 
 
 def test_languages_have_the_same_words() -> None:
-    assert all(words.keys() == WORDS["en"].keys() for words in WORDS.values())
-    assert all(all(words.values()) for words in WORDS.values())
+    pages = [language_of(code).page for code in languages()]
+    assert all(words.keys() == pages[0].keys() for words in pages)
+    assert all(all(words.values()) for words in pages)
 
 
 def test_the_page_needs_nothing_else_and_is_small() -> None:

@@ -15,7 +15,7 @@ from symdyn.errors import TeachError
 from symdyn.scene import read
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import Blank, Document
-from symdyn.teach.exercises import judge, with_exercises
+from symdyn.teach.practice.exercises import judge, with_exercises
 
 nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra dev)")
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -11,8 +11,8 @@ from symdyn.cli import main
 from symdyn.errors import DerivationError
 from symdyn.scene import read, read_text
 from symdyn.teach import walkthrough
-from symdyn.teach.balance import Balance
-from symdyn.teach.shown_motion import choose_motion, solved_at
+from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.dalembert.shown_motion import choose_motion, solved_at
 
 ROOT = Path(__file__).parent
 FOUND, CONTACTS = ROOT / "data" / "found", ROOT / "data" / "contacts"

@@ -28,9 +28,9 @@ from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach import meaning as meaning_room
 from symdyn.teach import reactions as reactions_room
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
-from symdyn.teach.languages import LANGUAGES, PLACE
-from symdyn.teach.lessons import STAGES
+from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
+from symdyn.teach.roads.lessons import ROADS
 from symdyn.teach.textbook import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -233,7 +233,9 @@ def test_errata_of_the_other_road_say_what_is_right_and_check_it() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "four_bar"])
 def test_parts_of_the_other_road(name: str) -> None:
-    parts = {until: walkthrough(scene(name), until=until, road="dalembert").sections for until in STAGES}
+    parts = {
+        until: walkthrough(scene(name), until=until, road="dalembert").sections for until in ROADS["dalembert"].until
+    }
     assert [len(sections) for sections in parts.values()] == [2, 3, 4, 5]
     assert all(sections[-1].key == until for until, sections in parts.items())
     with pytest.raises(EmitError, match="'energies' is no part of the road dalembert; give one of count, bodies"):
@@ -396,8 +398,9 @@ def test_coupled_joints_and_forces_in_time_go_both_roads() -> None:
 
 
 def test_languages_have_the_same_keys_and_places() -> None:
-    english = LANGUAGES["en"]
-    for language, texts in LANGUAGES.items():
+    english = language_of("en").lesson
+    for language in languages():
+        texts = language_of(language).lesson
         assert texts.keys() == english.keys(), language
         for key, text in texts.items():
             assert sorted(set(PLACE.findall(text))) == sorted(set(PLACE.findall(english[key]))), (language, key)

@@ -17,7 +17,8 @@ from symdyn.cli.talk import Waiting, fail, give, print_text
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import SymdynError, TeachError, printable
 from symdyn.teach import check_derivation, in_words
-from symdyn.teach.derivation_check import Answer
+from symdyn.teach.languages import languages
+from symdyn.teach.student.derivation_check import Answer
 from symdyn.teach.student.statements import find_target
 
 LARGEST = 1_000_000  # bytes of a file that is opened at all
@@ -31,7 +32,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--book", action="store_true", help="k_C and k_D as the textbook prints them, with the minus in front taken out"
     )
-    verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the answer (default: en)")
+    verb.add_argument("--language", choices=languages(), default="en", help="of the answer (default: en)")
 
 
 def run(options: argparse.Namespace) -> int:

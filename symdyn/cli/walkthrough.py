@@ -11,8 +11,9 @@ from symdyn.emit import write
 from symdyn.emit.code.identifiers import page_stem
 from symdyn.errors import EmitError
 from symdyn.teach import rendered, walkthrough
-from symdyn.teach.exercises import with_exercises
 from symdyn.teach.interactive import interactive_page
+from symdyn.teach.languages import languages
+from symdyn.teach.practice.exercises import with_exercises
 
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
 
@@ -34,7 +35,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         help="the last part: energies, lagrangian, equations, coefficients, numbers; or, of D'Alembert's road, count, "
         "bodies, reactions, roads (default: all)",
     )
-    verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the prose (default: en)")
+    verb.add_argument("--language", choices=languages(), default="en", help="of the prose (default: en)")
     verb.add_argument(
         "--road",
         choices=("lagrange", "dalembert"),

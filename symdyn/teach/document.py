@@ -238,6 +238,8 @@ class Step:
         reason: why it is so; no parts where the blocks say it.
         reference: where it comes from, "(5.24)"; "" for none.
         level: "brief" for what a short document keeps, "full" for the rest.
+        show: what the figure of a page shows while the step is read, words of `symdyn.teach.interactive.shown`; none
+            for what the step before showed.
     """
 
     key: str
@@ -246,6 +248,7 @@ class Step:
     reason: Words = Words(())
     reference: str = ""
     level: str = "brief"
+    show: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

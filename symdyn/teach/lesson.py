@@ -21,8 +21,8 @@ from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import Transform
 from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
-from symdyn.teach.languages import LANGUAGES, fill
-from symdyn.teach.student.masses import Mass, masses
+from symdyn.teach.languages import Language, fill, language_of
+from symdyn.teach.masses import Mass, masses
 
 SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""
@@ -83,11 +83,20 @@ class Prose:
 
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, with its places filled."""
-        return Words(fill(LANGUAGES[self.language][key], places))
+        return Words(fill(self.tongue.lesson[key], places))
 
-    def kind(self, joint: Joint) -> Words:
+    @cached_property
+    def tongue(self) -> Language:
+        """All words of the language."""
+        return language_of(self.language)
+
+    def kind(self, type: str, words: Mapping[str, str]) -> str:
+        """Return what a type of joint or a kind of force is called, whose row has these words."""
+        return self.tongue.kind(type, words)
+
+    def joint_kind(self, joint: Joint) -> Words:
         """Return what the type of a joint is called."""
-        return Words((JOINTS[joint.type].words[self.language],))
+        return Words((self.kind(joint.type, JOINTS[joint.type].words),))
 
     def text(self, key: str, **places: str) -> str:
         """Return prose without formulas."""

@@ -22,7 +22,7 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
         places: list[Form] = [Symbol(q) for q in joint.coordinates]
         if joint.coupling:
             places = [form_of(joint_position(joint, Graph()))]
-        rows.append((joint.name, lesson.kind(joint), parent, joint.child, together(places)))
+        rows.append((joint.name, lesson.joint_kind(joint), parent, joint.child, together(places)))
     key = "scene.closed" if scene.is_closed else "scene"
     claim = lesson.say(key, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
     joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
@@ -46,13 +46,13 @@ def acting_steps(lesson: Prose) -> list[Step]:
         if joint.damping != ZERO:
             rows.append((lesson.say("acting.damping"), where))
         if joint.dry is not None:
-            rows.append((FORCES[joint.dry.kind].words[lesson.language], where))
+            rows.append((lesson.kind(joint.dry.kind, FORCES[joint.dry.kind].words), where))
         if any(x != ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), where))
     for one in (*scene.struts, *scene.loads):
         ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in one.ends)
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
-        rows.append((FORCES[one.kind].words[lesson.language], f"{one.name}: {where}"))
+        rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
     if not rows:
         return []
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())

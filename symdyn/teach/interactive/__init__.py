@@ -6,6 +6,5 @@ Trees and closed mechanisms, quaternions too. What the page computes is emitted 
 
 from symdyn.teach.interactive.live import Live, absence, live
 from symdyn.teach.interactive.page import Interactive, interactive, interactive_page
-from symdyn.teach.interactive.words import WORDS
 
-__all__ = ["WORDS", "Interactive", "Live", "absence", "interactive", "interactive_page", "live"]
+__all__ = ["Interactive", "Live", "absence", "interactive", "interactive_page", "live"]

@@ -23,10 +23,10 @@ from symdyn.errors import SymdynError
 from symdyn.scene import Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.joints.start import quaternion
 from symdyn.scene.units import coordinate_units, velocity_units
-from symdyn.teach.balance import Balance
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
-from symdyn.teach.shown_motion import choose_motion
+from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.dalembert.shown_motion import choose_motion
 from symdyn.teach.shown_state import shown_state, starting_rates
 
 RATES = {"rad": (8.0, 20.0), "m": (3.0, 10.0)}  # largest velocity and acceleration of a slider

@@ -20,7 +20,7 @@ from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
 from symdyn.teach.interactive.marks import Mark, Sheet
 from symdyn.teach.interactive.reduced import ACTING, Held, function, held, reduced_functions
-from symdyn.teach.interactive.words import WORDS
+from symdyn.teach.languages import language_of
 from symdyn.teach.shown_state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
 
@@ -95,7 +95,7 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
     """
     why = unmovable(scene)
     if why:
-        raise TeachError(f"{scene.name}: there is no interactive page, {WORDS['en'][why].format(most=MOST)}")
+        raise TeachError(f"{scene.name}: there is no interactive page, {language_of('en').page[why].format(most=MOST)}")
     values = shown_state(scene).parameters if parameters is None else parameters
     free = replace(scene, parameters=tuple(replace(parameter, value=None) for parameter in scene.parameters))
     workspace = Workspace(free, LoopChoices(parameters=tuple(values.items())))
@@ -144,12 +144,12 @@ def _led(scene: Scene) -> tuple[tuple[int, int], ...]:
 
 def absence(scene: Scene, language: str) -> str:
     """Return why a page has no sliders, in words; "" where it has."""
-    words = WORDS[language]
+    words = language_of(language).page
     return f"{words['absent']} {words[why].format(most=MOST)}" if (why := unmovable(scene)) else ""
 
 
 def unmovable(scene: Scene) -> str:
-    """Return the key in `WORDS` of why sliders cannot move a scene; "" where they can."""
+    """Return the key in the words of a page of why sliders cannot move a scene; "" where they can."""
     if not scene.coordinates:
         return "still"
     return "many" if len(scene.velocities) > MOST else ""
@@ -160,7 +160,7 @@ def _rows(workspace: Workspace) -> tuple[list[Function], Held | None]:
     if workspace.scene.is_closed:
         tied = held(workspace)
         if not tied.velocities:
-            raise TeachError(f"{workspace.scene.name}: there is no interactive page, {WORDS['en']['still']}")
+            raise TeachError(f"{workspace.scene.name}: there is no interactive page, {language_of('en').page['still']}")
         return reduced_functions(workspace, tied), tied
     terms = [name for name in coefficients(workspace.state.n) if OUTPUTS[name].exists_in(workspace.scene)]
     return list(choose(workspace, (*terms, "inverse_dynamics"))), None

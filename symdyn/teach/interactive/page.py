@@ -25,13 +25,12 @@ from symdyn.emit.code.javascript import JS
 from symdyn.emit.escape import in_html, in_script, in_script_code
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.render import render, verbatim
-from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.scene.values.signals import as_parameters
 from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.tables import exerted, force_tables
-from symdyn.teach.interactive.words import WORDS
+from symdyn.teach.languages import language_of
 from symdyn.teach.mathml import inline
 
 
@@ -60,8 +59,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         DerivationError: equations that do not exist.
         EmitError: latex2mathml is not installed.
     """
-    if language not in WORDS:
-        raise TeachError(f"there is no language {language!r}; there are {', '.join(WORDS)}")
+    sentences = language_of(language).page
     scene = as_parameters(scene)
     begun, whole = start(scene), scene
     scene = by_hand(scene)
@@ -70,7 +68,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         begun = replace(begun, q=[float(x) for x in q], parameters=values)
     q, values = np.array(begun.q), begun.parameters
     computed = live(scene, values)
-    name, sentences = stem(scene.name), WORDS[language]
+    name = stem(scene.name)
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
     found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)

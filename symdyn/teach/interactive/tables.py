@@ -11,10 +11,10 @@ from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.units import drives_with_units, velocity_units
-from symdyn.teach.equation_steps import coefficient_unit
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.mathml import inline
+from symdyn.teach.roads.lagrange.equation_steps import coefficient_unit
 
 
 def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:

@@ -1,21 +1,75 @@
-"""Prose of the steps by key, a module a language: templates with named places, no mathematics."""
+"""Every word of lessons, pages and answers, a file a language: templates with named places, no mathematics."""
 
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from symdyn.teach.languages.en import TEXTS as ENGLISH
-from symdyn.teach.languages.sk import TEXTS as SLOVAK
+from symdyn.errors import TeachError
 
 if TYPE_CHECKING:
     from symdyn.algebra.form import Form
     from symdyn.teach.document import Words
 
-LANGUAGES: Mapping[str, Mapping[str, str]] = {"en": ENGLISH, "sk": SLOVAK}
+FOLDER = Path(__file__).parent
+"""Where the files are: en.toml, sk.toml."""
 
 PLACE = re.compile(r"\{(\w+)\}")
+
+
+@dataclass(frozen=True)
+class Language:
+    """What is said in one language.
+
+    Attributes:
+        code: "en".
+        name: what its speakers call it.
+        decimal: what stands before the decimals of a number.
+        lesson: prose of lessons by key.
+        page: words of the interactive page.
+        answers: sentences to a student about an answer.
+        kinds: what a type of joint or a kind of force is called, where its own row does not say it in this language.
+    """
+
+    code: str
+    name: str
+    decimal: str
+    lesson: Mapping[str, str]
+    page: Mapping[str, str]
+    answers: Mapping[str, str]
+    kinds: Mapping[str, str] = field(default_factory=dict)
+
+    def kind(self, type: str, words: Mapping[str, str]) -> str:
+        """Return what a type of joint or a kind of force is called, whose row has these words by language."""
+        return self.kinds.get(type) or words.get(self.code) or words["en"]
+
+
+def languages() -> tuple[str, ...]:
+    """Return the codes of all languages, English first."""
+    return tuple(sorted((path.stem for path in FOLDER.glob("*.toml")), key=lambda code: (code != "en", code)))
+
+
+def language_of(code: str) -> Language:
+    """Return a language by its code.
+
+    Raises:
+        TeachError: there is no such language.
+    """
+    if code not in languages():
+        raise TeachError(f"language {code!r} is not known; give one of {', '.join(languages())}")
+    return _read(FOLDER / f"{code}.toml")
+
+
+@cache
+def _read(path: Path) -> Language:
+    data = tomllib.loads(path.read_text(encoding="utf-8"))
+    prose = {key: text for part in data.pop("lesson").values() for key, text in part.items()}
+    return Language(path.stem, lesson=prose, **data)
 
 
 def fill(template: str, places: Mapping[str, str | Form | Words]) -> tuple[str | Form, ...]:

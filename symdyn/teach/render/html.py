@@ -29,11 +29,11 @@ from symdyn.teach.document import (
     Values,
     Words,
 )
-from symdyn.teach.exercises import questions
-from symdyn.teach.interactive import WORDS, Interactive, absence, interactive
-from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.interactive import Interactive, absence, interactive
+from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling, written
 from symdyn.teach.mathml import flow, inline
+from symdyn.teach.practice.exercises import questions
 
 SHORT = 150.0  # of a formula between words
 
@@ -57,6 +57,7 @@ def html_page(document: Document) -> str:
                     "reference": in_html(step.reference),
                     "blocks": [text for block in step.blocks for text in page.block(block)],
                     "reason": page.words(step.reason),
+                    "show": in_html(" ".join(step.show)),
                 }
                 for step in section.steps
             ],
@@ -68,7 +69,7 @@ def html_page(document: Document) -> str:
     values = {
         "title": in_html(document.title),
         "language": document.language,
-        "text": LANGUAGES[document.language],
+        "text": language_of(document.language).lesson,
         "sections": sections[:solutions],
         "solutions": sections[solutions:],
         "style": live.css if live else style("auto"),  # of all pictures, once
@@ -85,7 +86,7 @@ def _live(document: Document) -> tuple[Interactive | None, str]:
         return interactive(document.scene, language=document.language), ""
     except (TeachError, DerivationError) as fault:
         why = absence(document.scene, document.language)
-        return None, in_html(why or f"{WORDS[document.language]['absent']} {fault}")
+        return None, in_html(why or f"{language_of(document.language).page['absent']} {fault}")
 
 
 def _anchor(key: str) -> str:
@@ -98,7 +99,7 @@ class _Page:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.spell = Spelling(document)
-        self.text = LANGUAGES[document.language]
+        self.text = language_of(document.language).lesson
 
     def words(self, words: Words) -> str:
         return "".join(in_html(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)

@@ -30,7 +30,7 @@ from symdyn.teach.document import (
     Values,
     Words,
 )
-from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling, lines, written
 from symdyn.teach.render.drawing import tex_picture
 
@@ -66,7 +66,7 @@ class _Page:
 
     def __init__(self, document: Document) -> None:
         self.spell = Spelling(document)
-        self.hint = LANGUAGES[document.language]["exercise.hint"]
+        self.hint = language_of(document.language).lesson["exercise.hint"]
 
     def step(self, step: Step) -> dict[str, str]:
         """Return the places of the template: a claim stays on the page of what it announces."""

@@ -22,7 +22,7 @@ from symdyn.teach.document import (
     Values,
     Words,
 )
-from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling, lines, written
 
 ROOM = 620.0  # of a display, pt at 10 pt
@@ -103,7 +103,7 @@ class Page:
             yield "\n\n".join([summary, *inside, "</details>"])
         elif isinstance(block, Blank):
             yield self.words(block.ask)
-            summary = LANGUAGES[self.document.language]["exercise.hint"]
+            summary = language_of(self.document.language).lesson["exercise.hint"]
             yield f"<details><summary>{summary}</summary>\n\n{self.words(block.hint)}\n\n</details>"
 
     def _bars(self, shares: Shares) -> str:

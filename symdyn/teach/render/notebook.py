@@ -13,8 +13,8 @@ from symdyn.emit.escape import in_code, in_markdown
 from symdyn.emit.print.formula_text import text_of
 from symdyn.scene import write_text
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
-from symdyn.teach.exercises import answer_of
-from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.languages import language_of
+from symdyn.teach.practice.exercises import answer_of
 from symdyn.teach.render.markdown import Page
 
 Cell = dict[str, Any]
@@ -33,7 +33,7 @@ def check(text):
 EXERCISES = """
 
 from symdyn.teach import walkthrough
-from symdyn.teach.exercises import judge, with_exercises
+from symdyn.teach.practice.exercises import judge, with_exercises
 
 lesson = with_exercises(walkthrough(scene, {language!r}, road={road!r}))"""
 
@@ -83,7 +83,7 @@ def _step(page: _Page, step: Step) -> Iterator[Cell]:
             yield _code(f"check-{step.key}", f"check({in_code(chr(10).join(lines))})")
     for block in step.blocks:
         if isinstance(block, Blank):
-            hint = LANGUAGES[page.document.language]["exercise.example"]
+            hint = language_of(page.document.language).lesson["exercise.example"]
             yield _code(f"answer-{block.key}", f'answer = ""  # {hint}\njudge(lesson, {in_code(block.key)}, answer)')
 
 

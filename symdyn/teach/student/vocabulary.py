@@ -22,7 +22,7 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene, acceleration_name, velocity_name
 from symdyn.scene.units import coordinate_units
 from symdyn.scene.values.names import LONGEST
-from symdyn.teach.student.masses import AXES, masses
+from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
 
 FEW = 9  # joints, while digits side by side are read as joint numbers

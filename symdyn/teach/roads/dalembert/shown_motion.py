@@ -18,7 +18,7 @@ from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
-from symdyn.teach.balance import Balance
+from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, starting_rates
 
 SMALL = 1e-9

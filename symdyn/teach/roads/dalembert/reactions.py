@@ -13,13 +13,13 @@ from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
 from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.teach.balance import Balance
 from symdyn.teach.document import Block, Fold, Formula, Step, Values
 from symdyn.teach.lesson import together
 from symdyn.teach.mathematics import written
-from symdyn.teach.shown_motion import determined, solved_at
+from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.dalembert.shown_motion import determined, solved_at
+from symdyn.teach.roads.lagrange.velocities import PAGE, length
 from symdyn.teach.shown_state import Chosen
-from symdyn.teach.velocities import PAGE, length
 from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
 from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions, solvable
 

@@ -17,11 +17,11 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import apply, cross, sub, zero_vector
-from symdyn.teach.balance import Balance, Cut
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import equals, letter
+from symdyn.teach.roads.dalembert.balance import Balance, Cut
+from symdyn.teach.roads.lagrange.velocities import length
 from symdyn.teach.shown_state import Chosen
-from symdyn.teach.velocities import length
 
 WIDEST, GAP = 130, 18
 """Characters of a row from which a matrix is folded, and of the room between two of its columns."""

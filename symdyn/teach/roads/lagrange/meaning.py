@@ -18,11 +18,11 @@ from symdyn.scene import GROUND, JOINTS, Joint, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
-from symdyn.teach.equation_steps import node_of
 from symdyn.teach.lesson import Lesson, named
-from symdyn.teach.rates import rates_step
-from symdyn.teach.student.masses import AXES, Mass
-from symdyn.teach.velocities import folded, length
+from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.roads.lagrange.equation_steps import node_of
+from symdyn.teach.roads.lagrange.rates import rates_step
+from symdyn.teach.roads.lagrange.velocities import folded, length
 
 
 @dataclass(frozen=True)

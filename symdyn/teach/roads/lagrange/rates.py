@@ -9,10 +9,10 @@ from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.units import velocity_units
 from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Block, Formula, Name, Step, Words
-from symdyn.teach.equation_steps import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson, named
-from symdyn.teach.student.masses import Mass
-from symdyn.teach.velocities import angular_velocity, length
+from symdyn.teach.masses import Mass
+from symdyn.teach.roads.lagrange.equation_steps import WIDEST, coefficient_key, node_of
+from symdyn.teach.roads.lagrange.velocities import angular_velocity, length
 
 SHORT = 4
 """Terms of a coefficient that stands in a table."""

@@ -20,10 +20,10 @@ from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.scene import JOINTS
-from symdyn.teach.balance import Balance
 from symdyn.teach.document import Block, Formula, Step, Words
-from symdyn.teach.rows import keeps_points, points_apart
-from symdyn.teach.velocities import folded
+from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.lagrange.velocities import folded
+from symdyn.teach.student.rows import keeps_points, points_apart
 
 IN_A_PLANE = 3  # equations of a body
 

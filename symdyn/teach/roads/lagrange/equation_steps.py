@@ -16,7 +16,7 @@ from symdyn.emit.print.printable import Coefficient, Printable, printable
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
-from symdyn.teach.velocities import MOST_TERMS, folded, length
+from symdyn.teach.roads.lagrange.velocities import MOST_TERMS, folded, length
 
 WIDEST = 110
 """Characters of a coefficient that stands over a brace."""

@@ -34,8 +34,8 @@ from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.mathematics import written
+from symdyn.teach.roads.lagrange.velocities import angular_velocity
 from symdyn.teach.shown_state import Chosen
-from symdyn.teach.velocities import angular_velocity
 
 STARTS = 60
 STEPS = 720  # of a turn

@@ -30,8 +30,8 @@ from symdyn.teach.document import (
     Step,
     Words,
 )
-from symdyn.teach.hidden import Hidden
-from symdyn.teach.languages import LANGUAGES, fill
+from symdyn.teach.languages import fill, language_of
+from symdyn.teach.practice.hidden import Hidden
 from symdyn.teach.shown_state import shown_state
 from symdyn.teach.student.statements import read_formula
 from symdyn.teach.student.vocabulary import Names, Target
@@ -77,7 +77,7 @@ def with_exercises(document: Document) -> Document:
             kept, told = hidden.parts(asked)
             if told:
                 solved.append(_folded(document, f"follows:{step.key}", step.claim, told))
-                kept.append(Words((LANGUAGES[document.language]["exercise.later"],)))
+                kept.append(Words((language_of(document.language).lesson["exercise.later"],)))
             steps.append(replace(asked, blocks=tuple(kept)))
         sections.append(replace(section, steps=tuple(steps)))
     if not solved:
@@ -85,7 +85,7 @@ def with_exercises(document: Document) -> Document:
             f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with --until, "
             "or leave --until out"
         )
-    sections.append(Section("solutions", LANGUAGES[document.language]["section.solutions"], tuple(solved)))
+    sections.append(Section("solutions", language_of(document.language).lesson["section.solutions"], tuple(solved)))
     return replace(document, sections=tuple(sections))
 
 
@@ -134,7 +134,7 @@ def _plain(document: Document, form: Form) -> bool:
 
 
 def _blank(document: Document, step: Step, result: tuple[str, Form], solution: Sequence[Block]) -> Blank:
-    texts, (key, answer) = LANGUAGES[document.language], result
+    texts, (key, answer) = language_of(document.language).lesson, result
     kind = step.key.partition(":")[0]
     shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key and b.left != ZERO), Symbol(key))
     ask = Words(fill(texts["exercise.ask"], {"left": shown}))
@@ -143,13 +143,13 @@ def _blank(document: Document, step: Step, result: tuple[str, Form], solution: S
 
 
 def _solution(document: Document, blank: Blank) -> Step:
-    texts = LANGUAGES[document.language]
+    texts = language_of(document.language).lesson
     claim = Words(fill(texts["exercise.solved"], {"left": Symbol(blank.left)}))
     return _folded(document, f"solution:{blank.key}", claim, blank.solution)
 
 
 def _folded(document: Document, key: str, claim: Words, blocks: Sequence[Block]) -> Step:
-    summary = Words((LANGUAGES[document.language]["exercise.solution"],))
+    summary = Words((language_of(document.language).lesson["exercise.solution"],))
     if isinstance(blocks[0], Box):
         summary = blocks[0].title
     return Step(key, claim, (Fold(summary, tuple(blocks)),))
@@ -164,7 +164,7 @@ def judge(document: Document, key: str, text: str) -> str:
     blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
     if key not in blanks:
         raise TeachError(f"there is no exercise {key!r}; there are {', '.join(blanks)}")
-    words = LANGUAGES[document.language]
+    words = language_of(document.language).lesson
     if not text.strip():
         return words["fault.empty"]
     try:
@@ -233,6 +233,7 @@ def questions(document: Document) -> dict[str, Any]:
     for point in points:
         seeds = {x: point[str(x.value)] for x in symbols}
         values.append(evaluate(list(nodes.values()), Floats(), seeds))
+    said = language_of(document.language).lesson
     return {
         "symbols": dict(names.symbols),
         "dotted": {q: list(rates) for q, rates in names.dotted.items()},
@@ -243,7 +244,7 @@ def questions(document: Document) -> dict[str, Any]:
         "free": [key for key in blanks if key.startswith(FREE)],
         "points": points,
         "values": {key: [float(f"{value[i]:.12g}") for value in values] for i, key in enumerate(nodes)},
-        "words": {key: t for key, t in LANGUAGES[document.language].items() if key.startswith(("answer.", "fault."))},
+        "words": {key: text for key, text in said.items() if key.startswith(("answer.", "fault."))},
     }
 
 

@@ -28,10 +28,10 @@ from symdyn.scene import Joint, express
 from symdyn.scene.forces import elastic
 from symdyn.spatial import apply, cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
-from symdyn.teach.forms import expanded_squares, is_rate, rate_of
 from symdyn.teach.lesson import Lesson, named
-from symdyn.teach.student.masses import AXES, Mass
-from symdyn.teach.velocities import MOST_TERMS, angular_velocity, folded, length
+from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.roads.lagrange.forms import expanded_squares, is_rate, rate_of
+from symdyn.teach.roads.lagrange.velocities import MOST_TERMS, angular_velocity, folded, length
 
 HALF = Number(Fraction(1, 2))
 

@@ -10,13 +10,13 @@ from symdyn.emit.print.letters import head
 from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, tangents
 from symdyn.scene.units import coordinate_units, velocity_units
-from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
-from symdyn.teach.equation_steps import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.lesson import Lesson, Prose, named
+from symdyn.teach.masses import Mass
 from symdyn.teach.mathematics import equals, written
+from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.lagrange.equation_steps import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.shown_state import Chosen, timed
-from symdyn.teach.student.masses import Mass
 
 
 def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:

@@ -1,7 +1,8 @@
 """A student's derivation against the scene's: right, or in which term it differs.
 
 Equality is decided by value over finite fields (`symdyn.verify.equality`); the words come from comparing term by term
-(`symdyn.teach.differences`). Coefficients carry their own sign; `book` takes the minus of k_C and k_D out, as (5.40).
+(`symdyn.teach.student.differences`). Coefficients carry their own sign; `book` takes the minus of k_C and k_D out, as
+(5.40).
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, gradient, reachable
 from symdyn.scene import Scene, SceneLike, acceleration_name, express, scene_of
 from symdyn.scene.values.signals import as_parameters
-from symdyn.teach.differences import Difference, differences
-from symdyn.teach.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
+from symdyn.teach.student.differences import Difference, differences
+from symdyn.teach.student.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.statements import Statement, read_statements
 from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verify import DIFFERENT, NUMERICAL, PROVED, Claim, Finding, prove

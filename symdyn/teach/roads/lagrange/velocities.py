@@ -10,9 +10,9 @@ from symdyn.graph import Expr, tangents
 from symdyn.scene import Body
 from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Fold, Formula, Step
-from symdyn.teach.forms import rate_of
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named
-from symdyn.teach.student.masses import AXES, Mass
+from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.roads.lagrange.forms import rate_of
 
 MOST_TERMS = 20
 """Terms of one formula from which it is shown folded."""

@@ -1,0 +1,1 @@
+"""Exercises: what of a lesson is asked for, what is hidden until then, variants and sheets."""

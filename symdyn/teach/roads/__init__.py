@@ -1,0 +1,1 @@
+"""Roads from a scene to its equations, each as a lesson, and the door to them."""

@@ -1,0 +1,1 @@
+"""After the equations: what they say about rests, their stability, motions and limits."""

@@ -1,0 +1,88 @@
+"""The walkthrough of any mechanism by D'Alembert's method, section by section."""
+
+from __future__ import annotations
+
+from symdyn.algebra.form import Form
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE
+from symdyn.scene import Scene
+from symdyn.teach.document import Block, Document, Step, Words
+from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
+from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.dalembert.bodies import body_steps
+from symdyn.teach.roads.dalembert.loops import loop_steps
+from symdyn.teach.roads.dalembert.reactions import numbers_step, roads_step, solved_steps
+from symdyn.teach.roads.dalembert.shown_motion import choose_motion
+from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
+
+UNTIL = ("count", "bodies", "reactions", "roads")
+"""The parts that it may end with."""
+
+
+def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "roads") -> Document:
+    """Return the walkthrough by D'Alembert's method (5.1)-(5.20), for open and closed mechanisms, up to one of UNTIL.
+
+    Raises:
+        EmitError: there are more unknowns than anyone reads.
+    """
+    lesson = Balance(scene, language)
+    chosen = choose_motion(lesson)
+    shown = scene_step(lesson, scene_picture(lesson, chosen))
+    first = [shown, *acting_steps(lesson), notation_step(lesson), _unknown_table(lesson)]
+    sections = [lesson.section("scene", first), lesson.section("count", [_count(lesson), *loop_steps(lesson)])]
+    last = UNTIL.index(until)
+    if last >= 1:
+        steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]
+        sections.append(lesson.section("bodies", steps))
+    if last >= 2:
+        steps = [*solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
+        sections.append(lesson.section("reactions", steps))
+    if last >= 3 and (proof := roads_step(lesson, chosen)) is not None:
+        sections.append(lesson.section("roads", [proof]))
+    title = lesson.text("title.dalembert", scene=lesson.scene.name)
+    return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
+
+
+def _unknown_table(lesson: Balance) -> Step:
+    rows = []
+    passive = lesson.system.passive
+    for symbol, one in zip(lesson.unknowns, lesson.system.unknowns, strict=True):
+        words = lesson.along(one)
+        kind = f"unknown.{words.split(' ')[0]}" if words else "unknown.other"
+        if one.kind == DRIVE:
+            kind = "unknown.drive" if one not in passive else "unknown.idle" if lesson.closed else "unknown.passive"
+        places = {"joint": one.joint, "axis": words[-1:]}
+        if one.kind == COUPLING:
+            joint = next(joint for joint in lesson.scene.joints if joint.name == one.joint)
+            kind, places["leader"] = "unknown.coupling", leader(lesson.scene, joint)
+        rows.append((symbol, lesson.say(kind, **places)))
+    table, reason = lesson.table(("symbol", "meaning"), rows), lesson.say("unknowns.reason")
+    return Step("unknowns", lesson.say("unknowns"), (table,), reason, "(5.6), (5.7)")
+
+
+def _count(lesson: Balance) -> Step:
+    """Return (5.18)-(5.20) in numbers."""
+    system, joints = lesson.system, (*lesson.scene.joints, *lesson.scene.loops)
+    counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
+    rows = [(joint.name, lesson.joint_kind(joint), str(counts.count(joint.name))) for joint in joints]
+    classes = [counts.count(name) for name in dict.fromkeys(counts)]
+    places: dict[str, str | Form] = {
+        "equations": str(system.equations),
+        "each": str(len(system.kept)),
+        "bodies": str(len(system.bodies)),
+        "sum": " + ".join(f"{t} · {classes.count(t)}" for t in sorted(set(classes), reverse=True)) or "0",
+        "reactions": str(system.reactions),
+        "drives": str(system.drives),
+        "m": lesson.name("m:R", "m", "R", node=None),
+    }
+    correct = system.equations == len(system.unknowns)
+    blocks: list[Block] = [lesson.table(("joint", "kind", "class"), rows), lesson.say("count.sum", **places)]
+    coupled = ", ".join(one.joint for one in system.unknowns if one.kind == COUPLING)
+    if coupled:
+        blocks.append(lesson.say("count.coupled", joints=coupled))
+    if system.passive:
+        names = ", ".join(dict.fromkeys(one.joint for one in system.passive))
+        key = "count.idle" if lesson.closed else "count.passive"
+        blocks.append(lesson.say(key, number=str(len(system.passive)), joints=names))
+    blocks.append(lesson.say("count.correct" if correct else "count.over", **places))
+    plane = lesson.say("count.plane") if len(system.kept) == 3 else Words(())
+    return Step("count", lesson.say("count", **places), tuple(blocks), plane, "(5.18)-(5.20)")

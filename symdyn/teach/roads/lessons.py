@@ -1,0 +1,63 @@
+"""The one door to walkthroughs: a scene and choices in, a document out. `ROADS` is the table of roads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from symdyn.errors import EmitError
+from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene.values.signals import as_parameters
+from symdyn.teach.document import Document
+from symdyn.teach.languages import languages
+from symdyn.teach.roads.dalembert import walkthrough as dalembert
+from symdyn.teach.roads.lagrange import walkthrough as lagrange
+
+
+@dataclass(frozen=True)
+class Road:
+    """One way from a scene to its equations.
+
+    Attributes:
+        until: the parts that its walkthrough may end with, in their order.
+        walkthrough: (scene, language, until) to the document.
+    """
+
+    until: tuple[str, ...]
+    walkthrough: Callable[[Scene, str, str], Document]
+
+
+ROADS: Mapping[str, Road] = {
+    "lagrange": Road(lagrange.UNTIL, lagrange.lagrange_walkthrough),
+    "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough),
+}
+DETAILS = ("brief", "full")
+
+
+def walkthrough(
+    scene: SceneLike, language: str = "en", detail: str = "full", until: str = "", road: str = "lagrange"
+) -> Document:
+    """Return the derivation of a scene's equations as a document.
+
+    Args:
+        scene: by Lagrange's road an open chain or tree with a closed form; by D'Alembert's any mechanism.
+        language: "en" or "sk".
+        detail: "full", or "brief" without the steps that a second reading needs.
+        until: the last part, "" for all: on Lagrange's road "energies", "lagrangian", "equations", "coefficients" or
+            "numbers", on D'Alembert's "count", "bodies", "reactions" or "roads".
+        road: "lagrange" (5.21)-(5.23) or "dalembert" (5.1)-(5.20).
+
+    Raises:
+        EmitError: an unknown choice, or a scene that is too large to be read.
+        DerivationError: the scene has no closed form, or constraints that Lagrange's road does not take.
+    """
+    scene = as_parameters(scene_of(scene))
+    for name, value, known in (("language", language, languages()), ("detail", detail, DETAILS), ("road", road, ROADS)):
+        if value not in known:
+            raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
+    chosen = ROADS[road]
+    until = until or chosen.until[-1]
+    if until not in chosen.until:
+        raise EmitError(f"until {until!r} is no part of the road {road}; give one of {', '.join(chosen.until)}")
+    document = chosen.walkthrough(scene, language, until)
+    return document.brief() if detail == "brief" else document
