@@ -25,10 +25,11 @@ from symdyn.scene import JOINTS, Scene, express, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach import reactions as reactions_room
+
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
+from symdyn.teach.roads.dalembert import reactions as reactions_room
 from symdyn.teach.roads.lagrange import meaning as meaning_room
 from symdyn.teach.roads.lessons import ROADS
 from symdyn.teach.textbook import NUMBERS, READS

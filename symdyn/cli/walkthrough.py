@@ -15,6 +15,7 @@ from symdyn.teach.interactive import interactive_page
 from symdyn.teach.languages import languages
 from symdyn.teach.practice.exercises import with_exercises
 
+SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
 
 
@@ -23,9 +24,10 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_reading_options(verb)
     verb.add_argument(
         "--format",
-        choices=(*ENDINGS.values(), "sliders"),
-        help="default: what the ending of FILE says, else md; sliders: the page's interactive part alone, which "
-        "needs no formulas in closed form",
+        metavar="LIST",
+        type=formats,
+        help=f"one or several of {', '.join(ENDINGS.values())}, with commas between (default: what the ending of FILE "
+        "says, else md); or sliders: the page's interactive part alone, which needs no formulas in closed form",
     )
     verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
     verb.add_argument(
@@ -52,25 +54,40 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
-    check_ending(options)
+    check_output(options)
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
-        if options.format == "sliders":
+        if options.format == (SLIDERS,):
             page = interactive_page(scene, language=options.language)
             print_paths(*placed({f"{page_stem(scene.name)}.html": page}, options.output))
             return 0
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_exercises(document) if options.exercises else document
         progress("writing")
-        files = rendered(document, options.format or ENDINGS.get(Path(options.output).suffix.lower(), "md"))
+        chosen = options.format or (ENDINGS.get(Path(options.output).suffix.lower(), "md"),)
+        files = {name: text for one in chosen for name, text in rendered(document, one).items()}
     print_paths(*placed(files, options.output))
     return 0
 
 
-def check_ending(options: argparse.Namespace) -> None:
-    """Raise EmitError for a file whose ending is that of no format."""
+def formats(text: str) -> tuple[str, ...]:
+    """Return the formats of a list, each once."""
+    names = tuple(dict.fromkeys(text.split(",")))
+    for name in names:
+        if name not in (*ENDINGS.values(), SLIDERS):
+            known = ", ".join((*ENDINGS.values(), SLIDERS))
+            raise argparse.ArgumentTypeError(f"{name!r} is no format; give some of {known}")
+    if SLIDERS in names[1:] or names[1:] and names[0] == SLIDERS:
+        raise argparse.ArgumentTypeError("sliders is a page without the lesson; ask for it alone")
+    return names
+
+
+def check_output(options: argparse.Namespace) -> None:
+    """Raise EmitError for a file whose ending is that of no format, and for one file that shall hold several."""
     target = Path(options.output)
+    if target.suffix and not target.is_dir() and len(options.format or ()) > 1:
+        raise EmitError(f"{target.name}: {len(options.format)} formats are that many files; give a folder with -o")
     if target.suffix and target.suffix.lower() not in ENDINGS and not options.format and not target.is_dir():
         raise EmitError(f"{target.name}: {target.suffix} is no format; end with {', '.join(ENDINGS)}, or give --format")
 

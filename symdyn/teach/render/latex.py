@@ -54,10 +54,20 @@ def latex(document: Document) -> dict[str, str]:
     """Return the one file by name."""
     page = _Page(document)
     sections = [
-        {"title": in_latex(section.title), "steps": [page.step(step) for step in section.steps]}
+        {
+            "title": in_latex(section.title),
+            "bookmark": _pdf_text(section.title),
+            "steps": [page.step(step) for step in section.steps],
+        }
         for section in document.sections
     ]
-    values = {"title": in_latex(document.title), "comment": document.scene.name, "sections": sections}
+    values = {
+        "title": in_latex(document.title),
+        "known": _pdf_text(document.title),
+        "language": document.language,
+        "comment": document.scene.name,
+        "sections": sections,
+    }
     return {f"{page_stem(document.scene.name)}.tex": render("teach/walkthrough.tex.jinja", values)}
 
 
@@ -151,6 +161,11 @@ class _Page:
             rows.append(f"{cells[0]} & {cells[1]} & {rule}~{100 * bar.share:.0f}\\,\\% \\\\")
         body = "\n".join(rows)
         return f"\\begin{{center}}\n\\begin{{tabular}}{{@{{}}lrl@{{}}}}\n{body}\n\\end{{tabular}}\n\\end{{center}}"
+
+
+def _pdf_text(text: str) -> str:
+    r"""Return text as the inside of a PDF string, two bytes a character, each as \string\ and its octal digits."""
+    return "".join(rf"\string\{byte:03o}" for byte in b"\xfe\xff" + text.encode("utf-16-be"))
 
 
 def _value(value: float) -> str:
