@@ -139,9 +139,9 @@ def test_rounded_results_follow_the_sign_for_it(name: str, language: str) -> Non
     text = str(rendered(walkthrough(read(EXAMPLES / f"{name}.toml"), language), "md")[f"{name}.md"])
 
     prose = [line for line in text.splitlines() if not line.startswith(("|", "$$", "<"))]
-    found = [n for line in prose for n in re.findall(r"(?<![A-Za-z]) ([=≈]) (−?\d+\.\d+)", line)]
+    found = [n for line in prose for n in re.findall(r"(?<![A-Za-z]) ([=≈]) (−?\d+[.,]\d+)", line)]
     assert len(found) >= 3
-    assert {sign for sign, number in found if len(number.replace("−", "").replace(".", "").lstrip("0")) == 4} == {"≈"}
+    assert {sign for sign, number in found if len(re.sub("[−.,]", "", number).lstrip("0")) == 4} == {"≈"}
 
 
 @pytest.mark.mends("5.5")

@@ -78,7 +78,7 @@ def formats(text: str) -> tuple[str, ...]:
         if name not in (*ENDINGS.values(), SLIDERS):
             known = ", ".join((*ENDINGS.values(), SLIDERS))
             raise argparse.ArgumentTypeError(f"{name!r} is no format; give some of {known}")
-    if SLIDERS in names[1:] or names[1:] and names[0] == SLIDERS:
+    if SLIDERS in names[1:] or (names[1:] and names[0] == SLIDERS):
         raise argparse.ArgumentTypeError("sliders is a page without the lesson; ask for it alone")
     return names
 

@@ -23,6 +23,7 @@ from symdyn.spatial import Transform
 from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
 from symdyn.teach.languages import Language, fill, language_of
 from symdyn.teach.masses import Mass, masses
+from symdyn.teach.mathematics import about, equals, written
 
 SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""
@@ -89,6 +90,18 @@ class Prose:
     def tongue(self) -> Language:
         """All words of the language."""
         return language_of(self.language)
+
+    def written(self, value: float) -> str:
+        """Return a number of prose, see `mathematics.written`."""
+        return written(value, self.tongue.decimal)
+
+    def about(self, value: float) -> str:
+        """Return a number of prose, after ≈ where digits are left out."""
+        return about(value, self.tongue.decimal)
+
+    def equals(self, value: float) -> str:
+        """Return what follows a name: "= 3", or "≈ 3.142"."""
+        return equals(value, self.tongue.decimal)
 
     def kind(self, type: str, words: Mapping[str, str]) -> str:
         """Return what a type of joint or a kind of force is called, whose row has these words."""

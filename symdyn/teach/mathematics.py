@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.algebra.form import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
@@ -15,21 +16,29 @@ from symdyn.emit.print.printed_names import PrintName, latex_symbols
 from symdyn.rounding import digits_or, in_digits
 from symdyn.scene.values.grammar import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
+from symdyn.teach.languages import language_of
 
 DIGITS = 4  # of numbers in prose
 INDENT = 20.0
 LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24
 
 
+@dataclass(frozen=True)
 class _Fractions(Latex):
-    """Writes 1/24 as it is, which six digits do not."""
+    """Writes 1/24 as it is, which six digits do not, and decimals as the language does.
+
+    Attributes:
+        decimal: what stands before them.
+    """
+
+    decimal: str = "."
 
     def number(self, value: Fraction) -> str:
         """Return a number that is not negative."""
         repeats = value.denominator % 3 == 0 or value.denominator % 7 == 0
         if repeats and value.denominator <= LARGEST and value.numerator <= LARGEST:
             return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}"
-        return super().number(value)
+        return super().number(value).replace(".", "." if self.decimal == "." else f"{{{self.decimal}}}")
 
 
 class Spelling:
@@ -41,7 +50,8 @@ class Spelling:
         for key, name in document.names.items():
             if name.look is not None:
                 self.symbols[key] = self._spelled(name)
-        self._write = _Fractions(self.symbols, None if digits is None else digits_or(digits))
+        self.decimal = language_of(document.language).decimal
+        self._write = _Fractions(self.symbols, None if digits is None else digits_or(digits), self.decimal)
 
     def _spelled(self, name: Name) -> str:
         look = name.look
@@ -64,7 +74,8 @@ class Spelling:
     def sign(self, *forms: Form) -> str:
         r"""Return what stands before a form: "=", \approx where a number is printed with fewer digits than it has."""
         numbers = [abs(number.value) for form in forms for number in numbers_of(form)]
-        return "=" if all(_is_whole(self._write.number(value), value) for value in numbers) else r"\approx"
+        exact = replace(self._write, decimal=".")
+        return "=" if all(_is_whole(exact.number(value), value) for value in numbers) else r"\approx"
 
     def formula(self, formula: Formula) -> tuple[str, str]:
         """Return (left, "= right") of a formula, the right-hand side with break marks."""
@@ -101,6 +112,10 @@ class Spelling:
         rows = r" \\ ".join(" & ".join(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width))
         return rf"{self.symbols[matrix.left]} &= \begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
+    def written(self, value: float) -> str:
+        """Return a number of prose."""
+        return written(value, self.decimal)
+
     def words(self, words: Words, plain: Callable[[str], str]) -> str:
         """Return prose, each piece made plain for its target, with forms between dollar signs."""
         return "".join(plain(x) if isinstance(x, str) else f"${self.inline(x)}$" for x in words.parts)
@@ -112,23 +127,24 @@ def _is_whole(text: str, value: Fraction) -> bool:
     return found is None or Fraction(found[1]) * Fraction(10) ** int(found[2] or 0) == value
 
 
-def written(value: float) -> str:
-    """Return a number of prose, with four significant digits and a true minus."""
+def written(value: float, decimal: str = ".") -> str:
+    """Return a number of prose, with four significant digits, a true minus and the language's decimal mark."""
     text = in_digits(0.0 if abs(value) < 1e-12 else value, DIGITS)
     mantissa, _, exponent = text.partition("e")
+    mantissa = mantissa.replace(".", decimal)
     return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
 
 
-def about(value: float) -> str:
+def about(value: float, decimal: str = ".") -> str:
     """Return a number as it is written, after ≈ where digits are left out."""
     text = written(value)
     exact = abs(float(text.replace("−", "-").replace(" · 10^", "e")) - value) <= 1e-12 * abs(value)
-    return text if exact else f"≈ {text}"
+    return written(value, decimal) if exact else f"≈ {written(value, decimal)}"
 
 
-def equals(value: float) -> str:
+def equals(value: float, decimal: str = ".") -> str:
     """Return what follows a name: "= 3", or "≈ 3.142"."""
-    text = about(value)
+    text = about(value, decimal)
     return text if text.startswith("≈") else f"= {text}"
 
 

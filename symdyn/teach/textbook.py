@@ -16,7 +16,6 @@ from symdyn.scene import express, parse
 from symdyn.scene.forces import elastic
 from symdyn.teach.document import Block, Box, Formula
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.mathematics import about, equals
 from symdyn.teach.shown_state import Chosen
 
 LAGRANGIAN = (
@@ -131,7 +130,7 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
             lesson.say("erratum.reads", left=left, form=printed),
             lesson.say("erratum.right"),
             Formula(one.left, lesson.short(node)),
-            lesson.say("erratum.check", left=left, wrong=about(wrong), right=equals(right)),
+            lesson.say("erratum.check", left=left, wrong=lesson.about(wrong), right=lesson.equals(right)),
         ]
     return Box("erratum", title, tuple(blocks))
 

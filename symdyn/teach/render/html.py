@@ -31,7 +31,7 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.interactive import Interactive, absence, interactive
 from symdyn.teach.languages import language_of
-from symdyn.teach.mathematics import Spelling, written
+from symdyn.teach.mathematics import Spelling
 from symdyn.teach.mathml import flow, inline
 from symdyn.teach.practice.exercises import questions
 
@@ -150,10 +150,10 @@ class _Page:
         for bar in shares.bars:
             kind = "plus" if bar.value >= 0 else "minus"
             drawn = f'<span class="bar {kind}" style="width:{100 * bar.share:.1f}%"></span>'
-            cells = f"<th>{inline(self.spell.inline(bar.label))}</th><td>{written(bar.value)}</td>"
+            cells = f"<th>{inline(self.spell.inline(bar.label))}</th><td>{self.spell.written(bar.value)}</td>"
             rows.append(f'<tr>{cells}<td class="drawn">{drawn}</td><td>{100 * bar.share:.0f}&nbsp;%</td></tr>')
-        total = inline(self.spell.inline(shares.total))
-        cells = f"<th>{total}</th><td>{written(shares.value)}</td><td>{in_html(shares.unit)}</td><td></td>"
+        total, value = inline(self.spell.inline(shares.total)), self.spell.written(shares.value)
+        cells = f"<th>{total}</th><td>{value}</td><td>{in_html(shares.unit)}</td><td></td>"
         end = f'<tr class="total">{cells}</tr>'
         caption = f"<caption>{self.words(shares.caption)}</caption>"
         body = "\n".join([*rows, end])

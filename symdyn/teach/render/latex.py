@@ -31,7 +31,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import language_of
-from symdyn.teach.mathematics import Spelling, lines, written
+from symdyn.teach.mathematics import Spelling, lines
 from symdyn.teach.render.drawing import tex_picture
 
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
@@ -153,24 +153,24 @@ class _Page:
         return "\n\n".join(f"\\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n{part}\n\\end{{tabular}}" for part in parts)
 
     def _bars(self, shares: Shares) -> str:
-        rows = [rf"${self.spell.inline(shares.total)}$ & ${_value(shares.value)}$ {in_latex(shares.unit)} & \\ \hline"]
+        total, value = self.spell.inline(shares.total), self._value(shares.value)
+        rows = [rf"${total}$ & ${value}$ {in_latex(shares.unit)} & \\ \hline"]
         for bar in shares.bars:
             colour = "sdplus" if bar.value >= 0 else "sdminus"
             rule = rf"\textcolor{{{colour}}}{{\rule{{{max(BAR * bar.share, 0.4):.1f}pt}}{{6pt}}}}"
-            cells = (f"${self.spell.inline(bar.label)}$", f"${_value(bar.value)}$")
+            cells = (f"${self.spell.inline(bar.label)}$", f"${self._value(bar.value)}$")
             rows.append(f"{cells[0]} & {cells[1]} & {rule}~{100 * bar.share:.0f}\\,\\% \\\\")
         body = "\n".join(rows)
         return f"\\begin{{center}}\n\\begin{{tabular}}{{@{{}}lrl@{{}}}}\n{body}\n\\end{{tabular}}\n\\end{{center}}"
+
+    def _value(self, value: float) -> str:
+        mantissa, _, exponent = self.spell.written(value).replace("−", "-").replace(",", "{,}").partition(" · 10^")
+        return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
 
 
 def _pdf_text(text: str) -> str:
     r"""Return text as the inside of a PDF string, two bytes a character, each as \string\ and its octal digits."""
     return "".join(rf"\string\{byte:03o}" for byte in b"\xfe\xff" + text.encode("utf-16-be"))
-
-
-def _value(value: float) -> str:
-    mantissa, _, exponent = written(value).replace("−", "-").partition(" · 10^")
-    return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
 
 
 def _width(cell: str) -> float:

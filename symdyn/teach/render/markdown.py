@@ -23,7 +23,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import language_of
-from symdyn.teach.mathematics import Spelling, lines, written
+from symdyn.teach.mathematics import Spelling, lines
 
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one
@@ -111,7 +111,13 @@ class Page:
         for bar in shares.bars:
             length = round(BAR * bar.share)
             mark = ("█" if bar.value >= 0 else "▒") * max(length, 1) if bar.value else ""
-            rows.append((f"${self.spell.inline(bar.label)}$", written(bar.value), f"{mark} {100 * bar.share:.0f} %"))
+            rows.append(
+                (
+                    f"${self.spell.inline(bar.label)}$",
+                    self.spell.written(bar.value),
+                    f"{mark} {100 * bar.share:.0f} %",
+                )
+            )
         return table(rows)
 
 

@@ -33,7 +33,6 @@ from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
-from symdyn.teach.mathematics import written
 from symdyn.teach.roads.lagrange.velocities import angular_velocity
 from symdyn.teach.shown_state import Chosen
 
@@ -70,7 +69,7 @@ def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
         ([_quarter(k) for k in one], "exact", place) for one, place in zip(exact, known, strict=True)
     ]
     others = [x for x in found if not any(rest.same(x, y) for y in known)]
-    places += [([written(x) for x in place], "numeric", place) for place in others]
+    places += [([lesson.written(x) for x in place], "numeric", place) for place in others]
     judge, rows, false = Judge(lesson, rest), [], []
     for shown, how, place in places:
         if judge.rests(place):

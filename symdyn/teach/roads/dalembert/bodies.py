@@ -18,7 +18,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import apply, cross, sub, zero_vector
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
-from symdyn.teach.mathematics import equals, letter
+from symdyn.teach.mathematics import letter
 from symdyn.teach.roads.dalembert.balance import Balance, Cut
 from symdyn.teach.roads.lagrange.velocities import length
 from symdyn.teach.shown_state import Chosen
@@ -167,7 +167,7 @@ def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
     one = lesson.cuts[j]
     assert one is not None, "a body with a mass"
     wrong, right = chosen.of(lesson.kept(one.misread)[-1], lesson.kept(lesson.system.bodies[j].inertia)[-1])
-    return equals(wrong), equals(right)
+    return lesson.equals(wrong), lesson.equals(right)
 
 
 def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:

@@ -15,7 +15,6 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Fold, Formula, Step, Values
 from symdyn.teach.lesson import together
-from symdyn.teach.mathematics import written
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.shown_motion import determined, solved_at
 from symdyn.teach.roads.lagrange.velocities import PAGE, length
@@ -43,7 +42,7 @@ def numbers_step(lesson: Balance, chosen: Chosen) -> Step:
     rows = []
     for symbol, one, value in zip(lesson.unknowns, lesson.system.unknowns, x, strict=True):
         force = lesson.workspace.hanging.samples.at([*one.acts[0][1][0]], 2)
-        rows.append((symbol, written(float(value)), "N" if abs(force).max() > 1e-12 else "N m"))
+        rows.append((symbol, lesson.written(float(value)), "N" if abs(force).max() > 1e-12 else "N m"))
     where = lesson.say("reactions.closed" if lesson.closed else "reactions.open")
     blocks: list[Block] = [where, lesson.table(("symbol", "value", "unit"), rows)]
     if not unique:
@@ -92,7 +91,10 @@ def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Val
     values = chosen.of(*other.values())
     worst = max(abs(x[u] - value) for u, value in zip(other, values, strict=True))
     assert worst <= 1e-8 * (1 + max(map(abs, values))), "the two roads differ in numbers"
-    rows = [(lesson.unknowns[u], written(float(x[u])), written(value)) for u, value in zip(other, values, strict=True)]
+    rows = [
+        (lesson.unknowns[u], lesson.written(float(x[u])), lesson.written(value))
+        for u, value in zip(other, values, strict=True)
+    ]
     return lesson.table(("symbol", "dalembert", "lagrange"), rows)
 
 

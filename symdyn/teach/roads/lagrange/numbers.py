@@ -13,7 +13,6 @@ from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
 from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.masses import Mass
-from symdyn.teach.mathematics import equals, written
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.shown_state import Chosen, timed
@@ -36,7 +35,7 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     if timed(scene):
         symbols, units = [*symbols, symbol(TIME)], [*units, "s"]
     pairs = zip(symbols, units, strict=True)
-    rows = [(named(x), written(chosen.values[x]), unit.replace("^2", "²")) for x, unit in pairs]
+    rows = [(named(x), lesson.written(chosen.values[x]), unit.replace("^2", "²")) for x, unit in pairs]
     reason = lesson.say("state.reason.closed" if scene.is_closed else "state.reason")
     return Step("state", lesson.say("state"), (lesson.table(("symbol", "value", "unit"), rows),), reason)
 
@@ -46,7 +45,7 @@ def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     for c in page.written:
         key = coefficient_key(c)
         (value,) = chosen.of(node_of(lesson, key))
-        rows.append((Symbol(key), written(value), coefficient_unit(c.of, c.indices, slides)))
+        rows.append((Symbol(key), lesson.written(value), coefficient_unit(c.of, c.indices, slides)))
     table = lesson.table(("coefficient", "value", "unit"), rows)
     return Step("values", lesson.say("values"), (table,), level="full")
 
@@ -69,7 +68,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum(values), unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"
-    claim = lesson.say(key, total=total, value=f"{equals(sum(values))} {unit}", q=named(lesson.state.q[i]))
+    claim = lesson.say(key, total=total, value=f"{lesson.equals(sum(values))} {unit}", q=named(lesson.state.q[i]))
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
@@ -109,8 +108,8 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         lesson.say(
             "power.numbers",
             left=symbol,
-            value=equals(left),
-            parts=" + ".join(map(written, parts)).replace("+ −", "− "),
+            value=lesson.equals(left),
+            parts=" + ".join(map(lesson.written, parts)).replace("+ −", "− "),
         ),
     ]
     return Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason"))
