@@ -25,7 +25,6 @@ from symdyn.scene import JOINTS, Scene, express, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
-
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
