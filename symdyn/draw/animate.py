@@ -22,6 +22,7 @@ from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, Shape, path
 from symdyn.draw.shown_text import HtmlText
 from symdyn.draw.svg import Drawing, order, svg
+from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
@@ -163,7 +164,7 @@ def _traces(found: Places, view: View) -> tuple[Item, ...]:
         way = view.flat(frame.p)
         if float(np.ptp(way, axis=0).max(initial=0.0)) > 1.0:
             shape = path("trace", way[None], size=1.0)
-            items.append(Item(f"trace-{name}", f"path of point {name}", 0, np.zeros(1), (shape,)))
+            items.append(Item(f"trace-{name}", Title("path of point {name}", name=name), 0, np.zeros(1), (shape,)))
     return tuple(items)
 
 

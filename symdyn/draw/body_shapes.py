@@ -6,6 +6,7 @@ import numpy as np
 
 from symdyn.draw.places import Array, Hinge, Placed, Places
 from symdyn.draw.shapes import Item, Shape, disc, dot, line, path, sign
+from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import Scene
 
@@ -57,7 +58,7 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
             rims = [axis] if axis is not None else [np.broadcast_to(view.toward, centre.shape), body.frame.R[:, :, 2]]
             shapes += [disc(f"link body{colour}", view, centre, rim, radius * view.scale) for rim in rims]
     middle = np.mean([view.depth(start), *(view.depth(tip) for tip in tips)], axis=0)
-    items = [Item(f"body-{body.name}", f"body {body.name}", 1, middle, tuple(shapes))]
+    items = [Item(f"body-{body.name}", Title("body {name}", name=body.name), 1, middle, tuple(shapes))]
     heaviest = max((mass for one in found.bodies for mass, _ in one.particles), default=0.0)
     for k, (mass, at) in enumerate(body.particles):
         share = (max(mass, 0.0) / heaviest) ** (1 / 3) if heaviest > 0 else 1.0
@@ -65,14 +66,14 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
         if any(float(np.linalg.norm(hinge.moved.p[0] - at[0])) < view.reach * 0.1 for hinge in found.hinges):
             size = max(size, 1.4 * view.size)  # it stays to be seen around the joint's symbol
         grain = dot(f"particle body{colour}", view.flat(at), size)
-        title = f"point mass {k + 1} of {body.name}"
+        title = Title("point mass {number} of {name}", number=str(k + 1), name=body.name)
         items.append(
             Item(f"mass-{body.name}-{k + 1}", title, 1, np.maximum(view.depth(at), middle) + view.size / 2, (grain,))
         )
     if com is not None:
         at, r = view.flat(com), round(view.size * 0.62, 2)
         mark = (dot("com", at, r), sign("com quarters", at, QUARTERS.format(r=r, m=-r), r))
-        title = f"centre of mass of {body.name}"
+        title = Title("centre of mass of {name}", name=body.name)
         items.append(Item(f"com-{body.name}", title, 1, np.maximum(view.depth(com), middle) + view.size / 2, mark))
     return tuple(items)
 

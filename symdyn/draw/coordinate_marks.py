@@ -14,6 +14,7 @@ from symdyn.draw.label_places import Label
 from symdyn.draw.lettering import from_latex
 from symdyn.draw.places import Array, Hinge, Places, Step, across, unit
 from symdyn.draw.shapes import Item, arc_arrow, arrow, circle_points, line
+from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import GROUND, Scene
 
@@ -81,7 +82,7 @@ def _turn(
         shapes.append(line("zero", view.flat(at + near * ray), view.flat(at + far * ray), size=1.0))
     shapes += arc_arrow("mark sense" if tiny else "mark", curve, head=min(8.0, view.size))
     middle = curve[:, 16]
-    item = Item(f"mark-{step.name}", f"coordinate {step.name}", 2, view.depth(at), tuple(shapes))
+    item = Item(f"mark-{step.name}", Title("coordinate {name}", name=step.name), 2, view.depth(at), tuple(shapes))
     away = unit(middle - centre)[0]
     return item, Label(f"label-{step.name}", from_latex(latex[step.name]), middle, 4.0, away, "mark-text")
 
@@ -107,6 +108,6 @@ def _slide(found: Places, hinge: Hinge, step: Step, view: View, latex: Mapping[s
             line("extension", b, b + off * 1.18, size=0.9),
             *arrow("mark", a + off, b + off, head=min(8.0, view.size)),
         )
-    item = Item(f"mark-{step.name}", f"coordinate {step.name}", 2, view.depth(step.at), tuple(shapes))
+    item = Item(f"mark-{step.name}", Title("coordinate {name}", name=step.name), 2, view.depth(step.at), tuple(shapes))
     middle = (a + b) / 2 + off
     return item, Label(f"label-{step.name}", from_latex(latex[step.name]), middle, 4.0, unit(side)[0], "mark-text")

@@ -14,6 +14,7 @@ from symdyn.draw.lettering import FONT, from_latex
 from symdyn.draw.places import Array, Places, unit
 from symdyn.draw.shapes import Item, Shape, arrow
 from symdyn.draw.svg import Drawing
+from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Op
@@ -55,7 +56,7 @@ def _gravity(scene: Scene, found: Places, view: View) -> Block:
         shapes = arrow("gravity", start, tip, 2.0, 9.0)
         beside = tip[0] / 2 + np.array([abs(flat[0, 1]), -abs(flat[0, 0])]) * 13
     label = Label("label-gravity", from_latex(_gravity_name(scene)), start, NEAR)
-    return (Item("gravity", "direction of gravity", 2, np.zeros(1), tuple(shapes)),), (Put(label, beside),)
+    return (Item("gravity", Title("direction of gravity"), 2, np.zeros(1), tuple(shapes)),), (Put(label, beside),)
 
 
 def _gravity_name(scene: Scene) -> str:
@@ -80,7 +81,7 @@ def _axes(view: View) -> Block:
             away = (tip[0] + unit(tip)[0] * FONT * (0.55 + 0.3 * further) for further in range(6))
             clear = (one for one in (Put(label, offset) for offset in away) if not _meets(one, labels))
             labels += list(clear)[:1]
-    return (Item("axes", "directions of the ground's axes", 2, np.zeros(1), tuple(shapes)),), tuple(labels)
+    return (Item("axes", Title("directions of the ground's axes"), 2, np.zeros(1), tuple(shapes)),), tuple(labels)
 
 
 def _meets(one: Put, others: Sequence[Put]) -> bool:

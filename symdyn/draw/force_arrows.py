@@ -15,6 +15,7 @@ from symdyn.draw.label_places import Label
 from symdyn.draw.lettering import lettered
 from symdyn.draw.places import Array, Hinge, Places, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path
+from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import FORCES, GROUND, Joint, Scene, Strut
 from symdyn.scene.forces.force_kind import Mark
@@ -55,7 +56,16 @@ def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[La
         facing = float(np.abs(axis @ view.toward)[0]) > FACING
         arrows = _turning(look, view, at, axis) if facing else _straight(look, view, at, axis, 2)
         drawn.append(("couple", f"{id}-couple", one.couple_name or one.name, arrows))
-    items = tuple(Item(key, f"{what} {name}", 2, view.depth(at), shapes) for what, key, name, (shapes, _, _) in drawn)
+    items = tuple(
+        Item(
+            key,
+            Title("{type} {name}", type=what, name=lettered(name).spoken),
+            2,
+            view.depth(at),
+            shapes,
+        )
+        for what, key, name, (shapes, _, _) in drawn
+    )
     labels = (
         Label(f"{key}-label", lettered(name), tip, 5.0, away, f"{what}-text")
         for what, key, name, (_, tip, away) in drawn
@@ -104,7 +114,9 @@ def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tu
     for one in scene.struts:
         shapes, at = _link(one, scene, found, view)
         depth = np.zeros(found.count) if view.planar else np.full(found.count, -1e6)
-        items.append(Item(f"{one.kind}-{one.name}", f"{one.kind} {one.name}", 1, depth, shapes))
+        items.append(
+            Item(f"{one.kind}-{one.name}", Title("{type} {name}", type=one.kind, name=one.name), 1, depth, shapes)
+        )
         labels.append(Label(f"label-{one.name}", lettered(one.name), at, view.size * 1.2, None, "link-text"))
     return tuple(items), tuple(labels)
 

@@ -21,6 +21,7 @@ from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, dot
 from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing
+from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import print_name
@@ -42,6 +43,7 @@ def free_body(
     prefix: str = "",
     scheme: str = "auto",
     file: File | None = None,
+    titles: Mapping[str, str] = ENGLISH,
 ) -> SvgText:
     """Return one moving body with `wrenches`, or with what is `acting_on` it, as SVG text; the rest is as of `picture`.
 
@@ -59,14 +61,14 @@ def free_body(
     labels: list[Label] = []
     for hinge in alone.hinges:
         at = seen.flat(_cut(hinge, body))
-        title = f"cut at joint {hinge.joint.name}"
+        title = Title("cut at joint {name}", name=hinge.joint.name)
         drawn.append(Item(f"cut-{hinge.joint.name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
         labels.append(Label(f"label-joint-{hinge.joint.name}", words(hinge.joint.name), at, seen.size))
     for row in scene.contacts:
         if body in (row.plane.body, row.place.body):
             at = seen.flat(pushes(row, found)[0][None])
             spot = dot("joint", at, seen.size * 0.6)
-            drawn.append(Item(f"cut-{row.name}", f"contact {row.name}", 2, np.zeros(1), (spot,)))
+            drawn.append(Item(f"cut-{row.name}", Title("contact {name}", name=row.name), 2, np.zeros(1), (spot,)))
             labels.append(Label(f"label-joint-{row.name}", words(row.name), at, seen.size))
     acting = acting_on(scene, body, q, parameters) if wrenches is None else wrenches
     forced: list[Label] = []
@@ -79,7 +81,7 @@ def free_body(
     puts = put([*forced, *labels, *named_bodies], segments, np.inf)
     drawing = Drawing(f"{scene.name}: {body}", tuple(drawn), puts)
     cornered = with_corner(drawing, scene, replace(found, gravity=np.zeros(3)), seen, segments)
-    return delivered(cornered, prefix, scheme, file)
+    return delivered(cornered, prefix, scheme, file, titles)
 
 
 def acting_on(

@@ -11,6 +11,7 @@ from symdyn.draw.body_shapes import farthest
 from symdyn.draw.joint_symbols import parts, rail_ends
 from symdyn.draw.places import Array, Hinge, Places, across, unit
 from symdyn.draw.shapes import Item, Shape, circle_points, line, path
+from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import GROUND, JOINTS, Contact, Scene
 from symdyn.scene.joints import MarkPart
@@ -35,7 +36,7 @@ def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
             shapes = _hatched_rail(hinge, view, rail)
         else:
             shapes = _bearing(scene, hinge, found, view)
-        title = f"ground at joint {hinge.joint.name}"
+        title = Title("ground at joint {name}", name=hinge.joint.name)
         items.append(Item(f"ground-{hinge.joint.name}", title, 0, np.zeros(found.count), shapes))
     return tuple(items)
 
@@ -109,7 +110,7 @@ def planes(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
     """Return the planes, one item each, as large as what happens on them at all moments that are found."""
     items = []
     for row, corners in patches(scene, found):
-        title = f"plane of contact {row.name}"
+        title = Title("plane of contact {name}", name=row.name)
         shapes = _shown(view.flat(corners), view.lean(found.touches[row.name].normal), view)
         items.append(Item(f"plane-{row.name}", title, 0, np.zeros(found.count), shapes))
     return tuple(items)

@@ -40,9 +40,14 @@ class Run:
 
 @dataclass(frozen=True)
 class Text:
-    """A lettered name; `plain` is what a screen reader says."""
+    """A lettered name."""
 
     runs: tuple[Run, ...]
+
+    @property
+    def spoken(self) -> str:
+        """What a screen reader says: the letter, then what stands below or above it."""
+        return " ".join(run.text for run in self.runs)
 
     @property
     def plain(self) -> str:

@@ -20,12 +20,18 @@ from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item
 from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing, svg
+from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View, look
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DrawError
 from symdyn.scene import GROUND, Load, Scene, SceneLike, scene_of
 from symdyn.scene.values.names import suggestion
 
+JOINT = {
+    "joint": "{type} joint {name}",
+    "loop": "{type} loop joint {name}",
+    "led": "{type} joint {name}, follows {leader}",
+}
 LABELS = ("coordinates", "bodies", "joints", "points")
 
 
@@ -40,6 +46,7 @@ def picture(
     prefix: str = "",
     scheme: str = "auto",
     file: File | None = None,
+    titles: Mapping[str, str] = ENGLISH,
 ) -> SvgText:
     """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
 
@@ -62,6 +69,7 @@ def picture(
         prefix: in front of every id, so that several pictures fit into one page.
         scheme: "auto" follows the reader's preference; "light" and "dark" use plain colours.
         file: where the picture is written to as well: .svg, .pdf or .png (those two by matplotlib; "auto" is light).
+        titles: what parts are called in another language, from the English of `symdyn.draw.titles`.
 
     Raises:
         DrawError: q of another shape, an unknown name, loops that do not close, no real value at q, or a file of
@@ -70,12 +78,12 @@ def picture(
     if file is not None:
         check_picture(file)
     shown = drawing(scene_of(scene), q, parameters, view, frames, labels, wrenches)
-    return delivered(shown, prefix, scheme, file)
+    return delivered(shown, prefix, scheme, file, titles)
 
 
-def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None) -> SvgText:
+def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None, titles: Mapping[str, str]) -> SvgText:
     """Return a drawing as SVG text, and write it where it shall also be."""
-    text = SvgText(svg(shown, prefix, scheme))
+    text = SvgText(svg(shown, prefix, scheme, titles=titles))
     if file is not None:
         write_picture(file, shown, text, scheme)
     return text
@@ -140,9 +148,10 @@ def mechanism(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...]
         items += link(scene, found, body, view, k % COLOURS)
     for hinge in found.hinges:
         joint = hinge.joint
-        kind, title = ("loop", "loop joint") if hinge.closes else ("joint", "joint")
-        follows = f", follows {joint.coupling.coordinate}" if joint.coupling else ""
-        text = f"{joint.type} {title} {joint.name}{follows}"
+        kind = "loop" if hinge.closes else "joint"
+        text = Title(JOINT[kind], type=joint.type, name=joint.name)
+        if joint.coupling:
+            text = Title(JOINT["led"], type=joint.type, name=joint.name, leader=joint.coupling.coordinate)
         ends = [item.depth for item in items if item.id in (f"body-{joint.parent}", f"body-{joint.child}")]
         depth = np.max([view.depth(hinge.moved.p), *ends], axis=0) + view.size  # a joint lies on what it connects
         items.append(Item(f"{kind}-{joint.name}", text, 1, depth, symbol(hinge, view)))
@@ -183,11 +192,13 @@ def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
 
 
 def _triads(found: Places, view: View) -> tuple[Item, ...]:
-    items = [Item("frame-ground", "frame of the ground", 2, np.zeros(1), triad(view, found.ground.p, found.ground.R))]
+    items = [
+        Item("frame-ground", Title("frame of the ground"), 2, np.zeros(1), triad(view, found.ground.p, found.ground.R))
+    ]
     for hinge in found.hinges:
         if not hinge.closes:
             shapes = triad(view, hinge.moved.p, hinge.moved.R)
-            title = f"moved frame of joint {hinge.joint.name}"
+            title = Title("moved frame of joint {name}", name=hinge.joint.name)
             items.append(Item(f"frame-{hinge.joint.name}", title, 2, view.depth(hinge.moved.p), shapes))
     return tuple(items)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symdyn.draw.places import Array, across, unit
+from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 
 
@@ -67,7 +68,7 @@ class Item:
     """
 
     id: str
-    title: str
+    title: Title
     layer: int
     depth: Array
     shapes: tuple[Shape, ...]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from symdyn.draw.lettering import lowered
 from symdyn.draw.places import Array
 from symdyn.draw.shapes import Item, Shape
 from symdyn.draw.style import style
+from symdyn.draw.titles import ENGLISH
 from symdyn.emit.escape import in_html
 from symdyn.errors import DrawError
 
@@ -61,7 +62,11 @@ def order(items: Sequence[Item], moment: int) -> list[int]:
 
 
 def svg(
-    drawing: Drawing, prefix: str = "", scheme: str = "auto", tag: Callable[[Shape | Put], str] | None = None
+    drawing: Drawing,
+    prefix: str = "",
+    scheme: str = "auto",
+    tag: Callable[[Shape | Put], str] | None = None,
+    titles: Mapping[str, str] = ENGLISH,
 ) -> str:
     """Return a drawing at its first moment; `tag` gives attributes for a shape or label, such as ` data-k="3"`."""
     left, top, width, height = (number(x) for x in drawing.box)
@@ -77,7 +82,7 @@ def svg(
     for k in order(drawing.items, 0):
         item = drawing.items[k]
         marked = f' data-item="{k}"' if tag else ""
-        lines.append(f'<g id="{name(prefix + item.id)}"{marked}><title>{in_html(item.title)}</title>')
+        lines.append(f'<g id="{name(prefix + item.id)}"{marked}><title>{in_html(item.title.said(titles))}</title>')
         lines += [element(shape, tagged(shape)) for shape in item.shapes]
         lines.append("</g>")
     lines += [_label(one, prefix, tagged(one)) for one in drawing.labels]

@@ -107,6 +107,12 @@ class Prose:
         """Return what a type of joint or a kind of force is called, whose row has these words."""
         return self.tongue.kind(type, words)
 
+    @cached_property
+    def titles(self) -> Mapping[str, str]:
+        """What parts of pictures are called, from English; nothing in English, where types are called as they are."""
+        kinds = {type: self.kind(type, row.words) for type, row in JOINTS.items()}
+        return {} if self.language == "en" else {**kinds, **self.tongue.picture}
+
     def joint_kind(self, joint: Joint) -> Words:
         """Return what the type of a joint is called."""
         return Words((self.kind(joint.type, JOINTS[joint.type].words),))

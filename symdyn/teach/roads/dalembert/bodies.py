@@ -52,7 +52,8 @@ def numbered(first: int, j: int) -> tuple[str, ...]:
 
 def _free(lesson: Balance, j: int, chosen: Chosen) -> Step:
     body, drawn = lesson.scene.bodies[j].name, _wrenches(lesson, j, chosen)
-    svg = free_body(lesson.scene, body, chosen.q, drawn, chosen.parameters, prefix=f"free{body_number(j)}-")
+    prefix, titles = f"free{body_number(j)}-", lesson.titles
+    svg = free_body(lesson.scene, body, chosen.q, drawn, chosen.parameters, prefix=prefix, titles=titles)
     alt = lesson.text("free.caption", body=body)
     picture = Picture(svg, lesson.say("free.caption", body=body), alt, f"free-{body}")
     joint, number = lesson.system.hanging.joints[j].joint.name, str(body_number(j))

@@ -120,7 +120,7 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
 
 def scene_picture(lesson: Prose, chosen: Chosen) -> Picture:
     """Return the mechanism with its frames and coordinates."""
-    svg = picture(lesson.scene, chosen.q, chosen.parameters, frames=True, prefix="scene-")
+    svg = picture(lesson.scene, chosen.q, chosen.parameters, frames=True, prefix="scene-", titles=lesson.titles)
     caption = lesson.say("picture.caption", scene=lesson.scene.name)
     return Picture(svg, caption, lesson.text("picture.caption", scene=lesson.scene.name), "scene")
 
@@ -135,6 +135,6 @@ def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Pictur
         m, *at = chosen.of(mass.m, *mass.place)
         if m > 0:
             wrenches.append(Wrench(f"{G}_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
-    shown, labels = chosen.parameters, ("coordinates",)
-    svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels)
+    shown, labels, titles = chosen.parameters, ("coordinates",), lesson.titles
+    svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels, titles=titles)
     return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")

@@ -1,0 +1,119 @@
+"""A language is one file: a made-up one is added, and no word of another is left on any page."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tomllib
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from symdyn.cli import main
+from symdyn.scene import read
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
+from symdyn.teach import languages as room
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+WIDE = {ord(x): ord(x) + 0xFEE0 for x in "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"}
+KEPT = re.compile(r"(\{\w*\}|<[^>]*>|\\\w+)")
+CODE = "xx"
+SILENT = ("script", "style", "math", "code")
+SPOKEN = ("aria-label", "title", "alt", "placeholder", "data-text")
+UNITS = {"rad"}
+
+
+def pseudo(text: str) -> str:
+    """Return a text in wide letters, its places, tags and commands as they are."""
+    return "".join(piece if k % 2 else piece.translate(WIDE) for k, piece in enumerate(KEPT.split(text)))
+
+
+def spelled(table: dict[str, object], name: str = "") -> Iterator[str]:
+    """Yield the lines of a TOML table of texts and tables, all texts in wide letters."""
+    inner = {key: value for key, value in table.items() if isinstance(value, dict)}
+    if name:
+        yield f"[{name}]"
+    for key, value in table.items():
+        if isinstance(value, str):
+            said = pseudo(value).replace("\\", "\\\\").replace('"', '\\"')
+            yield f'"{key}" = "{said}"'
+    for key, value in inner.items():
+        yield from spelled(value, f"{name}.{key}" if name else key)
+
+
+@pytest.fixture
+def made_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Add a language that nobody speaks, and return its code."""
+    folder = tmp_path / "languages"
+    folder.mkdir()
+    for path in room.FOLDER.glob("*.toml"):
+        shutil.copy(path, folder)
+    english = tomllib.loads((folder / "en.toml").read_text("utf-8"))
+    kinds = {name: kind.words["en"] for name, kind in {**JOINTS, **FORCES}.items()}
+    text = "\n".join(spelled({**english, "kinds": kinds}))
+    (folder / f"{CODE}.toml").write_text(text, "utf-8")
+    monkeypatch.setattr(room, "FOLDER", folder)
+    return CODE
+
+
+class Seen(HTMLParser):
+    """What a person reads or hears of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.depth: list[str] = []
+        self.parts: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.parts += [value for key, value in attrs if key in SPOKEN and value]
+        if tag in SILENT and tag not in self.depth[-1:]:
+            self.depth.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if self.depth[-1:] == [tag]:
+            self.depth.pop()
+
+    def handle_data(self, data: str) -> None:
+        if not self.depth:
+            self.parts.append(data)
+
+
+def foreign(text: str, scene: str) -> list[str]:
+    """Return the words of a text that are neither the scene's nor made up."""
+    one = read(EXAMPLES / f"{scene}.toml")
+    named = [x.name for x in (one, *one.bodies, *one.joints, *one.loops, *one.parameters)]
+    known = set(re.findall(r"[A-Za-z]+", " ".join([*named, *one.coordinates, *(p.text for p in one.parameters)])))
+    known |= UNITS
+    return sorted({word for word in re.findall(r"[A-Za-z]{3,}", text) if word not in known})
+
+
+def seen(page: str) -> str:
+    """Return what is read or heard of a page, a part a line."""
+    parser = Seen()
+    parser.feed(page)
+    return "\n".join(parser.parts)
+
+
+CASES = [
+    ("two_link", ("--format", "html")),
+    ("cart_pole", ("--format", "html", "--exercises")),
+    ("four_bar", ("--format", "html", "--road", "dalembert")),
+    ("heavy_top", ("--format", "sliders")),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("scene", "words"), CASES)
+def test_no_word_of_another_language_is_on_a_page(
+    made_up: str, scene: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert (
+        main(["walkthrough", str(EXAMPLES / f"{scene}.toml"), *words, "--language", made_up, "-o", str(tmp_path)]) == 0
+    )
+
+    page = seen((tmp_path / f"{scene}.html").read_text("utf-8"))
+    assert f'lang="{made_up}"' in (tmp_path / f"{scene}.html").read_text("utf-8")
+    assert foreign(page, scene) == []
