@@ -1,7 +1,8 @@
 // Picture
 
 const NS = "http://www.w3.org/2000/svg";
-const add = (tag, look, parent = picture) => {
+let into = picture; // the group that elements are added to
+const add = (tag, look, parent = into) => {
   const element = document.createElementNS(NS, tag);
   element.setAttribute("class", look);
   parent.append(element);
@@ -38,13 +39,15 @@ let named = []; // middles and half the widths of the names that this drawing ha
 const label = letters => {
   const text = add("text", "");
   text.innerHTML = letters;
+  let wide = 0; // measured once: asking makes the browser lay out the page
   return point => {
     text.style.display = point ? "" : "none";
     if (!point) return;
     const [x, y] = point;
-    const half = (text.getComputedTextLength() || 20) / 2 + 2;
+    wide ||= text.getComputedTextLength();
+    const half = (wide || 20) / 2 + 2;
     const at = [Math.max(half - 236, Math.min(236 - half, x)), Math.max(-150, Math.min(160, y))];
-    const crowded = () => named.some(([a, b, wide]) => Math.abs(a - at[0]) < wide + half && Math.abs(b - at[1]) < 24);
+    const crowded = () => named.some(([a, b, other]) => Math.abs(a - at[0]) < other + half && Math.abs(b - at[1]) < 24);
     for (let k = 0; k < 8 && crowded(); k++) at[1] += at[1] < 136 ? 24 : -160;
     named.push([...at, half]);
     put(text, at);
@@ -236,7 +239,15 @@ const kinds = {
 
 add("rect", "sheet");
 for (const [name, value] of Object.entries({ x: -240, y: -170, width: 480, height: 340 })) picture.lastChild.setAttribute(name, value);
-const marks = data.marks.map(([kind, rows, body, letters]) => ({ rows, move: kinds[kind](body, letters) }));
+const marks = data.marks.map(([kind, rows, body, letters, joint]) => {
+  into = add("g", "mark", picture);
+  into.dataset.mark = kind;
+  if (body >= 0) into.dataset.body = data.bodies[body];
+  if (joint) into.dataset.joint = joint;
+  const move = kinds[kind](body, letters);
+  into = picture;
+  return { rows, move };
+});
 const fall = arrow("gravity", 1.6), fallen = label('<tspan class="i">g</tspan>');
 
 const box = (rows, low, high) => {
@@ -265,4 +276,6 @@ const draw = () => {
   fall([-215, -140], way, way[0] || way[1] ? 36 : 0);
   fallen(way[0] || way[1] ? [-198, -128] : null);
   for (const mark of marks) mark.move(mark.rows.map(k => row(rows, k)));
+  overlays();
+  tellPage("state", state);
 };

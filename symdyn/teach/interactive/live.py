@@ -20,6 +20,7 @@ from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
 from symdyn.teach.interactive.marks import Mark, Sheet
 from symdyn.teach.interactive.reduced import ACTING, Held, function, held, reduced_functions
+from symdyn.teach.interactive.vectors import Vectors, vectors
 from symdyn.teach.languages import language_of
 from symdyn.teach.shown_state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
@@ -70,6 +71,7 @@ class Live:
         held: how loops and rows tie the state together; None for a tree.
         led: (coordinate, velocity) of each prescribed motion, in the order of "led_positions", "led_velocities" and
             "led_accelerations", functions of parameters and time.
+        arrows: whose the rows of "mass_motions", "actions" and "carried_forces" are.
         stuck: why the motion cannot be computed; "" where it can.
     """
 
@@ -81,6 +83,7 @@ class Live:
     terms: tuple[Term, ...]
     held: Held | None
     led: tuple[tuple[int, int], ...]
+    arrows: Vectors
     stuck: str
 
 
@@ -119,10 +122,12 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
     parts = {"positions": motions.position, "velocities": motions.velocity, "accelerations": motions.acceleration}
     for name, part in parts.items() if led else ():
         functions.append(function(workspace, f"led_{name}", f"{name} that are prescribed", part, ()))
-    equations = Equations(free, workspace.graph, tuple(functions))
+    arrows = vectors(workspace)
+    equations = Equations(free, workspace.graph, (*functions, *arrows.functions))
     rows = tied.velocities if tied else tuple(range(workspace.state.n))
     terms = _lasting(equations, _terms(equations, rows))
-    return Live(lower(equations), tuple(sheet.marks), tuple(sheet.points), sheet.gravity, rows, terms, tied, led, stuck)
+    marks, points = tuple(sheet.marks), tuple(sheet.points)
+    return Live(lower(equations), marks, points, sheet.gravity, rows, terms, tied, led, arrows, stuck)
 
 
 def by_hand(scene: Scene) -> Scene:

@@ -29,12 +29,14 @@ class Mark:
         rows: of `drawn_points` that it needs, points first, then directions.
         body: number of the body that it belongs to, which is its colour; -1 for the ground.
         text: the name of a point or a load.
+        joint: the name of the joint whose symbol it is.
     """
 
     kind: str
     rows: tuple[int, ...]
     body: int
     text: str
+    joint: str = ""
 
 
 class Sheet:
@@ -75,8 +77,8 @@ class Sheet:
         """Return the rows of the axes of a frame, the columns of R."""
         return tuple(self._direction((frame[k], frame[3 + k], frame[6 + k])) for k in range(3))
 
-    def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str = "") -> Mark:
-        return Mark(kind, rows, self._number[body], text)
+    def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str = "", joint: str = "") -> Mark:
+        return Mark(kind, rows, self._number[body], text, joint)
 
     def _joints(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Mark]:
         """Yield supports, symbols and frames of all joints; links reach to where joints begin."""
@@ -98,7 +100,7 @@ class Sheet:
             if sign.shape and joint.parent == GROUND:
                 self.marks.append(self._made("rail" if sign.slides else "support", (at, way), GROUND))
             if sign.shape:
-                yield self._made(sign.shape, (place, way, at), joint.child)
+                yield self._made(sign.shape, (place, way, at), joint.child, joint=joint.name)
             if not closes:
                 yield self._made("frame", (place, *self._axes(moved)), joint.child)
 

@@ -98,7 +98,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         "name": name,
     }
     return Interactive(
-        style("auto") + verbatim("teach/interactive.css") + "\n",
+        style("auto") + verbatim("teach/interactive.css") + verbatim("teach/interactive_figure.css") + "\n",
         render("teach/interactive.html.jinja", body),
         render("teach/interactive.js.jinja", script),
     )
@@ -129,7 +129,16 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "led": [list(pair) for pair in computed.led],
         "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
         "total": "inverse_dynamics" if tied is None else "row_forces",
-        "marks": [[m.kind, list(m.rows), m.body, words(m.text).svg() if m.text else ""] for m in computed.marks],
+        "marks": [
+            [m.kind, list(m.rows), m.body, words(m.text).svg() if m.text else "", m.joint] for m in computed.marks
+        ],
+        "bodies": [body.name for body in scene.bodies],
+        "rows": list(computed.rows),
+        "arrows": {
+            "masses": computed.arrows.masses,
+            "actions": computed.arrows.actions,
+            "joints": computed.arrows.joints,
+        },
         "points": list(computed.points),
         "gravity": computed.gravity,
         "view": (np.round([seen.right, seen.up, seen.toward], 9) + 0.0).tolist(),
