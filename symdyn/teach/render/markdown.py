@@ -57,8 +57,9 @@ def markdown(document: Document) -> dict[str, str]:
 
 
 def _file(document: Document, picture: Picture) -> str:
-    """Return the name of a picture's file, beside the text."""
-    return f"{page_stem(document.scene.name)}-{picture.key}.svg"
+    """Return the name of a picture's file, beside the text; its titles are in the language of the document."""
+    language = "" if document.language == "en" else f"-{document.language}"
+    return f"{page_stem(document.scene.name)}{language}-{picture.key}.svg"
 
 
 class Page:
