@@ -12,7 +12,7 @@ from symdyn.teach import rendered, walkthrough
 from symdyn.teach.render import FORMATS
 
 ROOT = Path(__file__).parent.parent
-SCENES = ("examples/two_link.toml", "examples/cart_pole.toml", "docs/walkthroughs/spatial_3r.toml")
+SCENES = ("examples/two_link.toml", "examples/cart_pole.toml", "examples/spatial_3r.toml")
 
 
 def main() -> int:

@@ -42,7 +42,7 @@ def test_every_example_reads_and_is_named_after_its_file(path):
 def test_all_the_promised_examples_are_there():
     promised = {"arm7", "cart_pole", "double_pendulum", "pendulum", "puma560", "scara", "two_link"}
     promised |= {"four_bar", "slider_crank", "spatial_slider_crank", "rssr", "rsup", "governor", "heavy_top"}
-    promised |= {"free_body", "rolling_disc", "cart_with_wheel", "gripper2", "quadruped", "bicycle"}
+    promised |= {"free_body", "rolling_disc", "cart_with_wheel", "gripper2", "quadruped", "bicycle", "spatial_3r"}
 
     assert promised <= {path.stem for path in EXAMPLES}
 

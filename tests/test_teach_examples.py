@@ -14,7 +14,7 @@ CASES = [
     ("examples/two_link.toml", "two_link.md", ()),
     ("examples/two_link.toml", "two_link-sk.md", ("--language", "sk")),
     ("examples/cart_pole.toml", "cart_pole.md", ()),
-    ("docs/walkthroughs/spatial_3r.toml", "spatial_3r.md", ()),
+    ("examples/spatial_3r.toml", "spatial_3r.md", ()),
     ("examples/four_bar.toml", "four_bar-dalembert.md", ("--road", "dalembert")),
     ("examples/two_link.toml", "two_link.html", ("--format", "html")),
     ("examples/two_link.toml", "two_link-sk.html", ("--format", "html", "--language", "sk")),
