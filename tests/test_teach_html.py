@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Iterable, Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 from browser import OVERLAPS, opened
 
-from symdyn.algebra.form import ZERO, express_form, symbols_of
+from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.emit.print.formula_text import BREAK, text_of
@@ -21,7 +20,7 @@ from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.teach import walkthrough
-from symdyn.teach.document import Blank, Block, Box, Document, Formula
+from symdyn.teach.document import Blank, Document
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.mathml import flow, inner
@@ -143,64 +142,6 @@ def test_languages_have_the_same_keys_and_places() -> None:
 # Exercises as a document
 
 
-def test_exercises_leave_results_out_and_solve_them_at_the_end(lesson: Document) -> None:
-    asked = blanks(lesson)
-
-    assert {blank.key.partition(":")[0] for blank in asked} == {
-        "square", "potential", "momentum", "slope", "equation", "coefficients",
-    }  # fmt: skip
-    assert lesson.sections[-1].key == "solutions"
-    solved = [step.key for step in lesson.sections[-1].steps]
-    assert [key for key in solved if not key.startswith(("errata:", "follows:"))] == [
-        f"solution:{blank.key}" for blank in asked
-    ]
-
-
-def test_errata_of_what_is_asked_stand_with_the_solutions(lesson: Document) -> None:
-    *sections, solutions = lesson.sections
-    asked = {blank.key for blank in blanks(lesson)}
-
-    errata = {step.key.removeprefix("errata:") for part in sections for step in part.steps if "errata:" in step.key}
-    assert not errata & asked
-    assert "errata:potential:2" in [step.key for step in solutions.steps]
-
-
-def seen(blocks: Iterable[Block]) -> Iterator[Block]:
-    """Yield the blocks that are read without opening anything."""
-    for block in blocks:
-        yield block
-        if isinstance(block, Box):
-            yield from seen(block.blocks)
-
-
-@pytest.mark.mends("5.8")
-@pytest.mark.parametrize("language", ["en", "sk"])
-@pytest.mark.parametrize("name", ["two_link", "cart_pole"])
-def test_a_page_of_exercises_tells_no_answer_without_being_asked(name: str, language: str) -> None:
-    lesson = with_exercises(walkthrough(read(EXAMPLES / f"{name}.toml"), language))
-    own = {*lesson.scene.coordinates, *lesson.scene.velocities, *(p.name for p in lesson.scene.parameters)}
-    given = ("position", "velocity", "turning", "spin")
-    told = []
-    for step in [step for section in lesson.sections for step in section.steps if not step.key.startswith(given)]:
-        for block in seen(step.blocks):
-            forms = [block.form, block.right or ZERO] if isinstance(block, Formula) else []
-            if any(set(symbols_of(form)) <= own for form in forms if symbols_of(form)):
-                told.append(step.key)
-
-    assert told == []
-
-
-@pytest.mark.long
-def test_coefficients_below_braces_are_hidden_where_they_are_asked_and_names_of_unknowns_are_not() -> None:
-    arm = with_exercises(walkthrough(read(EXAMPLES / "scara.toml")))
-    hidden = [step.key for step in arm.sections[-1].steps if step.key.startswith("follows:")]
-    assert "follows:equation:1" in hidden
-    assert not {"follows:notation", "follows:state"} & set(hidden)
-
-    forces = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), road="dalembert"))
-    assert not [step.key for step in forces.sections[-1].steps if step.key.startswith("follows:")]
-
-
 def test_answers_of_blanks_are_what_the_graph_says(lesson: Document) -> None:
     from symdyn.verify import PROVED, Claim, prove
 
@@ -225,12 +166,11 @@ def test_exercises_of_the_other_road_ask_for_moments_of_inertia_and_drives() -> 
     closed = with_exercises(walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert"))
     assert [b.left for b in blanks(closed)] == ["MD:11:z", "MD:22:z", "MD:33:z"]
     assert "<math" in html_page(closed)
-    assert len(closed.sections[-1].steps) == 3
 
     arm = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), road="dalembert"))
     assert [b.left for b in blanks(arm)] == ["MD:11:z", "MD:22:z", "M1", "M2"]
-    assert judge(arm, "bivectors:link1:MD:11:z", "-m_1 h_1^2 \\ddot q_1") == "Right."
-    assert judge(arm, "bivectors:link1:MD:11:z", "m_1 h_1^2 \\ddot q_1").endswith("the opposite sign.")
+    assert judge(arm, "bivectors:link1", "-m_1 h_1^2 \\ddot q_1") == "Right."
+    assert judge(arm, "bivectors:link1", "m_1 h_1^2 \\ddot q_1").endswith("the opposite sign.")
 
 
 def test_a_walkthrough_without_such_results_says_so() -> None:

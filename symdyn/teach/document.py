@@ -240,6 +240,7 @@ class Step:
         level: "brief" for what a short document keeps, "full" for the rest.
         show: what the figure of a page shows while the step is read, words of `symdyn.teach.interactive.shown`; none
             for what the step before showed.
+        needs: keys of blanks that are answered or given up before the step is shown.
     """
 
     key: str
@@ -249,6 +250,7 @@ class Step:
     reference: str = ""
     level: str = "brief"
     show: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

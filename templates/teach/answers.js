@@ -372,12 +372,3 @@ const Answers = (() => {
   }
   return {formula, judge};
 })();
-
-for (const form of document.querySelectorAll("form.blank")) {
-  form.addEventListener("submit", event => {
-    event.preventDefault();
-    const verdict = form.querySelector(".verdict"), found = Answers.judge(form.dataset.key, form.elements.answer.value);
-    verdict.textContent = found.text;
-    verdict.className = "verdict " + (found.right ? "right" : "wrong");
-  });
-}

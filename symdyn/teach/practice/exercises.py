@@ -1,4 +1,4 @@
-"""Exercises: chosen results of a document become blanks, and a section at its end solves them.
+"""Exercises: results of a document become blanks; what comes after one needs it answered or given up.
 
 A page checks an answer by value: `questions` gives it the symbols, points and what each result is worth there, never
 the result itself.
@@ -7,107 +7,114 @@ the result itself.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from symdyn.algebra.form import ZERO, Form, Symbol, express_form, symbols_of
+from symdyn.algebra.form import ZERO, Form, Symbol, express_form, split_sign, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
-from symdyn.teach.document import (
-    ERRATA,
-    Blank,
-    Block,
-    Box,
-    Braced,
-    Document,
-    Fold,
-    Formula,
-    Matrix,
-    Section,
-    Step,
-    Words,
-)
+from symdyn.teach.document import Blank, Block, Braced, Document, Formula, Matrix, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
-from symdyn.teach.practice.hidden import Hidden
+from symdyn.teach.practice.hidden import Told, follows, own_symbols, plain, written_out
 from symdyn.teach.shown_state import shown_state
 from symdyn.teach.student.statements import read_formula
 from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove
 
-CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients", "bivectors", "solved")
-"""Steps whose results are asked for: what stands before the colon of their keys."""
+RESULTS = ("square", "potential", "momentum", "rate", "slope", "equation", "coefficients", "bivectors", "solved")
+"""Kinds of steps, what stands before the colon of their keys, that end a part of the derivation."""
 
-EACH = ("coefficients", "bivectors", "solved")
-"""Those of which every result is asked for by itself, and the others only for the last one."""
 
-FREE = "potential:"
-"""What stands before the keys of blanks whose results hold a constant that is free."""
+@dataclass(frozen=True)
+class Grade:
+    """How much a student is left to do.
+
+    Attributes:
+        kinds: the kinds of steps whose results are asked for; none for all.
+        alone: whether the way to a result is hidden with it.
+    """
+
+    kinds: tuple[str, ...]
+    alone: bool = False
+
+
+GRADES: Mapping[int, Grade] = {
+    1: Grade(()),  # every step to the equations and coefficients, each from the one before it
+    2: Grade(RESULTS),
+    3: Grade(("energies", "equation", "solved"), alone=True),
+}
+
+ASIDE = ("meaning", "power")
+"""Kinds of steps that are asked for when somebody names them alone, as are those after the equations."""
+
+AFTER = ("after", "numbers")
+"""What keys of sections after the equations begin with."""
+
+GIVEN = ("scene", "principle", "count")
+"""Sections that say what is known, which no grade hides."""
+
+FREE = ("P:", "L:")
+"""What keys of quantities begin with that hold a constant which is free."""
 
 POINTS = 6
 TWINS = 4  # further points, with the parameters of the first and another position
 LONGEST = 60  # symbols of an answer that anyone types
-MOST = 6  # coefficients of one kind that are asked for; the others are shown
+MOST = 6  # results of one step that are asked for; the others stand with the solutions
 
 
-def with_exercises(document: Document) -> Document:
-    """Return the document with blanks in place of chosen results, and their solutions as its last section.
+def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()) -> Document:
+    """Return the document with blanks in place of results; steps that come after a blank need it.
+
+    Args:
+        document: a walkthrough.
+        grade: 1 for every step, 2 for the results of each part, 3 for energies and equations without the way.
+        ask: steps, by key or kind ("square:2", "square"), that are asked for in place of those of the grade.
 
     Raises:
-        TeachError: there is no result that could be left out.
+        TeachError: there is no such grade or step, or no result that could be left out.
     """
-    found = {step.key: asked for section in document.sections for step in section.steps
-             if (asked := _asked(document, step)) is not None}  # fmt: skip
-    hidden = Hidden(document, list(found.values()))
-    solved: list[Step] = []
-    sections = []
-    for section in document.sections:
-        steps = []
-        for step in section.steps:
-            asked = found.get(step.key, step)
-            solved += [_solution(document, block) for block in asked.blocks if isinstance(block, Blank)]
-            if step.key.startswith(ERRATA):
-                if step.key.removeprefix(ERRATA) in found or hidden.parts(step)[1]:  # they say what is right
-                    solved.append(_folded(document, step.key, Words(()), step.blocks))
-                else:
-                    steps.append(step)
-                continue
-            kept, told = hidden.parts(asked)
-            if told:
-                solved.append(_folded(document, f"follows:{step.key}", step.claim, told))
-                kept.append(Words((language_of(document.language).lesson["exercise.later"],)))
-            steps.append(replace(asked, blocks=tuple(kept)))
-        sections.append(replace(section, steps=tuple(steps)))
-    if not solved:
+    if grade not in GRADES:
+        raise TeachError(f"there is no grade {grade}; give one of {', '.join(map(str, GRADES))}")
+    every = {step.key: (section, step) for section in document.sections for step in section.steps}
+    results = {key: found for key, (_, step) in every.items() if (found := _results(document, step))}
+    if not results:
         raise TeachError(
             f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with --until, "
             "or leave --until out"
         )
-    sections.append(Section("solutions", language_of(document.language).lesson["section.solutions"], tuple(solved)))
-    return replace(document, sections=tuple(sections))
+    kinds = ask or GRADES[grade].kinds
+    known = {name for key in results for name in (key, _kind(key))}
+    if missing := sorted(set(ask) - known):
+        listed = ", ".join(dict.fromkeys(map(_kind, results)))
+        raise TeachError(f"{document.scene.name}: {', '.join(missing)} cannot be asked for here; give some of {listed}")
+    chosen = {key for key in results if key in kinds or _kind(key) in kinds}
+    if not kinds:
+        chosen = {key for key in results if _kind(key) not in ASIDE and not every[key][0].key.startswith(AFTER)}
+    chosen = chosen or {key for key in results if _kind(key) in RESULTS}
+    alone = GRADES[grade].alone and not ask
+    sections = [_asked(document, part, results, chosen, alone) for part in document.sections]
+    sections = _joined(sections) if alone else sections
+    return replace(document, sections=tuple(_gated(document, sections)))
 
 
-def _asked(document: Document, step: Step) -> Step | None:
-    """Return the step with blanks for its results; None if it has none that can be asked for."""
-    kind = step.key.partition(":")[0]
-    if kind not in CHOSEN:
-        return None
-    results = {block: answer for block in step.blocks if (answer := answer_of(document, block)) is not None}
-    if kind == "coefficients":
-        results = dict(list(results.items())[:MOST])
-    if kind == "solved":  # of all reactions only the drives, which the scene names
-        drives = {drive for drive in document.scene.drives if drive}
-        results = {block: answer for block, answer in results.items() if answer[0] in drives}
-    if not results:
-        return None
-    if kind in EACH:
-        blocks = [
-            _blank(document, step, results[block], (block,)) if block in results else block for block in step.blocks
-        ]
-        return replace(step, blocks=tuple(blocks))
-    return replace(step, blocks=(_blank(document, step, list(results.values())[-1], step.blocks),), reason=Words(()))
+def _kind(key: str) -> str:
+    return key.partition(":")[0]
+
+
+# What is asked for
+
+Results = Mapping[int, tuple[str, Form]]
+"""By number of the block: what it is called and its answer."""
+
+
+def _results(document: Document, step: Step) -> Results:
+    """Return the results of a step, the last one of each quantity."""
+    last = {answer[0]: (k, answer) for k, block in enumerate(step.blocks) if (answer := answer_of(document, block))}
+    found = [last[name] for name in last if _kind(step.key) != "solved" or name in document.scene.drives]
+    return dict(found[:MOST])
 
 
 def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
@@ -117,7 +124,7 @@ def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
     """
     if isinstance(block, Matrix):
         found = [pair for pair in zip(block.names, block.entries, strict=True) if pair[1] != ZERO]
-        return found[-1] if found and block.number == "5.17" and _plain(document, found[-1][1]) else None
+        return found[-1] if found and block.number == "5.17" and _typed(document, found[-1][1]) else None
     if not isinstance(block, (Formula, Braced)):
         return None
     key = block.value if isinstance(block, Braced) else block.left
@@ -125,34 +132,112 @@ def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
     if name is None or name.node is None:
         return None
     forms = [block.form, *([block.right] if isinstance(block, Formula) and block.right is not None else [])]
-    plain = [form for form in forms if _plain(document, form)]
-    return (key, plain[-1]) if plain else None
+    found_forms = [form for form in forms if _typed(document, form)]
+    return (key, found_forms[-1]) if found_forms else None
 
 
-def _plain(document: Document, form: Form) -> bool:
-    return 0 < len(found := symbols_of(form)) <= LONGEST and set(found) <= set(Names(document.scene).symbols.values())
+def _typed(document: Document, form: Form) -> bool:
+    """Whether a form is a result that somebody types."""
+    found = symbols_of(form)
+    known = set(Names(document.scene).symbols.values())
+    return 0 < len(found) <= LONGEST and set(found) <= known and not isinstance(split_sign(form)[1], Symbol)
 
 
-def _blank(document: Document, step: Step, result: tuple[str, Form], solution: Sequence[Block]) -> Blank:
+def _asked(
+    document: Document, section: Section, results: Mapping[str, Results], chosen: Collection[str], alone: bool
+) -> Section:
+    """Return the section with blanks in its chosen steps."""
+    steps = [_with_blanks(document, x, results[x.key], alone) if x.key in chosen else x for x in section.steps]
+    return replace(section, steps=tuple(steps))
+
+
+def _with_blanks(document: Document, step: Step, results: Results, alone: bool) -> Step:
+    """Return a step with its results left out: definitions in names stay, all else is part of a solution."""
+    own, kept = own_symbols(document), list[Block]()
+    one, solution = len(results) == 1, list[Block]()
+    for k, block in enumerate(step.blocks):
+        if k in results:
+            solution.append(block)
+            kept.append(_blank(document, step, results[k], one, solution, alone))
+            solution = []
+        elif _names_only(block, own):
+            kept.append(block)
+        else:
+            solution.append(block)
+    rest = [*solution, *([step.reason] if step.reason.parts else [])]
+    last = max(k for k, block in enumerate(kept) if isinstance(block, Blank))
+    blank = kept[last]
+    assert isinstance(blank, Blank), "a step that is asked for has a blank"
+    kept[last] = replace(blank, solution=(*blank.solution, *rest))
+    claim = Words(()) if any(plain(form, own) for form in written_out(step.claim)) else step.claim
+    return replace(step, claim=claim, blocks=tuple(kept), reason=Words(()))
+
+
+def _names_only(block: Block, own: frozenset[str]) -> bool:
+    """Whether a block is a definition: one formula, with a quantity in it that only has a name."""
+    forms = list(written_out(block))
+    return isinstance(block, Formula) and all(set(symbols_of(form)) - own for form in forms)
+
+
+def _blank(
+    document: Document, step: Step, result: tuple[str, Form], one: bool, solution: Sequence[Block], alone: bool
+) -> Blank:
     texts, (key, answer) = language_of(document.language).lesson, result
-    kind = step.key.partition(":")[0]
     shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key and b.left != ZERO), Symbol(key))
-    ask = Words(fill(texts["exercise.ask"], {"left": shown}))
-    hint = Words((texts[f"exercise.hint.{kind}"],))
-    return Blank(f"{step.key}:{key}" if kind in EACH else step.key, ask, key, answer, hint, tuple(solution))
+    hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
+    hint = next(texts[name] for name in hints if name in texts)
+    name = step.key if one else f"{step.key}:{key}"
+    return Blank(
+        name, Words(fill(texts["exercise.ask"], {"left": shown})), key, answer, Words((hint,)), tuple(solution)
+    )
 
 
-def _solution(document: Document, blank: Blank) -> Step:
-    texts = language_of(document.language).lesson
-    claim = Words(fill(texts["exercise.solved"], {"left": Symbol(blank.left)}))
-    return _folded(document, f"solution:{blank.key}", claim, blank.solution)
+# What is shown when
 
 
-def _folded(document: Document, key: str, claim: Words, blocks: Sequence[Block]) -> Step:
-    summary = Words((language_of(document.language).lesson["exercise.solution"],))
-    if isinstance(blocks[0], Box):
-        summary = blocks[0].title
-    return Step(key, claim, (Fold(summary, tuple(blocks)),))
+def _joined(sections: Sequence[Section]) -> list[Section]:
+    """Return the sections with the way to each result as the beginning of its solution."""
+    way: list[Block] = []
+    found = []
+    for section in sections:
+        steps = []
+        for step in section.steps:
+            blanks = [k for k, block in enumerate(step.blocks) if isinstance(block, Blank)]
+            if section.key in GIVEN:
+                steps.append(step)
+            elif blanks:
+                blocks = list(step.blocks)
+                blank = blocks[blanks[0]]
+                assert isinstance(blank, Blank), "its number says so"
+                blocks[blanks[0]] = replace(blank, solution=(*way, *blocks[: blanks[0]], *blank.solution))
+                steps.append(replace(step, blocks=tuple(blocks[blanks[0] :])))
+                way = []
+            else:
+                parts = (step.claim, *step.blocks, step.reason)
+                way += [part for part in parts if not isinstance(part, Words) or part.parts]
+        found.append((section, steps))
+    if way:  # what comes after the last result keeps its steps
+        last = max(
+            k for k, (_, steps) in enumerate(found) if any(isinstance(b, Blank) for s in steps for b in s.blocks)
+        )
+        found = [(part, steps if k <= last else list(part.steps)) for k, (part, steps) in enumerate(found)]
+    return [replace(part, steps=tuple(steps)) for part, steps in found if steps]
+
+
+def _gated(document: Document, sections: Sequence[Section]) -> Iterator[Section]:
+    """Yield the sections; a step without blanks needs those before it that it may follow from, and those it tells."""
+    blanks = [(step.key, b) for part in sections for step in part.steps for b in step.blocks if isinstance(b, Blank)]
+    told, before = Told(document, {blank.key: blank.answer for _, blank in blanks}), list[tuple[str, str]]()
+    for section in sections:
+        steps = []
+        for step in section.steps:
+            own = [(step.key, block.key) for block in step.blocks if isinstance(block, Blank)]
+            before += own
+            needs = {key for source, key in before if follows(step.key, source)} if not own else set()
+            if not own and section.key not in GIVEN:
+                needs |= set(told.by(step))
+            steps.append(replace(step, needs=tuple(blank.key for _, blank in blanks if blank.key in needs)))
+        yield replace(section, steps=tuple(steps))
 
 
 def judge(document: Document, key: str, text: str) -> str:
@@ -190,7 +275,7 @@ def _lies_elsewhere(scene: Scene, blank: Blank, typed: Expr, right: Expr) -> boo
     """Whether a potential energy that changes with position differs from the answer by what does not."""
     moving = [typed.graph.symbol(name) for name in (*scene.coordinates, *scene.velocities)]
     slopes = list(zip(gradient(typed, moving), gradient(right, moving), strict=True))
-    if not blank.key.startswith(FREE) or all(x.is_zero for _, x in slopes):
+    if not blank.left.startswith(FREE) or all(x.is_zero for _, x in slopes):
         return False
     claims = [Claim(f"{k}", "typed", "answer", (mine,), (x,)) for k, (mine, x) in enumerate(slopes)]
     return all(finding.verdict in (PROVED, NUMERICAL) for finding in prove(claims)[1])
@@ -241,7 +326,7 @@ def questions(document: Document) -> dict[str, Any]:
         "quantities": {word: str(target) for word, target in quantities(names).items()},
         "drawn": POINTS,
         "twins": TWINS,
-        "free": [key for key in blanks if key.startswith(FREE)],
+        "free": [key for key, blank in blanks.items() if blank.left.startswith(FREE)],
         "points": points,
         "values": {key: [float(f"{value[i]:.12g}") for value in values] for i, key in enumerate(nodes)},
         "words": {key: text for key, text in said.items() if key.startswith(("answer.", "fault."))},

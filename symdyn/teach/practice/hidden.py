@@ -1,12 +1,16 @@
-"""What would give an answer away: written-out results that follow from what an exercise asks, or are worth the same."""
+"""What stays hidden until exercises are answered: what comes after them, and what is worth the same.
+
+The rule is the order of the derivation: a step may follow from every result before it, unless it is about another mass
+or body, or a row of `APART` says otherwise. So a new kind of step leaks nothing before anyone thinks of exercises.
+"""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from math import isclose
 
-from symdyn.algebra.form import Form, Symbol, symbols_of
+from symdyn.algebra.form import Form, Symbol, split_sign, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.teach.document import (
@@ -19,79 +23,69 @@ from symdyn.teach.document import (
     Fold,
     Formula,
     Matrix,
-    Picture,
     Step,
     Values,
     Words,
 )
 from symdyn.teach.student.vocabulary import Names
 
-FOLLOWS = {
-    "kinetic": ("square",),
-    "energies": ("square", "potential"),
-    "lagrangian": ("square", "potential"),
-    "rate": ("momentum",),
-    "meaning": ("coefficients",),
+MASS = ("position", "rotation", "turning", "velocity", "square", "spin", "offset", "kinetic", "potential")
+BODY = ("free", "frame", "moved", "bivectors", "balance")
+OF_ONE = (*MASS, *BODY)
+"""Kinds of steps about one mass or body, which is what stands behind the colon of their keys."""
+
+APART = {
+    "potential": ("velocity", "turning", "square", "spin", "offset", "kinetic"),
+    "rotation": ("position",),
+    "turning": ("position", "velocity"),
+    "spin": ("position", "velocity", "square"),
+    "rotor": MASS,
+    "springs": MASS,
 }
-"""Steps, by what stands before the colon of their keys, that write out what follows from those asked."""
-
-ALIKE = ("kinetic", "rate")
-"""Those that follow from the one asked of the same mass or coordinate alone."""
-
-WHOLE = "meaning"
-"""Those whose blocks hang together: they are hidden or stay together, but for pictures."""
+"""Kinds of steps that come after others and do not follow from them."""
 
 
-class Hidden:
-    """What is hidden while some steps of a document are asked for."""
+def follows(step: str, asked: str) -> bool:
+    """Whether a step, by its key, may follow from another one that comes before it."""
+    kind, _, of = step.removeprefix(ERRATA).partition(":")
+    source, _, other = asked.partition(":")
+    if kind in OF_ONE and source in OF_ONE and of != other:
+        return False
+    return source not in APART.get(kind, ())
 
-    def __init__(self, document: Document, asked: Sequence[Step]) -> None:
-        """Begin with the steps that have blanks."""
-        self.document = document
-        self.keys = [step.key for step in asked]
-        self.own = set(Names(document.scene).symbols.values()) - {
-            k for k, name in document.names.items() if name.node is not None
-        }
-        blanks = [block for step in asked for block in step.blocks if isinstance(block, Blank)]
+
+def plain(form: Form, own: frozenset[str]) -> bool:
+    """Whether a form is written out: more than a name or a number, in symbols of the scene alone."""
+    found = set(symbols_of(form))
+    return bool(found) and found <= own and not isinstance(split_sign(form)[1], Symbol)
+
+
+def own_symbols(document: Document) -> frozenset[str]:
+    """Return the symbols of the scene, without those that the document gives a value, such as drives."""
+    return frozenset(Names(document.scene).symbols.values()) - {k for k, x in document.names.items() if x.node}
+
+
+class Told:
+    """Answers by value, to find where else one of them stands."""
+
+    def __init__(self, document: Document, answers: Mapping[str, Form]) -> None:
+        """Begin with the answers by keys of blanks."""
+        self.document, self.own = document, own_symbols(document)
         self.points: list[dict[str, float]] = [{}, {}]
-        self.answers = [self._values(document.value(blank.answer)) for blank in blanks]
+        self.answers = {key: self._values(document.value(form)) for key, form in answers.items()}
 
-    def parts(self, step: Step) -> tuple[list[Block], list[Block]]:
-        """Return the blocks of a step that may stay, and those that tell an answer."""
-        hide = self._writes if self._follows(step) else self._tells
-        hidden: list[Block] = [block for block in step.blocks if not isinstance(block, Blank) and hide(block)]
-        if hidden and step.key.partition(":")[0] == WHOLE:
-            hidden = [block for block in step.blocks if not isinstance(block, Picture)]
-        return [block for block in step.blocks if not any(block is one for one in hidden)], hidden
+    def by(self, step: Step) -> Iterator[str]:
+        """Yield the blanks that a step gives away: a formula in it is worth the answer, its sign apart."""
+        forms = [form for block in (step.claim, *step.blocks, step.reason) for form in written_out(block)]
+        found = [self._values(self.document.value(form)) for form in forms if plain(form, self.own)]
+        for key, answer in self.answers.items():
+            if any(self._alike(one, answer, sign) for one in found for sign in (1, -1)):
+                yield key
 
-    def _follows(self, step: Step) -> bool:
-        kind, _, rest = step.key.removeprefix(ERRATA).partition(":")
-        if kind in ALIKE:
-            return any(f"{source}:{rest}" in self.keys for source in FOLLOWS[kind])
-        return any(key.partition(":")[0] in FOLLOWS.get(kind, ()) for key in self.keys)
-
-    def _writes(self, block: Block) -> bool:
-        """Whether a block writes something out in symbols of the scene alone, or tells an answer."""
-        return any(map(self._plain, _written_out(block))) or self._tells(block)
-
-    def _plain(self, form: Form) -> bool:
-        found = set(symbols_of(form))
-        return bool(found) and found <= self.own
-
-    def _tells(self, block: Block) -> bool:
-        """Whether a formula, more than a name, is worth an answer, its sign apart; tables and prose name symbols."""
-        if isinstance(block, (Values, Words)):
-            return False
-        forms = [form for form in _written_out(block) if self._plain(form) and not isinstance(form, Symbol)]
-        return any(self._is_answer(self.document.value(form)) for form in forms)
-
-    def _is_answer(self, node: Expr) -> bool:
-        found = self._values(node)
-        return any(
-            all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in zip(found, answer, strict=True))
-            for answer in self.answers
-            for sign in (1, -1)
-        )
+    @staticmethod
+    def _alike(found: list[float], answer: list[float], sign: int) -> bool:
+        pairs = zip(found, answer, strict=True)
+        return all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in pairs)
 
     def _values(self, node: Expr) -> list[float]:
         """Return the values at points that are the same for all."""
@@ -105,8 +99,8 @@ class Hidden:
         return values
 
 
-def _written_out(block: Block) -> Iterator[Form]:
-    """Yield the right-hand sides of a block, of tables and prose all forms."""
+def written_out(block: Block) -> Iterator[Form]:
+    """Yield the right-hand sides of a block, of tables and prose all forms; of what is asked nothing."""
     if isinstance(block, Formula):
         yield from (form for form in (block.form, block.right) if form is not None)
     elif isinstance(block, Braced):
@@ -114,7 +108,9 @@ def _written_out(block: Block) -> Iterator[Form]:
     elif isinstance(block, Matrix):
         yield from block.entries
     elif isinstance(block, (Box, Fold)):
-        yield from (form for inner in block.blocks for form in _written_out(inner))
+        yield from (form for inner in block.blocks for form in written_out(inner))
+    elif isinstance(block, Blank):
+        yield from (part for part in block.ask.parts if not isinstance(part, str))
     elif isinstance(block, (Values, Words)):
         cells = [cell for row in block.rows for cell in row] if isinstance(block, Values) else [block]
         yield from (part for cell in cells for part in cell.parts if not isinstance(part, str))

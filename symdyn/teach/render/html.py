@@ -6,7 +6,7 @@ A formula is written in pieces, one a term, which the browser sets in lines of a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from symdyn.algebra.form import Form
 from symdyn.draw.style import style
@@ -50,6 +50,7 @@ def html_page(document: Document) -> str:
         {
             "key": section.key,
             "title": in_html(section.title),
+            "waits": any(step.needs for step in section.steps),
             "steps": [
                 {
                     "key": _anchor(step.key),
@@ -58,6 +59,7 @@ def html_page(document: Document) -> str:
                     "blocks": [text for block in step.blocks for text in page.block(block)],
                     "reason": page.words(step.reason),
                     "show": in_html(" ".join(step.show)),
+                    "needs": page.numbers(step.needs),
                 }
                 for step in section.steps
             ],
@@ -65,13 +67,11 @@ def html_page(document: Document) -> str:
         for section in document.sections
     ]
     asked, (live, absent) = questions(document), _live(document)
-    solutions = next((k for k, section in enumerate(document.sections) if section.key == "solutions"), len(sections))
     values = {
         "title": in_html(document.title),
         "language": document.language,
         "text": language_of(document.language).lesson,
-        "sections": sections[:solutions],
-        "solutions": sections[solutions:],
+        "sections": sections,
         "style": live.css if live else style("auto"),  # of all pictures, once
         "live": live,
         "absent": absent,
@@ -100,6 +100,11 @@ class _Page:
         self.document = document
         self.spell = Spelling(document)
         self.text = language_of(document.language).lesson
+        self.blanks = [block.key for _, block in document.blocks() if isinstance(block, Blank)]
+
+    def numbers(self, keys: Iterable[str]) -> str:
+        """Return the numbers of blanks, from 0, as a page writes what a step needs."""
+        return " ".join(str(self.blanks.index(key)) for key in keys)
 
     def words(self, words: Words) -> str:
         return "".join(in_html(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)
@@ -167,7 +172,8 @@ class _Page:
             "ask": self.words(blank.ask),
             "left": inline(self.spell.symbols[blank.left]),
             "hint": self.words(blank.hint),
-            "solution": f"step-{_anchor(f'solution:{blank.key}')}",
+            "number": self.numbers([blank.key]),
+            "solution": [text for part in blank.solution for text in self.block(part)],
             "text": self.text,
         }
         return render("teach/blank.html.jinja", values)

@@ -32,6 +32,7 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling, lines
+from symdyn.teach.practice.solutions import solutions_last
 from symdyn.teach.render.drawing import tex_picture
 
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
@@ -52,6 +53,7 @@ COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
 
 def latex(document: Document) -> dict[str, str]:
     """Return the one file by name."""
+    document = solutions_last(document)
     page = _Page(document)
     sections = [
         {

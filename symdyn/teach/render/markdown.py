@@ -24,6 +24,7 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling, lines
+from symdyn.teach.practice.solutions import solutions_last
 
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one
@@ -35,6 +36,7 @@ MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 
 def markdown(document: Document) -> dict[str, str]:
     """Return the files by name: the text, and its pictures as SVG."""
+    document = solutions_last(document)
     page = Page(document)
     sections = [
         {

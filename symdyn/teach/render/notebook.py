@@ -15,6 +15,7 @@ from symdyn.scene import write_text
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.exercises import answer_of
+from symdyn.teach.practice.solutions import solutions_last
 from symdyn.teach.render.markdown import Page
 
 Cell = dict[str, Any]
@@ -55,6 +56,7 @@ def notebook(document: Document) -> dict[str, str]:
 
 
 def _cells(document: Document) -> Iterator[Cell]:
+    document = solutions_last(document)
     page = _Page(document)
     yield _text("title", f"# {in_markdown(document.title)}")
     asked = any(isinstance(block, Blank) for _, block in document.blocks())
