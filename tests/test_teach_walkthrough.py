@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cache
 from math import cos, sin
 from pathlib import Path
+from time import process_time
 
 import pytest
 from latex_reader import LatexReader, displays
@@ -631,3 +632,13 @@ def test_pictures_have_a_text_for_those_who_cannot_see_them() -> None:
     pictures = [block for _, block in lesson("two_link").blocks() if isinstance(block, Picture)]
     assert len(pictures) == 2
     assert all(one.alt and one.caption.parts for one in pictures)
+
+
+def test_a_lesson_that_nobody_would_read_is_refused_early() -> None:
+    """A seven-axis arm: told before any step is written."""
+    begun = process_time()
+
+    with pytest.raises(DerivationError, match=r"arm7: a lesson .* --format sliders .* symdyn generate"):
+        walkthrough(scene("arm7"))
+
+    assert process_time() - begun < 5  # it takes 0.2 s; the steps took 40

@@ -25,6 +25,9 @@ from symdyn.teach.languages import Language, fill, language_of
 from symdyn.teach.masses import Mass, masses
 from symdyn.teach.mathematics import about, equals, written
 
+READ = 1000
+"""Terms of k_z that a lesson may have, multiplied out: a PUMA 560 has 258, a 7-axis arm 3683."""
+
 SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""
 
@@ -162,8 +165,15 @@ class Lesson(Prose):
 
     @cached_property
     def forms(self) -> ClosedForm:
-        """All coefficients in closed form; raises DerivationError where there are none."""
-        return closed_form(self.scene)
+        """All coefficients in closed form; raises DerivationError where there are none, or none that anyone reads."""
+        found = closed_form(self.scene)
+        if (terms := sum(len(entry) for row in found.M for entry in row)) > READ:
+            raise DerivationError(
+                f"{self.scene.name}: a lesson would be longer than anyone reads: k_z has {terms} terms, and {READ} is "
+                "the limit; with fewer moving joints there is one; --format sliders is a page that moves it and shows "
+                "what every coefficient is worth, and symdyn generate writes the code"
+            )
+        return found
 
     @cached_property
     def energy(self) -> Energies:
