@@ -65,6 +65,7 @@ stiffness = "k"
 free = 0.5
 """
 CUT = ["two_link", "cart_pole", "spatial_3r", "four_bar", "slider_crank", "governor"]
+TIED = ["slider_crank", "four_bar", "governor"]
 SCENES = ["pendulum", "two_link", "cart_pole", "double_pendulum", "spatial_3r", "rrp", "sprung", "scara"]
 
 
@@ -102,7 +103,12 @@ def reader(document: Document) -> LatexReader:
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "road"), [*((name, "lagrange") for name in SCENES), *((name, "dalembert") for name in CUT)]
+    ("name", "road"),
+    [
+        *((name, "lagrange") for name in SCENES),
+        *((name, "multipliers") for name in TIED),
+        *((name, "dalembert") for name in CUT),
+    ],
 )
 def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: str) -> None:
     document = lesson(name, road=road)
@@ -590,8 +596,8 @@ def test_quaternions_are_told_what_would_work() -> None:
             walkthrough(read(EXAMPLES / "heavy_top.toml"), road=road)
 
 
-def test_closed_mechanisms_are_told_the_other_road() -> None:
-    with pytest.raises(DerivationError, match="--road dalembert"):
+def test_closed_mechanisms_are_told_the_other_roads() -> None:
+    with pytest.raises(DerivationError, match=r"--road multipliers .*, --road dalembert"):
         walkthrough(read(EXAMPLES / "four_bar.toml"))
 
 

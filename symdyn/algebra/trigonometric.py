@@ -4,6 +4,7 @@ An element is a polynomial over the rationals (python-flint's `fmpq_mpoly`) in t
 
     s, c       sine and cosine of each unit of each angle atom     s² → 1 - c²
     r          square root of a prime or of a parameter            r² → its radicand
+    e          first of a unit quaternion's four                   e² → 1 - the squares of the others
     i          inverse of a parameter-only denominator d           i d → 1
     symbols    bare coordinates, velocities, parameters; π; functions (exp, tanh, …) of parameters, uninterpreted
 
@@ -61,6 +62,7 @@ class TrigonometricRing(Arithmetic):
         outputs: Sequence[Expr],
         variables: Sequence[Expr] = (),
         totals: Mapping[Expr, tuple[int, Expr | None]] | None = None,
+        units: Iterable[Sequence[Expr]] = (),
     ) -> None:
         """Choose the generators.
 
@@ -69,6 +71,7 @@ class TrigonometricRing(Arithmetic):
             variables: coordinates and velocities; functions, roots and denominators must be free of them.
             totals: angles q whose generators are the sine and cosine of a total angle u = sign · q + u(below), by
                 (sign, below). In a chain of n parallel axes cos(q1 + … + qn) is one term then, not 2^(n-1).
+            units: symbols whose squares add up to 1, as those of a unit quaternion; all among the variables.
 
         Raises:
             DerivationError: an output is no trigonometric polynomial in `variables`.
@@ -100,6 +103,9 @@ class TrigonometricRing(Arithmetic):
                         self._turning[q].append((i, c, rate))
             elif g.kind == "root" and g.node is None:
                 self._relate(i, 2, self._gens[i] ** 2 - g.number)
+        for unit in units:
+            places = [self._index["symbol", x, 0] for x in unit]
+            self._relate(min(places), 2, sum((self._gens[k] ** 2 for k in places), -self.one))
 
     # The algebra
 
@@ -239,6 +245,22 @@ class TrigonometricRing(Arithmetic):
     def turned(self, a: Pair, b: Pair) -> Pair:
         """Return cosine and sine of the sum of two angles."""
         return self.normal(a[0] * b[0] - a[1] * b[1]), self.normal(a[1] * b[0] + a[0] * b[1])
+
+    def symbol(self, node: Expr) -> int:
+        """Return the generator of a symbol."""
+        return self._index["symbol", node, 0]
+
+    def replaced(self, p: Polynomial, generator: int, value: Polynomial) -> Polynomial:
+        """Return p with a value for a generator that is no variable, its inverse cancelled where it can be."""
+        gens = self._gens
+        p = self.normal(p.compose(*[value if k == generator else x for k, x in enumerate(gens)]))
+        inverse = self._inverses.get(str(gens[generator]))
+        while inverse is not None:
+            whole, rest = divmod(p, gens[inverse] * value)
+            if not whole:
+                return p
+            p = self.normal(whole + rest)
+        return p
 
     # Normal form and calculus
 

@@ -40,7 +40,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--language", choices=languages(), default="en", help="of the prose (default: en)")
     verb.add_argument(
         "--road",
-        choices=("lagrange", "dalembert"),
+        choices=("lagrange", "multipliers", "dalembert"),
         default="lagrange",
         help="energies and Lagrange's equations, of open mechanisms (default); or bodies cut free, with all reactions",
     )

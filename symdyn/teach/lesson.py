@@ -154,11 +154,19 @@ class Lesson(Prose):
         for parameter in self.scene.parameters:
             self.graph.symbol(parameter.name)
         self.state: State = state_symbols(self.scene, self.graph)
+        self.refuse()
+
+    def refuse(self) -> None:
+        """Say what this road does not take.
+
+        Raises:
+            DerivationError: the scene has quaternions, or loops or other constraints.
+        """
         refuse_quaternions(self.scene)
         if self.scene.is_closed:
             raise DerivationError(
                 f"{self.scene.name}: Lagrange's road (5.21) is for open mechanisms, and this one has constraints; "
-                "--road dalembert shows it"
+                "--road multipliers goes on with them, --road dalembert finds all reactions"
             )
 
     # Derived once

@@ -60,6 +60,12 @@ FAMILIES = (
     Family("weights", _TAG, (("G",), ("W",))),
     Family("origins", r"\d+", (("O",), ("o",))),
     Family("coefficients", r"[zDGE]\d+|C\d+", (("k",), ("kappa",))),
+    Family("conditions and slips", r"\d+", (("f", "s"), ("phi", "varsigma"), ("h", "w"))),
+    Family("slopes of conditions", r"|\d+", (("A",), ("D",))),
+    Family("matrices of a system", "", (("B",), ("C",))),
+    Family("ratios of velocities", r"\d+", (("Y",), ("i",))),
+    Family("roots", r"|\d+", (("w",), ("chi",))),
+    Family("momenta", r"\d+", (("p",), ("pi",))),
 )
 
 

@@ -12,6 +12,7 @@ from symdyn.teach.document import Document
 from symdyn.teach.languages import languages
 from symdyn.teach.roads.dalembert import walkthrough as dalembert
 from symdyn.teach.roads.lagrange import walkthrough as lagrange
+from symdyn.teach.roads.multipliers import walkthrough as multipliers
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Road:
 
 ROADS: Mapping[str, Road] = {
     "lagrange": Road(lagrange.UNTIL, lagrange.lagrange_walkthrough),
+    "multipliers": Road(multipliers.UNTIL, multipliers.multipliers_walkthrough),
     "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough),
 }
 DETAILS = ("brief", "full")
@@ -40,12 +42,14 @@ def walkthrough(
     """Return the derivation of a scene's equations as a document.
 
     Args:
-        scene: by Lagrange's road an open chain or tree with a closed form; by D'Alembert's any mechanism.
+        scene: by Lagrange's road an open chain or tree with a closed form; with multipliers one with loops, rolling or
+            other conditions; by D'Alembert's any mechanism.
         language: "en" or "sk".
         detail: "full", or "brief" without the steps that a second reading needs.
         until: the last part, "" for all: on Lagrange's road "energies", "lagrangian", "equations", "coefficients" or
-            "numbers", on D'Alembert's "count", "bodies", "reactions" or "roads".
-        road: "lagrange" (5.21)-(5.23) or "dalembert" (5.1)-(5.20).
+            "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system" or "numbers"; on
+            D'Alembert's "count", "bodies", "reactions" or "roads".
+        road: a key of `ROADS`: "lagrange" (5.21)-(5.23), "multipliers" or "dalembert" (5.1)-(5.20).
 
     Raises:
         EmitError: an unknown choice, or a scene that is too large to be read.
