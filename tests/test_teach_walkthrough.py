@@ -26,7 +26,7 @@ from symdyn.scene import JOINTS, Scene, express, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
+from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Step, Values, Words
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
 from symdyn.teach.roads.dalembert import reactions as reactions_room
@@ -436,9 +436,12 @@ def test_textbook_mode_numbers_every_equation() -> None:
     assert not any(block.number for block in others)
 
 
+def step_of(document: Document, key: str) -> Step:
+    return next(step for section in document.sections for step in section.steps if step.key == key)
+
+
 def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
-    section = lesson("two_link").sections[-1]
-    table, search = next(step for step in section.steps if step.key == "equilibria").blocks
+    table, search = step_of(lesson("two_link"), "equilibria").blocks
     assert "Newton's method looked from 60 starts" in str(search.parts[0])
     stable = [row for row in table.rows if "stable" in row[2].parts]
     assert len(table.rows) == 4
@@ -447,7 +450,7 @@ def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
 
 def test_equilibria_with_springs_are_where_no_force_is_left() -> None:
     document = lesson("sprung")
-    table = next(step for step in document.sections[-1].steps if step.key == "equilibria").blocks[0]
+    table = step_of(document, "equilibria").blocks[0]
     assert isinstance(table, Values)
     graph = document.graph
     force = document.names["k_G:1"].node + document.names["k_E:1"].node
@@ -462,7 +465,7 @@ def test_equilibria_with_springs_are_where_no_force_is_left() -> None:
 def equilibria(text: str) -> tuple[list[Values], str]:
     """Return the tables of equilibria of a scene, and what is said about them."""
     found = walkthrough(read_text(text, "scene"))
-    step = next(step for step in found.sections[-1].steps if step.key == "equilibria")
+    step = step_of(found, "equilibria")
     said = " ".join(str(part) for block in step.blocks if isinstance(block, Words) for part in block.parts)
     return [block for block in step.blocks if isinstance(block, Values)], said
 
@@ -604,7 +607,7 @@ def test_closed_mechanisms_are_told_the_other_roads() -> None:
 def test_without_gravity_every_position_is_an_equilibrium() -> None:
     zero = number(0)
     still = walkthrough(replace(scene("two_link"), gravity=(zero, zero, zero)))
-    step = next(step for step in still.sections[-1].steps if step.key == "equilibria")
+    step = step_of(still, "equilibria")
     (said,) = step.blocks
     assert isinstance(said, Words)
     assert "Every position" in str(said.parts[0])
@@ -636,7 +639,7 @@ def test_pdf_is_built_and_the_same_every_time(tmp_path: Path) -> None:
 
 def test_pictures_have_a_text_for_those_who_cannot_see_them() -> None:
     pictures = [block for _, block in lesson("two_link").blocks() if isinstance(block, Picture)]
-    assert len(pictures) == 2
+    assert len({one.key for one in pictures}) == len(pictures) >= 2
     assert all(one.alt and one.caption.parts for one in pictures)
 
 

@@ -107,10 +107,10 @@ class Spelling:
         return self.inline(formula.left), f"{sign} {text or '0'}"
 
     def matrix(self, matrix: Matrix) -> str:
-        r"""Return left &= \begin{bmatrix} ... \end{bmatrix}."""
+        r"""Return left &= \begin{bmatrix} ... \end{bmatrix}, with \approx where a number is rounded."""
         cells = [self.inline(entry) for entry in matrix.entries]
         rows = r" \\ ".join(" & ".join(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width))
-        return rf"{self.symbols[matrix.left]} &= \begin{{bmatrix}} {rows} \end{{bmatrix}}"
+        return rf"{self.symbols[matrix.left]} &{self.sign(*matrix.entries)} \begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
     def written(self, value: float) -> str:
         """Return a number of prose."""

@@ -124,7 +124,7 @@ class _Page:
             yield f"{text}{WITH_NEXT}" if text.endswith(":") else text
         elif isinstance(block, Matrix):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
-            line = self.spell.matrix(block).replace("&=", "=", 1)
+            line = self.spell.matrix(block).replace("&", "", 1)
             yield f"\\begin{{equation*}}\n  {line}{tag}\n\\end{{equation*}}"
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"

@@ -4,36 +4,29 @@ At rest k_G + k_E = Q. Quarter turns are decided exactly. Where one angle alone 
 of k_G + k_E - Q in small steps; elsewhere they are what Newton's method finds, and the lesson says so. A position is
 stable where the potential of gravity, springs and constant forces has a minimum: all eigenvalues of
 ∂(k_G + k_E - Q)/∂q are positive.
-
-Where angles are singular these forces may vanish though no body is in balance; such places are named.
-
-    v = J q̇          velocities of all bodies: of a point, and angular
-    f = Jᵀ w         generalized forces at rest, of the forces w against those velocities
-    J⁺ᵀ f            the part of w that works on what the bodies can do: zero at rest, and only there
-
-There J loses rank, so f says less than w: a rotation that the bodies can make is none that the coordinates can tell.
-The part that works is then looked at beside the place, where J has its rank.
 """
 
 from __future__ import annotations
 
 import random
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Number, Pi, power_of, product_of
+from symdyn.algebra.form import Form, Number, Pi, express_form, power_of, product_of
+from symdyn.algebra.ratios import Ratios, solved
 from symdyn.draw.places import Array
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.graph import Expr, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
-from symdyn.teach.roads.lagrange.velocities import angular_velocity
+from symdyn.teach.roads.afterwards.singular_places import Judge
 from symdyn.teach.shown_state import Chosen
 
 STARTS = 60
@@ -42,44 +35,99 @@ MOST_TURNS = 8  # to either side, where a spring counts turns
 MOST_EXACT = 256  # candidates that are decided exactly
 CLOSE = 1e-7
 
-BESIDE = 1e-5  # rad or m
-WORKS = 1e-3  # of what works elsewhere: more than this is no rest
-TURNED = 1e-6  # of the largest singular value of J: less is a motion that the coordinates do not tell
-PLACES = 4
 
 Shown = list[str | Form]  # a place in print, one entry a coordinate
 
 
-def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
-    """Return the table of equilibria, or a sentence where every position is one, none is, or time decides."""
+@dataclass(frozen=True)
+class Place:
+    """A place of rest.
+
+    Attributes:
+        shown: its coordinates in print.
+        exact: the same as functions of the parameters; None for one that was found in numbers.
+        at: its coordinates, those of `Rest.q`.
+        kind: "stable", "unstable" or "undecided".
+    """
+
+    shown: Shown
+    exact: tuple[Expr, ...] | None
+    at: Array
+    kind: str
+
+
+@dataclass(frozen=True)
+class Rests:
+    """All places of rest that were found, and what was no such place.
+
+    Attributes:
+        rest: the forces that vanish there.
+        places: the exact ones first.
+        false: where coordinates are singular, though forces vanish.
+        searched: the sentence that says how they were looked for.
+        why: the key of the sentence that stands in place of a list; "" where there is one.
+    """
+
+    rest: Rest
+    places: tuple[Place, ...] = ()
+    false: tuple[Shown, ...] = ()
+    searched: Words | None = None
+    why: str = ""
+
+
+def places_of_rest(lesson: Lesson, chosen: Chosen) -> Rests:
+    """Return where the mechanism stays at rest without drives."""
     rest = Rest(lesson, chosen)
-
-    def step(*blocks: Block) -> Step:
-        return Step("equilibria", lesson.say("equilibria"), blocks)
-
     driven = any(joint.motion is not None for joint in lesson.scene.joints)
     if driven or lesson.graph.symbol(TIME) in reachable(rest.forces):
-        return step(lesson.say("equilibria.driven"))
+        return Rests(rest, why="driven")
     if not rest.q:
-        return step(lesson.say("equilibria.all" if all(map(rest.never, rest.forces)) else "equilibria.never"))
+        return Rests(rest, why="all" if all(map(rest.never, rest.forces)) else "never")
     exact = rest.exact()
     found, how_searched = rest.searched()
-    known = [np.array([float(Fraction(k)) * np.pi / 2 for k in one]) for one in exact]
-    places: list[tuple[Shown, str, Array]] = [
-        ([_quarter(k) for k in one], "exact", place) for one, place in zip(exact, known, strict=True)
+    known = [np.array(chosen.of(*one)) for one in exact]
+    places: list[tuple[Shown, tuple[Expr, ...] | None, Array]] = [
+        ([_exactly(x) for x in one], one, place) for one, place in zip(exact, known, strict=True)
     ]
     others = [x for x in found if not any(rest.same(x, y) for y in known)]
-    places += [([lesson.written(x) for x in place], "numeric", place) for place in others]
-    judge, rows, false = Judge(lesson, rest), [], []
-    for shown, how, place in places:
-        if judge.rests(place):
-            kind = rest.stable(place)
-            rows.append((*shown, lesson.say(f"equilibria.{kind}"), lesson.say(f"equilibria.{how}")))
-        else:
-            false.append(shown)
-    search = [how_searched, *([_left_out(lesson, rest, false)] if false else [])]
-    if not rows:
+    places += [([lesson.written(x) for x in place], None, place) for place in others]
+    judge = Judge(lesson, chosen, rest.q, rest.forces)
+    rests = [judge.rests(place) for _, _, place in places]
+    return Rests(
+        rest,
+        tuple(
+            Place(shown, one, place, rest.stable(place))
+            for (shown, one, place), ok in zip(places, rests, strict=True)
+            if ok
+        ),
+        tuple(shown for (shown, _, _), ok in zip(places, rests, strict=True) if not ok),
+        how_searched,
+    )
+
+
+def equilibrium_step(lesson: Lesson, found: Rests) -> Step:
+    """Return the table of equilibria, or a sentence where every position is one, none is, or time decides."""
+
+    def step(*blocks: Block) -> Step:
+        return Step("equilibria", lesson.say("equilibria"), blocks, show=("weights", "forces"))
+
+    if found.why:
+        return step(lesson.say(f"equilibria.{found.why}"))
+    rest = found.rest
+    search = [
+        *([found.searched] if found.searched else []),
+        *([_left_out(lesson, rest, found.false)] if found.false else []),
+    ]
+    if not found.places:
         return step(lesson.say("equilibria.none"), *search)
+    rows = [
+        (
+            *place.shown,
+            lesson.say(f"equilibria.{place.kind}"),
+            lesson.say("equilibria.exact" if place.exact is not None else "equilibria.numeric"),
+        )
+        for place in found.places
+    ]
     blocks: list[Block] = [lesson.table((*map(named, rest.q), "equilibria.kind", "equilibria.how"), rows), *search]
     idle: list[Form] = [named(q) for q in lesson.state.q if q not in rest.q]
     if idle:
@@ -127,8 +175,11 @@ class Rest:
         apart = [abs(_within(a - b)) if turns else abs(a - b) for a, b, turns in zip(x, y, self.turns, strict=True)]
         return max(apart) < 1e-6
 
-    def exact(self) -> list[tuple[int, ...]]:
-        """Return the places in quarter turns, slides at zero, that are equilibria for every value of the parameters."""
+    def exact(self) -> list[tuple[Expr, ...]]:
+        """Return the places that are equilibria for every value of the parameters: angles in quarter turns.
+
+        Slides are where linear springs hold them, at zero where nothing linear does.
+        """
         for choice in ((0, 2, 1, -1), (0, 2)):
             candidates = list(product(*(choice if angle else (0,) for angle in self.angles)))
             if len(candidates) <= MOST_EXACT:
@@ -139,12 +190,32 @@ class Rest:
         for one in candidates:
             at = {q: graph.pi * Fraction(k, 2) if k else graph.zero for q, k in zip(self.q, one, strict=True)}
             try:
+                at |= self._held(at)
                 left = substitute(self.forces, at)
             except ZeroDivisionError:  # a spring of no length pulls nowhere
                 continue
             if all(map(self.never, left)):
-                found.append(one)
+                found.append(tuple(at[q] for q in self.q))
         return found
+
+    def _held(self, at: Mapping[Expr, Expr]) -> dict[Expr, Expr]:
+        """Return where linear forces hold the slides, angles being given; nothing where they are not linear."""
+        slides = [q for q, angle in zip(self.q, self.angles, strict=True) if not angle]
+        along = [k for k, q in enumerate(self.lesson.state.q) if q in slides]
+        turned = {q: x for q, x in at.items() if q not in slides}
+        forces = substitute([self.forces[k] for k in along], turned)
+        slopes = [x for force in forces for x in gradient(force, slides)]
+        if not slides or set(reachable(slopes)).intersection(slides):
+            return {}
+        still = substitute(forces, dict.fromkeys(slides, self.lesson.graph.zero))
+        field = Ratios([*slopes, *still])
+        known, n = evaluate([*slopes, *still], field, field.values()), len(slides)
+        stiffness = [known[k : k + n] for k in range(0, n * n, n)]
+        try:
+            shifts = solved(field, stiffness, [[field.neg(x)] for x in known[n * n :]])
+        except (ZeroDivisionError, OverflowError):
+            return {}
+        return {q: express_form(field.form(x), self.lesson.graph) for q, (x,) in zip(slides, shifts, strict=True)}
 
     def searched(self) -> tuple[list[Array], Words]:
         """Return the places that were found in numbers, and the sentence that says how they were looked for."""
@@ -228,47 +299,12 @@ class Rest:
         return "stable" if least > 1e-9 * size else "unstable" if least < -1e-9 * size else "undecided"
 
 
-class Judge:
-    """Tells places of rest from places where coordinates are singular."""
-
-    def __init__(self, lesson: Lesson, rest: Rest) -> None:
-        self.rest, self.q, self.rank = rest, lesson.state.q, 0
-        self.J: list[Expr] = []
-        for body in lesson.scene.bodies:
-            origin = tangents(lesson.placed[body.name].p, lesson.state.velocity)
-            self.J += [x for v in (*origin, *angular_velocity(lesson, body)) for x in gradient(v, lesson.state.qd)]
-        rng = random.Random(2)
-        around = [self._measured(np.array([rng.uniform(-1.5, 1.5) for _ in self.q])) for _ in range(PLACES)]
-        self.rank = max((rank for rank, _ in around), default=0)
-        self.size = max((work for _, work in around), default=0.0)
-
-    def rests(self, place: Array) -> bool:
-        """Tell whether forces whose generalized forces vanish there do no work on anything that the bodies can do."""
-        at = dict(zip(self.rest.q, place, strict=True))
-        rng, q = random.Random(3), np.array([at.get(q, self.rest.chosen.values[q]) for q in self.q])
-        if self._measured(q)[0] >= self.rank:
-            return True
-        beside = [q + BESIDE * np.array([rng.uniform(0.5, 1) for _ in q]) for _ in range(PLACES)]
-        return max(self._measured(one)[1] for one in beside) <= WORKS * self.size
-
-    def _measured(self, q: Array) -> tuple[int, float]:
-        """Return the rank of J and the size of what works."""
-        n, at = len(self.q), self.rest.chosen.moved(dict(zip(self.q, map(float, q), strict=True)))
-        try:
-            flat = np.array(at.of(*self.rest.forces, *self.J))
-        except (ArithmeticError, ValueError):  # a spring of no length, a pole
-            return self.rank, 0.0
-        f, J = flat[:n], flat[n:].reshape(-1, n)
-        rank = int(np.linalg.matrix_rank(J, tol=TURNED * np.abs(J).max(initial=0.0)))
-        return rank, float(np.linalg.norm(np.linalg.pinv(J.T, rcond=1e-9) @ f))
-
-
 def _within(angle: float) -> float:
     turned = float(np.pi - (np.pi - angle) % (2 * np.pi))
     return np.pi if abs(turned + np.pi) < CLOSE else turned
 
 
-def _left_out(lesson: Lesson, rest: Rest, places: list[Shown]) -> Words:
+def _left_out(lesson: Lesson, rest: Rest, places: Sequence[Shown]) -> Words:
     """Return the sentence about places where coordinates are singular and the bodies are not at rest."""
     parts: Shown = []
     for place in places:
@@ -276,6 +312,12 @@ def _left_out(lesson: Lesson, rest: Rest, places: list[Shown]) -> Words:
         for k, (q, x) in enumerate(zip(rest.q, place, strict=True)):
             parts += [*([", "] if k else []), named(q), " ≈ " if isinstance(x, str) else " = ", x]
     return lesson.say("equilibria.singular", places=Words(tuple(parts)))
+
+
+def _exactly(node: Expr) -> Form:
+    """Return a place as it is printed: parts of π, or a quotient of parameters."""
+    field = Ratios([node])
+    return field.form(evaluate([node], field, field.values())[0])
 
 
 def _quarter(k: int) -> Form:

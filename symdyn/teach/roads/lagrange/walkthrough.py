@@ -8,7 +8,7 @@ from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.document import ERRATA, Block, Document, Section, Step, Words
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
-from symdyn.teach.roads.afterwards.equilibria import equilibrium_step
+from symdyn.teach.roads.afterwards.afterwards import after_sections
 from symdyn.teach.roads.lagrange.energies import energy_steps
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.roads.lagrange.meaning import meaning_steps
@@ -54,8 +54,8 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
             meanings = _with_picture(meanings, weights)
         sections.append(lesson.section("coefficients", [*steps, *meanings]))
     if last >= 4:
-        steps = number_steps(lesson, page, chosen)
-        steps += [equilibrium_step(lesson, chosen), power_step(lesson, page, chosen)]
+        sections += after_sections(lesson, page, chosen)
+        steps = [*number_steps(lesson, page, chosen), power_step(lesson, page, chosen)]
         sections.append(lesson.section("numbers", steps))
     if lesson.numbers:
         sections = [_with_errata(lesson, section, chosen) for section in sections]
