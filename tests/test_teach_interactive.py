@@ -309,8 +309,8 @@ def test_several_scenes_stand_in_one_page(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "both.html"
     path.write_text(text, encoding="utf-8")
     with opened(browser, path) as page:
-        page.fill("#live-cart_pole input[type=number][data-group=params]", "2.5")
-        assert page.eval_on_selector("#live-cart_pole [data-out=coefficient]", "x => x.dataset.value") == "2.6"
+        page.fill("[data-live=cart_pole] input[type=number][data-group=params]", "2.5")
+        assert page.eval_on_selector("[data-live=cart_pole] [data-out=coefficient]", "x => x.dataset.value") == "2.6"
         assert page.evaluate("Object.keys(symdyn).join()") == "two_link,cart_pole"
         assert page.evaluate("new Set([...document.querySelectorAll('[id]')].map(x => x.id)).size") == page.evaluate(
             "document.querySelectorAll('[id]').length"

@@ -39,7 +39,7 @@ for (const { input, group, k } of sliders) {
   input.addEventListener("input", () => {
     const x = input.valueAsNumber;
     if (!Number.isFinite(x)) return;
-    const range = root.querySelector(`input[type=range][data-group=${group}][data-k="${k}"]`);
+    const range = one(`input[type=range][data-group=${group}][data-k="${k}"]`);
     const [next, there] = moved(state, group, k, x, range.max - range.min);
     state = fitted(obeyed(next));
     const said = there ? "" : data.words.open;

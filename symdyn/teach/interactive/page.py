@@ -35,11 +35,17 @@ from symdyn.teach.mathml import inline
 
 
 class Interactive(NamedTuple):
-    """The page in three pieces: rules for a `<style>`, markup, and text for a `<script>` after it."""
+    """The page in pieces: rules for a `<style>`, two pieces of markup, and text for a `<script>` after both."""
 
     css: str
-    body: str
+    figure: str
+    panel: str
     script: str
+
+    @property
+    def body(self) -> str:
+        """The figure beside the panel of its sliders and tables."""
+        return f'<div class="live-both">\n{self.figure}{self.panel}</div>'
 
 
 def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> Interactive:
@@ -99,7 +105,8 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     }
     return Interactive(
         style("auto") + verbatim("teach/interactive.css") + verbatim("teach/interactive_figure.css") + "\n",
-        render("teach/interactive.html.jinja", body),
+        render("teach/interactive_figure.html.jinja", body),
+        render("teach/interactive_panel.html.jinja", body),
         render("teach/interactive.js.jinja", script),
     )
 
@@ -107,7 +114,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
 def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> str:
     """Return the interactive part as a page of its own, which needs nothing else; see `interactive`."""
     parts = interactive(scene, parameters, language)
-    values = {"title": in_html(scene.name), "language": language, **parts._asdict()}
+    values = {"title": in_html(scene.name), "language": language, **parts._asdict(), "body": parts.body}
     return render("teach/interactive_page.html.jinja", values)
 
 
