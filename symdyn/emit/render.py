@@ -25,6 +25,13 @@ def verbatim(file: str) -> str:
 
 
 @cache
+def script(file: str) -> str:
+    """Return the text of a file of JavaScript without indents and without lines that are comments."""
+    lines = (line.strip() for line in verbatim(file).splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith(("//", "/*", "*")))
+
+
+@cache
 def _environment() -> Environment:
     """Return the one environment, made when the first file is rendered."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -38,5 +45,5 @@ def _environment() -> Environment:
         autoescape=False,
     )
     environment.filters |= {"in_comment": in_comment, "in_docstring": in_docstring, "in_html": in_html}
-    environment.globals["verbatim"] = verbatim
+    environment.globals |= {"verbatim": verbatim, "script": script}
     return environment
