@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene, split
 from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
 from symdyn.emit.code.identifiers import page_stem
@@ -13,7 +13,9 @@ from symdyn.errors import EmitError
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.interactive import interactive_page
 from symdyn.teach.languages import languages
-from symdyn.teach.practice.exercises import with_exercises
+from symdyn.teach.practice.exercises import GRADES, with_exercises
+from symdyn.teach.practice.sheet import sheet
+from symdyn.teach.practice.variants import variant, with_changes
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
@@ -49,6 +51,29 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         action="store_true",
         help="leave results out, with hints and solutions; the HTML page checks answers",
     )
+    verb.add_argument(
+        "--grade",
+        type=int,
+        choices=tuple(GRADES),
+        help="of the exercises: 1 asks for every step, 2 for the results of each part (default), 3 for energies and "
+        "equations without the way",
+    )
+    verb.add_argument(
+        "--ask",
+        metavar="LIST",
+        help="ask for these steps instead, with commas between, such as velocity,rate:2",
+    )
+    verb.add_argument(
+        "--sheet",
+        choices=("questions", "solutions"),
+        help="the exercises as a sheet to print: the task and questions with room to write, or with their solutions",
+    )
+    verb.add_argument(
+        "--seed",
+        type=int,
+        metavar="N",
+        help="a variant of the scene that the number draws: other masses, lengths, axes, springs, another way down",
+    )
     verb.add_argument("-o", "--output", metavar="DIR|FILE", default=".", help="folder or file (default: here)")
 
 
@@ -62,8 +87,13 @@ def run(options: argparse.Namespace) -> int:
             page = interactive_page(scene, language=options.language)
             print_paths(*placed({f"{page_stem(scene.name)}.html": page}, options.output))
             return 0
+        drawn = None if options.seed is None else variant(scene, options.seed)
+        scene = drawn.scene if drawn else scene
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
-        document = with_exercises(document) if options.exercises else document
+        document = with_changes(document, drawn) if drawn else document
+        if options.exercises or options.grade or options.ask or options.sheet:
+            document = with_exercises(document, options.grade or 2, split(options.ask) or ())
+        document = sheet(document, options.sheet == "solutions") if options.sheet else document
         progress("writing")
         chosen = options.format or (ENDINGS.get(Path(options.output).suffix.lower(), "md"),)
         files = {name: text for one in chosen for name, text in rendered(document, one).items()}
@@ -73,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
 
 def formats(text: str) -> tuple[str, ...]:
     """Return the formats of a list, each once."""
-    names = tuple(dict.fromkeys(text.split(",")))
+    names = tuple(dict.fromkeys(split(text) or ("",)))
     for name in names:
         if name not in (*ENDINGS.values(), SLIDERS):
             known = ", ".join((*ENDINGS.values(), SLIDERS))

@@ -218,7 +218,14 @@ class Blank:
     solution: tuple[Block, ...]
 
 
-Block = Union[Words, Formula, Braced, Matrix, Picture, Values, Shares, Box, Fold, Blank]
+@dataclass(frozen=True)
+class Room:
+    """Empty lines on a sheet, to write on by hand."""
+
+    lines: int
+
+
+Block = Union[Words, Formula, Braced, Matrix, Picture, Values, Shares, Box, Fold, Blank, Room]
 
 
 # The document

@@ -25,6 +25,7 @@ from symdyn.teach.document import (
     Formula,
     Matrix,
     Picture,
+    Room,
     Shares,
     Values,
     Words,
@@ -142,6 +143,8 @@ class _Page:
             yield f"<details><summary>{self.words(block.summary)}</summary>\n{inside}</details>"
         elif isinstance(block, Blank):
             yield self._blank(block)
+        elif isinstance(block, Room):
+            yield f'<div class="room" style="height:{2 * block.lines}em"></div>'
 
     def _table(self, table: Values) -> str:
         head = "".join(f"<th>{self.words(cell)}</th>" for cell in table.head)

@@ -25,6 +25,7 @@ from symdyn.teach.document import (
     Formula,
     Matrix,
     Picture,
+    Room,
     Shares,
     Step,
     Values,
@@ -143,6 +144,8 @@ class _Page:
         elif isinstance(block, Blank):
             yield self.words(block.ask)
             yield rf"\emph{{{self.hint}: {self.words(block.hint)}}}"
+        elif isinstance(block, Room):
+            yield rf"\room{{{block.lines}}}"
 
     def _table(self, table: Values, room: float) -> str:
         """Return a table whose wide columns share what the narrow ones leave."""

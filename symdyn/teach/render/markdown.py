@@ -18,6 +18,7 @@ from symdyn.teach.document import (
     Formula,
     Matrix,
     Picture,
+    Room,
     Shares,
     Values,
     Words,
@@ -108,6 +109,8 @@ class Page:
             yield self.words(block.ask)
             summary = language_of(self.document.language).lesson["exercise.hint"]
             yield f"<details><summary>{summary}</summary>\n\n{self.words(block.hint)}\n\n</details>"
+        elif isinstance(block, Room):
+            yield "<br>" * block.lines
 
     def _bars(self, shares: Shares) -> str:
         rows: list[Iterable[str]] = [(f"${self.spell.inline(shares.total)}$", in_markdown(shares.unit), "")]
