@@ -12,10 +12,15 @@ from pathlib import Path
 import pytest
 
 from symdyn.cli import main
+from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.forces import FORCES
+from symdyn.scene.formats.toml_writer import write_text
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.toml import read_text
+from symdyn.scene.values.texts import in_language
 from symdyn.teach import languages as room
+from symdyn.teach import rendered, walkthrough
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 WIDE = {ord(x): ord(x) + 0xFEE0 for x in "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"}
@@ -117,3 +122,43 @@ def test_no_word_of_another_language_is_on_a_page(
     page = seen((tmp_path / f"{scene}.html").read_text("utf-8"))
     assert f'lang="{made_up}"' in (tmp_path / f"{scene}.html").read_text("utf-8")
     assert foreign(page, scene) == []
+
+
+# What a scene says of its parameters
+
+BOB = """
+name = "bob"
+gravity = [0, -9.81, 0]
+[parameters]
+m = {{ value = 2, unit = "kg", text = {text} }}
+[inputs.u]
+text = {{ en = "voltage", sk = "napätie" }}
+[bodies.rod]
+particles = [{{ mass = "m", at = [1.5, 0, 0] }}]
+[joints.pivot]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [0, 0, 1]
+"""
+
+
+def test_a_scene_may_say_what_its_letters_are_in_several_languages() -> None:
+    scene = read_text(BOB.format(text='{ en = "mass of the bob", sk = "hmotnosť závažia" }'))
+
+    assert [one.text for one in (*scene.parameters, *scene.inputs)] == ["mass of the bob", "voltage"]
+    assert [one.text for one in in_language(scene, "sk").parameters] == ["hmotnosť závažia"]
+    assert read_text(write_text(scene).text) == scene
+    pages = {code: rendered(walkthrough(scene, code), "md")["bob.md"] for code in ("en", "sk")}
+    assert "hmotnosť závažia" in pages["sk"]
+    assert "mass of the bob" not in pages["sk"]
+    assert "mass of the bob" in pages["en"]
+    only = read_text(BOB.format(text='{ sk = "hmotnosť závažia" }'))
+    assert only.parameters[0].text == "hmotnosť závažia"
+    assert read_text(write_text(only).text) == only
+
+
+@pytest.mark.parametrize("text", ['{ english = "mass" }', "{ en = 1 }", "{}", '{ en = "a", sk = ["b"] }', "3"])
+def test_what_is_no_description_is_told(text: str) -> None:
+    with pytest.raises(SceneError, match=r"parameters\.m"):
+        read_text(BOB.format(text=text))

@@ -53,7 +53,20 @@ WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; 
     "positive": ("whether it is above zero whatever its value, so that forms get shorter", FLAG),
     "unit": ("for tables, comments and axes of plots", TEXT),
     "latex": ("its symbol in printed equations", TEXT),
-    "text": ("what it is, for tables and comments", TEXT),
+    "text": (
+        "what it is, for tables and comments; or a table of languages: { en = ..., sk = ... }",
+        {
+            "anyOf": [
+                TEXT,
+                {
+                    "type": "object",
+                    "patternProperties": {"^[a-z]{2}$": TEXT},
+                    "additionalProperties": False,
+                    "minProperties": 1,
+                },
+            ]
+        },
+    ),
     "formula": ("of coordinates, rates, points, reactions, inputs, parameters and t", NUMBER),
     "mass": ("kg", NUMBER),
     "com": ("centre of mass in the body frame, m", VECTOR),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypedDict
 
 from symdyn.scene.checks.draft import Draft
 from symdyn.scene.checks.whole import check
@@ -17,6 +19,8 @@ from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.quantity import NULL, ZERO, Vector
 from symdyn.scene.values.table import Entry, Faults, Table, show
+
+LANGUAGE = re.compile("[a-z]{2}")
 
 PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
 
@@ -143,6 +147,11 @@ def _gravity(raw: object, faults: Faults) -> Vector:
     return Table(Entry("", {"gravity": raw}, ""), faults, ("gravity",)).vector("gravity")
 
 
+class _Described(TypedDict):
+    text: str
+    texts: tuple[tuple[str, str], ...]
+
+
 def _parameter(entry: Entry, faults: Faults) -> Parameter:
     table = Table(entry, faults, PARAMETER_KEYS)
     return Parameter(
@@ -151,7 +160,7 @@ def _parameter(entry: Entry, faults: Faults) -> Parameter:
         positive=table.flag("positive"),
         unit=table.text("unit"),
         latex=table.text("latex") if "latex" in table else None,
-        text=table.text("text"),
+        **_described(table),
     )
 
 
@@ -162,7 +171,7 @@ def _input(entry: Entry, faults: Faults) -> Input:
         value=table.quantity("value"),
         unit=table.text("unit"),
         latex=table.text("latex") if "latex" in table else None,
-        text=table.text("text"),
+        **_described(table),
     )
 
 
@@ -170,7 +179,21 @@ def _output(entry: Entry, faults: Faults) -> Signal:
     table = Table(entry, faults, OUTPUT_KEYS)
     if "formula" not in table:
         table.fault('formula is missing; write what is looked at, such as formula = "point_tip_x"')
-    return Signal(entry.name, table.quantity("formula"), table.text("unit"), table.text("text"))
+    return Signal(entry.name, table.quantity("formula"), table.text("unit"), **_described(table))
+
+
+def _described(table: Table) -> _Described:
+    """Return `text` and `texts` of what a row says it is, in one language or in several."""
+    raw = table.raw.get("text", "")
+    if not isinstance(raw, dict):
+        return {"text": table.text("text"), "texts": ()}
+    if not raw or not all(LANGUAGE.fullmatch(code) for code in raw):
+        table.fault(f'text = {show(raw)} names languages by two letters, such as {{ en = "mass", sk = "hmotnosť" }}')
+        return {"text": "", "texts": ()}
+    each = Table(Entry(table.entry.name, raw, f"{table.entry.where}.text"), table.faults, tuple(raw))
+    said = {code: each.text(code) for code in raw}
+    first = "en" if "en" in said else next(iter(said))
+    return {"text": said[first], "texts": tuple((code, text) for code, text in said.items() if code != "en")}
 
 
 def _point(entry: Entry, faults: Faults) -> Point:

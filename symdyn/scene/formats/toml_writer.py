@@ -78,19 +78,29 @@ def _parameter(parameter: Parameter) -> str:
     pairs += [("unit", _text(parameter.unit))] if parameter.unit else []
     pairs += [("positive", "true")] if parameter.positive else []
     pairs += [("latex", _text(parameter.latex))] if parameter.latex is not None else []
-    pairs += [("text", _text(parameter.text))] if parameter.text else []
+    pairs += _described(parameter)
     return pairs[0][1] if [key for key, _ in pairs] == ["value"] else _inline(pairs)
 
 
 def _input(one: Input) -> Iterator[tuple[str, str]]:
     if one.value != ZERO:
         yield "value", _number(one.value)
-    yield from ((key, _text(said)) for key in ("unit", "latex", "text") if (said := getattr(one, key)))
+    yield from ((key, _text(said)) for key in ("unit", "latex") if (said := getattr(one, key)))
+    yield from _described(one)
 
 
 def _output(one: Signal) -> Iterator[tuple[str, str]]:
     yield "formula", _number(one.formula)
-    yield from ((key, _text(said)) for key in ("unit", "text") if (said := getattr(one, key)))
+    yield from [("unit", _text(one.unit))] if one.unit else []
+    yield from _described(one)
+
+
+def _described(one: Parameter | Input | Signal) -> list[tuple[str, str]]:
+    """Return what it is, in one language or in several."""
+    if not one.texts:
+        return [("text", _text(one.text))] if one.text else []
+    english = [] if one.text in dict(one.texts).values() else [("en", one.text)]
+    return [("text", _inline([(code, _text(text)) for code, text in (*english, *one.texts)]))]
 
 
 def _body(body: Body) -> Iterator[tuple[str, str]]:

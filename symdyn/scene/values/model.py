@@ -36,6 +36,7 @@ class Parameter:
         unit: for tables, e.g. "kg".
         latex: how to print it; None derives it from the name.
         text: a description for tables.
+        texts: the same in other languages: ("sk", description).
     """
 
     name: str
@@ -44,6 +45,7 @@ class Parameter:
     unit: str = ""
     latex: str | None = None
     text: str = ""
+    texts: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -228,6 +230,7 @@ class Input:
         unit: for tables, e.g. "V".
         latex: how to print it; None derives it from the name.
         text: a description for tables.
+        texts: the same in other languages: ("sk", description).
     """
 
     name: str
@@ -235,6 +238,7 @@ class Input:
     unit: str = ""
     latex: str | None = None
     text: str = ""
+    texts: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -246,12 +250,14 @@ class Signal:
         formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, points and reactions.
         unit: for tables, e.g. "m".
         text: a description for tables.
+        texts: the same in other languages: ("sk", description).
     """
 
     name: str
     formula: Quantity
     unit: str = ""
     text: str = ""
+    texts: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def as_parameters(scene: Scene) -> Scene:
     if not scene.inputs:
         return replace(scene, outputs=()) if scene.outputs else scene
     more = tuple(
-        Parameter(one.name, None if one.value == ZERO else one.value, False, one.unit, one.latex, one.text)
+        Parameter(one.name, None if one.value == ZERO else one.value, False, one.unit, one.latex, one.text, one.texts)
         for one in scene.inputs
     )
     return replace(scene, parameters=(*scene.parameters, *more), inputs=(), outputs=())

@@ -27,6 +27,7 @@ from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.render import render, verbatim
 from symdyn.scene import Scene
 from symdyn.scene.values.signals import as_parameters
+from symdyn.scene.values.texts import in_language
 from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.tables import exerted, force_tables
@@ -66,7 +67,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         EmitError: latex2mathml is not installed.
     """
     sentences = language_of(language).page
-    scene = as_parameters(scene)
+    scene = in_language(as_parameters(scene), language)
     begun, whole = start(scene), scene
     scene = by_hand(scene)
     if parameters:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from symdyn.errors import EmitError
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values.signals import as_parameters
+from symdyn.scene.values.texts import in_language
 from symdyn.teach.document import Document
 from symdyn.teach.languages import languages
 from symdyn.teach.roads.dalembert import walkthrough as dalembert
@@ -55,7 +56,7 @@ def walkthrough(
         EmitError: an unknown choice, or a scene that is too large to be read.
         DerivationError: the scene has no closed form, or constraints that Lagrange's road does not take.
     """
-    scene = as_parameters(scene_of(scene))
+    scene = in_language(as_parameters(scene_of(scene)), language)
     for name, value, known in (("language", language, languages()), ("detail", detail, DETAILS), ("road", road, ROADS)):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
