@@ -162,3 +162,11 @@ def test_a_scene_may_say_what_its_letters_are_in_several_languages() -> None:
 def test_what_is_no_description_is_told(text: str) -> None:
     with pytest.raises(SceneError, match=r"parameters\.m"):
         read_text(BOB.format(text=text))
+
+
+@pytest.mark.parametrize("code", room.languages())
+def test_no_key_of_lessons_stands_in_two_tables(code: str) -> None:
+    """All tables are read as one: the later of two would be said in place of the other."""
+    tables = tomllib.loads((room.FOLDER / f"{code}.toml").read_text(encoding="utf-8"))["lesson"]
+    keys = [key for table in tables.values() for key in table]
+    assert sorted(keys) == sorted(set(keys))

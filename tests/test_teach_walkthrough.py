@@ -13,7 +13,7 @@ import pytest
 from latex_reader import LatexReader, displays
 from mechanisms import jointed
 
-from symdyn.algebra.form import ZERO, Symbol, express_form, terms_of
+from symdyn.algebra.form import ZERO, Symbol, express_form, symbols_of, terms_of
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace
@@ -101,6 +101,12 @@ def reader(document: Document) -> LatexReader:
     return LatexReader(symbols, graph)
 
 
+def is_general(document: Document, block: Formula | Braced) -> bool:
+    """Whether a formula is about any coordinate q_i, which has no value."""
+    named = [document.names.get(key) for key in symbols_of(block.form)]
+    return any(one is not None and one.node is None and one.look is not None for one in named)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "road"),
@@ -118,6 +124,8 @@ def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: 
     assert len(printed) == len(blocks) > 5
     read_latex = reader(document)
     for text, block in zip(printed, blocks, strict=True):
+        if is_general(document, block):
+            continue  # of any coordinate; `test_the_principle_holds_for_every_coordinate` puts each in its place
         left, *right = read_latex.sides(text)
         key = block.value if isinstance(block, Braced) else block.left
         truth = document.names[key].node if key else left
@@ -432,8 +440,8 @@ def test_textbook_mode_numbers_every_equation() -> None:
     assert numbers >= set(NUMBERS.values())
     boxes = [block for _, block in document.blocks() if isinstance(block, Box) and block.kind == "erratum"]
     assert len(boxes) == len(READS)
-    others = [block for _, block in lesson("double_pendulum").blocks() if isinstance(block, Formula)]
-    assert not any(block.number for block in others)
+    others = {block.number for _, block in lesson("double_pendulum").blocks() if isinstance(block, Formula)}
+    assert others == {"", "5.21", "5.22"}  # of every mechanism
 
 
 def step_of(document: Document, key: str) -> Step:
@@ -581,8 +589,12 @@ def test_a_wrong_moment_of_inertia_stops_the_lesson(monkeypatch: pytest.MonkeyPa
 
 def test_until_and_detail_shorten() -> None:
     arm = scene("two_link")
-    parts = [walkthrough(arm, until=until).sections[-1].key for until in ("energies", "lagrangian", "equations")]
-    assert parts == ["energies", "lagrangian", "equations"]
+    parts = [walkthrough(arm, until=until).sections for until in ("energies", "lagrangian", "equations")]
+    assert [[s.key for s in found if s.key != "errata"][-1] for found in parts] == [
+        "energies",
+        "lagrangian",
+        "equations",
+    ]
     brief = walkthrough(arm, detail="brief")
     assert sum(len(s.steps) for s in brief.sections) < sum(len(s.steps) for s in lesson("two_link").sections)
     with pytest.raises(EmitError, match="until 'now' is no part of the road lagrange"):

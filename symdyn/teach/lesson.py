@@ -53,6 +53,7 @@ class Prose:
     scene: Scene
     language: str
     names: dict[str, Name] = field(default_factory=dict)
+    told: dict[str, str | Form | Words] = field(default_factory=dict, repr=False)
 
     # Names
 
@@ -73,12 +74,12 @@ class Prose:
         self.names[key] = Name(replace(look, letter=self.letters[look.letter]), node)
         return Symbol(key)
 
-    def slope(self, of: str, by: str, node: Expr) -> Symbol:
+    def slope(self, of: str, by: str, node: Expr | None) -> Symbol:
         """Name ∂of/∂by."""
         self.names[key := f"d{of}/d{by}"] = Name(Slope(of, by), node)
         return Symbol(key)
 
-    def rate(self, of: str, node: Expr) -> Symbol:
+    def rate(self, of: str, node: Expr | None) -> Symbol:
         """Name d/dt of."""
         self.names[key := f"d/dt {of}"] = Name(Rate(of), node)
         return Symbol(key)
@@ -93,6 +94,13 @@ class Prose:
     def tongue(self) -> Language:
         """All words of the language."""
         return language_of(self.language)
+
+    def once(self, key: str, of: str | Form | Words, **places: str | Form | Words) -> Words:
+        """Return prose the first time that it is asked for; later a reference to what it was told of."""
+        if key in self.told:
+            return self.say("as.before", of=self.told[key])
+        self.told[key] = of
+        return self.say(key, **places)
 
     def written(self, value: float) -> str:
         """Return a number of prose, see `mathematics.written`."""

@@ -6,16 +6,16 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, power_of, product_of, sum_of
 from symdyn.graph import Op, substitute
 from symdyn.scene import express, parse
 from symdyn.scene.forces import elastic
-from symdyn.teach.document import Block, Box, Formula
-from symdyn.teach.lesson import Lesson
+from symdyn.teach.document import ERRATA, Block, Box, Formula, Section, Step, Words
+from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.shown_state import Chosen
 
 LAGRANGIAN = (
@@ -103,12 +103,36 @@ def numbers_for(lesson: Lesson) -> Mapping[str, str]:
     return NUMBERS if same and all(joint.drive for joint in scene.moving) else {}
 
 
-def errata(lesson: Lesson, step: str, chosen: Chosen) -> list[Box]:
-    """Return the boxes that belong behind a step."""
-    boxes = [_box(lesson, one, chosen) for one in READS if one.step == step]
-    if step == "equation:1":
-        boxes.insert(0, Box("remark", lesson.say("textbook.signs.title"), (lesson.say("textbook.signs"),)))
-    return boxes
+def errata(lesson: Lesson, section: Section, chosen: Chosen) -> Section:
+    """Return a section with a step of boxes behind each step where the source is wrong; `with_appendix` moves them."""
+    steps: list[Step] = []
+    signs = Box("remark", lesson.say("textbook.signs.title"), (lesson.say("textbook.signs"),))
+    for one in section.steps:
+        step = replace(one, blocks=(*one.blocks, signs)) if one.key == "equation:1" else one
+        boxes = tuple(_box(lesson, wrong, chosen) for wrong in READS if wrong.step == step.key)
+        steps += [step, Step(f"{ERRATA}{step.key}", Words(()), boxes)] if boxes else [step]
+    return replace(section, steps=tuple(steps))
+
+
+def with_appendix(prose: Prose, sections: Sequence[Section]) -> list[Section]:
+    """Return the sections with what the textbook has wrong in one at their end, and a mark at each step before it."""
+    kept, appendix, count = [], list[Step](), 0
+    for section in sections:
+        steps: list[Step] = []
+        for step in section.steps:
+            if not step.key.startswith(ERRATA):
+                steps.append(step)
+                continue
+            numbers, boxes = [], []
+            for box in step.blocks:
+                assert isinstance(box, Box), "an erratum stands in a box"
+                numbers.append(str(count := count + 1))
+                boxes.append(replace(box, title=Words((f"{count}. ", *box.title.parts))))
+            mark = prose.text("erratum.mark", numbers=", ".join(numbers))
+            steps[-1] = replace(steps[-1], reference=", ".join(filter(None, (steps[-1].reference, mark))))
+            appendix.append(replace(step, blocks=tuple(boxes)))
+        kept.append(replace(section, steps=tuple(steps)))
+    return [*kept, prose.section("errata", appendix)] if appendix else kept
 
 
 def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
@@ -125,12 +149,12 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
         (read,) = substitute([typed], {x: y for x, y in meanings.items() if y is not None})
         assert not lesson.vanishes(read - node), f"({one.number}) is right as quoted; {one.left}"
         wrong, right = chosen.of(read, node)
-        left = Symbol(one.left)
+        left, where = Symbol(one.left), {"section": lesson.text("section.numbers")}
         blocks += [
             lesson.say("erratum.reads", left=left, form=printed),
             lesson.say("erratum.right"),
             Formula(one.left, lesson.short(node)),
-            lesson.say("erratum.check", left=left, wrong=lesson.about(wrong), right=lesson.equals(right)),
+            lesson.say("erratum.check", left=left, wrong=lesson.about(wrong), right=lesson.equals(right), **where),
         ]
     return Box("erratum", title, tuple(blocks))
 

@@ -158,13 +158,13 @@ def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
     key = f"Kw:{tag}"
     blocks: list[Block] = [Formula(key, sum_of(terms)), folded(lesson, Formula(key, kinetic_form(lesson, spin)))]
     claim = lesson.say("spin", body=mass.body.name)
-    return Step(f"spin:{tag}", claim, tuple(blocks), lesson.say("spin.reason"), level="full")
+    return Step(f"spin:{tag}", claim, tuple(blocks), lesson.once("spin.reason", mass.body.name), level="full")
 
 
 def _offset(lesson: Lesson, mass: Mass, term: Expr) -> Step:
     claim = lesson.say("offset", body=mass.body.name)
     block = folded(lesson, Formula(f"Kh:{mass.tag}", kinetic_form(lesson, term)))
-    return Step(f"offset:{mass.tag}", claim, (block,), lesson.say("offset.reason"), level="full")
+    return Step(f"offset:{mass.tag}", claim, (block,), lesson.once("offset.reason", mass.body.name), level="full")
 
 
 def _rotor(lesson: Lesson, joint: Joint, kinetic: list[str]) -> Step:
@@ -214,7 +214,7 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
         blocks.append(Formula(key, sum_of(places), lesson.number(f"P.definition:{tag}")))
     blocks.append(folded(lesson, Formula(key, lesson.short(node), lesson.number(key))))
     claim = lesson.say("potential", body=mass.body.name, tag=tag)
-    reason = lesson.say("potential.reason")
+    reason = lesson.once("potential.reason", Symbol(key))
     return [Step(f"potential:{tag}", claim, tuple(blocks), reason, _reference(lesson, key))]
 
 
@@ -244,7 +244,6 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
     negative = sum_of(_negated(term) for term in terms_of(forms.form("P")))
     blocks: list[Block] = [
-        Formula("L:", sum_of((Symbol("K:"), product_of((MINUS_ONE, Symbol("P:"))))), lesson.number("L.definition")),
         folded(lesson, Formula("L:", sum_of((forms.form("K"), negative)), lesson.number("L"))),
     ]
     steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, groupby
 
-from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, signed_product, sum_of, terms_of
-from symdyn.algebra.trigonometric import Polynomial
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    ZERO,
+    Form,
+    Symbol,
+    factors_of,
+    power_of,
+    product_of,
+    signed_product,
+    sum_of,
+    terms_of,
+)
 from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.mechanism.directions import christoffel
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Coefficient, Printable, printable
-from symdyn.graph import Expr
+from symdyn.graph import Expr, tangents
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
+from symdyn.teach.roads.lagrange.forms import is_rate, rate_of
 from symdyn.teach.roads.lagrange.velocities import MOST_TERMS, folded, length
 
 WIDEST = 110
@@ -77,11 +88,13 @@ def _momentum(lesson: Lesson, i: int) -> Step:
     form = sum_of(term for term in terms if term != ZERO)
     block = folded(lesson, Formula(symbol.name, form, lesson.number(f"momentum:{i + 1}")))
     claim, key = lesson.say("momentum", slope=symbol), f"momentum:{i + 1}"
-    return Step(key, claim, (block,), lesson.say("momentum.reason", rate=_qd(lesson, i)), lesson.reference(key))
+    return Step(
+        key, claim, (block,), lesson.once("momentum.reason", symbol, rate=_qd(lesson, i)), lesson.reference(key)
+    )
 
 
 def _rate(lesson: Lesson, i: int) -> Step:
-    """Return d/dt ∂L/∂q̇_i, and which term comes from the rate of which coordinate."""
+    """Return d/dt ∂L/∂q̇_i: the product rule, term by term, then the sum by accelerations and rates."""
     forms, n = lesson.forms, lesson.state.n
     symbol = lesson.rate(f"dL:/d{lesson.state.qd[i].value}", lesson.momentum_rates[i])
     slopes = {
@@ -98,27 +111,44 @@ def _rate(lesson: Lesson, i: int) -> Step:
             terms.append(_signed(forms.compactor(total), *_rates(lesson, j, k)))
     key = f"rate:{i + 1}"
     formula = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
-    table = _origins(lesson, i, slopes)
+    written = sum(length(_M(lesson, i, j)) for j in range(n)) <= MOST_TERMS
+    table = _products(lesson, i) if written else _products_by_name(lesson, i)
     shown: Block = table if n <= SMALL_SCENE else Fold(lesson.say("rate.fold"), (table,))
-    claim, reason = lesson.say("rate", rate=symbol), lesson.say("rate.reason")
-    return Step(key, claim, (shown, formula), reason, lesson.reference(key))
+    claim, reason = lesson.say("rate", rate=symbol), lesson.once("rate.reason", symbol)
+    return Step(key, claim, (shown, lesson.say("rate.sum"), formula), reason, lesson.reference(key))
 
 
-def _origins(lesson: Lesson, i: int, slopes: Mapping[tuple[int, int], Polynomial]) -> Values:
-    """Return a table: each term of ∂L/∂q̇_i, by its coefficient's name, and what each rate makes of it."""
-    forms = lesson.forms
+def _products(lesson: Lesson, i: int) -> Values:
+    """Return a table: each term of ∂L/∂q̇_i, a coefficient times a rate, and both parts of its derivative."""
+    rates: dict[str, Form] = {str(q.value): named(u) for q, u in zip(lesson.state.q, lesson.state.rates, strict=True)}
     rows: list[tuple[Form, Form, Form]] = []
     for j in range(lesson.state.n):
-        if not forms.M[i][j]:
-            continue
-        name = Symbol(f"k_z:{i + 1},{j + 1}")
-        term = product_of((name, _qd(lesson, j)))
-        rows.append((term, _qdd(lesson, j), product_of((name, _qdd(lesson, j)))))
-        for k in range(lesson.state.n):
-            if slopes[j, k]:
-                given = _signed(forms.compactor(slopes[j, k]), *_rates(lesson, j, k))
-                rows.append((term, _qd(lesson, k), given))
-    return lesson.table(("rate.term", "rate.from", "rate.gives"), rows)
+        for term in terms_of(_M(lesson, i, j)):
+            changing = sum_of(_with_rate(part, _qd(lesson, j)) for part in terms_of(rate_of(term, rates)))
+            rows.append((product_of((term, _qd(lesson, j))), changing, product_of((term, _qdd(lesson, j)))))
+    return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
+
+
+def _products_by_name(lesson: Lesson, i: int) -> Values:
+    """Return the same with coefficients that are long by their names."""
+    rows: list[tuple[Form, Form, Form]] = []
+    for j in range(lesson.state.n):
+        if lesson.forms.M[i][j]:
+            key = f"k_z:{i + 1},{j + 1}"
+            (node,) = tangents([node_of(lesson, key)], lesson.state.velocity)
+            change = lesson.rate(key, node)
+            rates = _qd(lesson, j), _qdd(lesson, j)
+            rows.append((product_of((Symbol(key), rates[0])), product_of((change, rates[0])),
+                         product_of((Symbol(key), rates[1]))))  # fmt: skip
+    return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
+
+
+def _with_rate(term: Form, rate: Symbol) -> Form:
+    """Return a term with one rate more, squares as squares and the rates in order."""
+    factors = [*factors_of(term), rate]
+    rates = sorted((x for x in factors if isinstance(x, Symbol) and is_rate(x)), key=lambda x: x.name)
+    others = [x for x in factors if x not in rates]
+    return product_of((*others, *(power_of(x, rates.count(x)) for x in dict.fromkeys(rates))))
 
 
 def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
@@ -141,7 +171,7 @@ def _slope(lesson: Lesson, page: Printable, i: int) -> Step:
     key = f"slope:{i + 1}"
     block = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
-    reason = lesson.say("slope.absent" if absent else "slope.reason", q=named(q))
+    reason = lesson.once("slope.absent" if absent else "slope.reason", symbol, q=named(q))
     return Step(key, lesson.say("slope", slope=symbol), (block,), reason, lesson.reference(key))
 
 

@@ -60,7 +60,7 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
             table = tuple(details)
             blocks = [*(table if shown and len(table) < 3 else (Fold(lesson.say("velocity.terms"), table),)), *blocks]
         claim = lesson.say("velocity", tag=mass.tag, body=mass.body.name)
-        reason = lesson.say("velocity.reason")
+        reason = lesson.once("velocity.reason", lesson.say("place", tag=mass.tag))
         reference = _range([block for block in blocks if isinstance(block, Formula)])
         steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
         if mass.spins:
@@ -72,7 +72,9 @@ def _turning(lesson: Lesson, mass: Mass) -> Step:
     w, tag = angular_velocity(lesson, mass.body), mass.tag
     names = [lesson.name(f"omega:{tag}{axis}", "omega", tag, axis, node=node) for axis, node in _along(w)]
     claim = lesson.say("turning", body=mass.body.name)
-    return Step(f"turning:{tag}", claim, tuple(_components(lesson, names, w)), lesson.say("turning.reason"))
+    return Step(
+        f"turning:{tag}", claim, tuple(_components(lesson, names, w)), lesson.once("turning.reason", mass.body.name)
+    )
 
 
 def _along(v: Vec) -> Iterator[tuple[str, Expr]]:
@@ -89,8 +91,9 @@ def _components(lesson: Lesson, names: list[Symbol], v: Vec) -> list[Block]:
             blocks.append(folded(lesson, Formula(name.name, form, lesson.number(name.name))))
         else:
             absent.append(name)
-    if len(absent) == 2:
-        return [*blocks, Formula(absent[0].name, absent[1], right=ZERO)]
+    if len(absent) > 1:
+        first, second, *absent = absent
+        blocks.append(Formula(first.name, second, right=ZERO))
     return [*blocks, *(Formula(one.name, ZERO) for one in absent)]
 
 

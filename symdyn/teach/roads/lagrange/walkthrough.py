@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symdyn.scene import Scene, without_hidden_zeros
-from symdyn.teach.document import ERRATA, Block, Document, Section, Step, Words
+from symdyn.teach.coordinates import coordinate_step
+from symdyn.teach.document import Block, Document, Step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
 from symdyn.teach.roads.afterwards.afterwards import after_sections
@@ -13,9 +14,10 @@ from symdyn.teach.roads.lagrange.energies import energy_steps
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.roads.lagrange.meaning import meaning_steps
 from symdyn.teach.roads.lagrange.numbers import number_steps, power_step, scene_picture, weights_picture
+from symdyn.teach.roads.lagrange.principle import principle_steps, task_step
 from symdyn.teach.roads.lagrange.velocities import position_steps, velocity_steps
-from symdyn.teach.shown_state import Chosen, choose_state
-from symdyn.teach.textbook import errata, numbers_for
+from symdyn.teach.shown_state import choose_state
+from symdyn.teach.textbook import errata, numbers_for, with_appendix
 
 UNTIL = ("energies", "lagrangian", "equations", "coefficients", "numbers")
 """The parts that it may end with."""
@@ -32,9 +34,12 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     lesson.numbers = numbers_for(lesson)
     found = lesson.masses
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
+    page = name_coefficients(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
+    first = [shown, task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [shown, *acting_steps(lesson), notation_step(lesson)]),
+        lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
+        lesson.section("principle", principle_steps(lesson, page)),
         lesson.section("positions", position_steps(lesson, found)),
         lesson.section("velocities", velocity_steps(lesson, found)),
     ]
@@ -44,7 +49,6 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     if last >= 1:
         sections.append(lesson.section("lagrangian", [lagrangian]))
     if last >= 2:
-        page = name_coefficients(lesson)
         sections.append(lesson.section("equations", equation_steps(lesson, page)))
     if last >= 3:
         steps = coefficient_steps(lesson, page)
@@ -58,7 +62,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
         steps = [*number_steps(lesson, page, chosen), power_step(lesson, page, chosen)]
         sections.append(lesson.section("numbers", steps))
     if lesson.numbers:
-        sections = [_with_errata(lesson, section, chosen) for section in sections]
+        sections = with_appendix(lesson, [errata(lesson, section, chosen) for section in sections])
     title = lesson.text("title", scene=scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
 
@@ -69,14 +73,3 @@ def _with_picture(steps: list[Step], shown: Block) -> list[Step]:
         if step.key.startswith("meaning:k_G"):
             return [*steps[:k], replace(step, blocks=(shown, *step.blocks)), *steps[k + 1 :]]
     return steps
-
-
-def _with_errata(lesson: Lesson, section: Section, chosen: Chosen) -> Section:
-    """Return the section with a step of boxes behind each step where the source is wrong."""
-    steps: list[Step] = []
-    for step in section.steps:
-        steps.append(step)
-        boxes = errata(lesson, step.key, chosen)
-        if boxes:
-            steps.append(Step(f"{ERRATA}{step.key}", Words(()), tuple(boxes)))
-    return replace(section, steps=tuple(steps))

@@ -1,0 +1,167 @@
+"""What a lesson by Lagrange's road says before it derives: the task, zeros and senses, (5.21) and (5.22)."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.algebra.form import Symbol, express_form, symbols_of
+from symdyn.algebra.numeric import Floats
+from symdyn.draw.places import places
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
+from symdyn.scene import read, read_text
+from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.document import Box, Formula, Step, Values, Words
+from symdyn.teach.mathematics import Spelling
+from symdyn.teach.roads.lagrange.principle import ANY
+
+ROOT = Path(__file__).parent.parent
+SCENES = {name: ROOT / f"examples/{name}.toml" for name in ("two_link", "cart_pole", "spatial_3r", "pendulum")}
+SCENES |= {
+    name: ROOT / f"tests/data/found/{name}.toml" for name in ("heavy_top_zyx", "hoop_driven", "elastic_pendulum")
+}
+
+
+@cache
+def lesson(name: str, language: str = "en") -> Document:
+    return walkthrough(read(SCENES[name]), language)
+
+
+def step(document: Document, key: str) -> Step:
+    return next(step for section in document.sections for step in section.steps if step.key == key)
+
+
+def floats(nodes: list[Expr]) -> list[float]:
+    symbols = [x for x in reachable(nodes) if x.op is Op.SYMBOL]
+    return evaluate(nodes, Floats(), {x: 0.4 + sum(map(ord, str(x.value))) % 83 / 61 for x in symbols})
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_principle_holds_for_every_coordinate(name: str) -> None:
+    document = lesson(name)
+    g, K, P = document.graph, document.names["K:"].node, document.names["P:"].node
+    assert K is not None
+    assert P is not None
+    formulas = [b for key in ("principle", "principle:L") for b in step(document, key).blocks if isinstance(b, Formula)]
+    assert [block.number for block in formulas][:2] == ["5.21", "5.22"]
+    q = [g.symbol(x) for x in document.scene.coordinates]
+    u = [g.symbol(f"{x}_dot") for x in document.scene.coordinates]
+    a = [g.symbol(f"{x}_ddot") for x in document.scene.coordinates]
+    moving = dict(zip([*q, *u], [*u, *a], strict=True))
+    for i, (qi, ui) in enumerate(zip(q, u, strict=True), 1):
+        rates = {of: tangents(gradient(x, [ui]), moving)[0] for of, x in (("K", K), ("L", K - P))}
+        slopes = {of: gradient(x, [qi])[0] for of, x in (("K", K), ("P", P), ("L", K - P))}
+        known = {f"d{of}:/dq:i": x for of, x in slopes.items()} | {
+            f"d/dt d{of}:/dq_dot:i": x for of, x in rates.items()
+        }
+        known |= {"QA:i": rates["L"] - slopes["L"], "Q:i": rates["K"] - slopes["K"], "K:": K, "P:": P, "L:": K - P}
+        for block in formulas:
+            assert block.left in ("", "L:")
+            sides = [block.form, block.right or Symbol(block.left)]
+            assert set(symbols_of(sides[0])) <= set(known)
+            nodes = [express_form(side, g) for side in sides]
+            left, right = floats(substitute(nodes, {g.symbol(key): x for key, x in known.items()}))
+            assert left == pytest.approx(right, rel=1e-9, abs=1e-9)
+        force, whole = document.names[f"QA:{i}"].node, document.names[f"tau:{i}"].node
+        if document.scene.drives[i - 1]:
+            assert force is not None
+            assert whole is not None
+            assert floats([force])[0] == pytest.approx(floats([whole])[0])
+
+
+def test_any_coordinate_is_no_letter_of_the_scene() -> None:
+    one = read_text((ROOT / "examples/two_link.toml").read_text().replace('"q1"', '"q_i"').replace("q1", "q_i"), "two")
+    document = walkthrough(one)
+    shown = Spelling(document).symbols
+    assert shown["q_i"] not in [shown[key] for key in ANY]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_product_rule_is_carried_out_term_by_term(name: str) -> None:
+    document = lesson(name)
+    for i, q in enumerate(document.scene.coordinates, 1):
+        blocks = [b for s, b in document.blocks() if s.key == f"rate:{i}"]
+        (table,) = (b for b in blocks if isinstance(b, Values))
+        cells = [[document.value(cell.parts[0]) for cell in row] for row in table.rows]
+        total, whole = [x for row in cells for x in row[1:]], document.names[f"d/dt dL:/d{q}_dot"].node
+        assert whole is not None
+        found = floats([*total, whole])
+        assert sum(found[:-1]) == pytest.approx(found[-1], rel=1e-9, abs=1e-9)
+        g = document.graph
+        moving = {g.symbol(f"{x}{dots}"): g.symbol(f"{x}{more}") for x in document.scene.coordinates
+                  for dots, more in (("", "_dot"), ("_dot", "_ddot"))}  # fmt: skip
+        for term, *parts in cells:  # each row by itself is a derivative
+            (rate,) = tangents([term], moving)
+            first, second, third = floats([rate, *parts])
+            assert first == pytest.approx(second + third, rel=1e-9, abs=1e-9)
+
+
+ZEROS = {
+    "two_link": (["link1 points down", "link2 continues link1 in a straight line"], ["along z", "along z"]),
+    "cart_pole": (["the frame of cart lies", "pole points up"], ["along x", "along z"]),
+    "pendulum": (["points down"], ["along z"]),
+    "elastic_pendulum": (["points down", "the frame of bob lies"], ["along z", "down"]),
+    "hoop_driven": (["the frame of hoop lies", "bead points down"], ["points up", "along y"]),
+}
+
+
+@pytest.mark.parametrize("name", ZEROS)
+def test_zeros_and_senses_are_those_of_the_scene(name: str) -> None:
+    (table,) = step(lesson(name), "coordinates").blocks
+    assert isinstance(table, Values)
+    where, way = ([str(row[k].parts[0]) for row in table.rows] for k in (1, 2))
+    for said, words in zip([*where, *way], [*ZEROS[name][0], *ZEROS[name][1]], strict=True):
+        assert words in said
+
+
+def test_a_positive_turn_goes_where_the_lesson_says() -> None:
+    """Right-handed about +z from down is towards +x: an arm that hangs moves to the right."""
+    scene = read(ROOT / "examples/two_link.toml")
+    found = places(scene, np.array([[0.0, 0.0], [pi / 6, 0.0]]), {p.name: 1.0 for p in scene.parameters})
+    hangs, turned = found.bodies[0].particles[0][1]
+    assert hangs == pytest.approx([0, -1, 0])
+    assert turned[0] > 0
+
+
+def test_what_is_reasoned_is_reasoned_once() -> None:
+    for name in SCENES:
+        document = lesson(name)
+        spell = Spelling(document)
+        told = [spell.words(s.reason, str) for section in document.sections for s in section.steps if s.reason.parts]
+        long = [text for text in told if not text.startswith("The reasoning is") and len(text) > 60]
+        assert len(long) == len(set(long))
+        again = [text for text in told if text.startswith("The reasoning is that for ")]
+        assert len(again) >= len(document.scene.coordinates) - 1
+
+
+def test_errata_stand_in_an_appendix_with_one_mark_at_each_place() -> None:
+    document = lesson("two_link")
+    *others, last = document.sections
+    assert last.key == "errata"
+    assert not any(s.key.startswith("errata:") for section in others for s in section.steps)
+    marked = {s.key: s.reference.rpartition("see erratum ")[2] for section in others for s in section.steps
+              if "see erratum" in s.reference}  # fmt: skip
+    assert [f"errata:{key}" for key in marked] == [s.key for s in last.steps]
+    boxes = [[block.title.parts[0] for block in s.blocks if isinstance(block, Box)] for s in last.steps]
+    assert [", ".join(str(title).split(".")[0] for title in titles) for titles in boxes] == list(marked.values())
+    assert all("erratum" not in words for s in lesson("cart_pole").sections for words in [s.key, s.title])
+
+
+@pytest.mark.parametrize("language", ["en", "sk"])
+def test_the_task_comes_first(language: str) -> None:
+    document = lesson("cart_pole", language)
+    assert [s.key for s in document.sections[0].steps][:3] == ["scene", "task", "coordinates"]
+    assert document.sections[1].key == "principle"
+    known, *wanted = (block for block in step(document, "task").blocks if isinstance(block, Words))
+    assert set(symbols_of_words(known)) >= {"mc", "mp", "l", "g", "x", "theta"}
+    assert [symbols_of_words(words)[0] for words in wanted] == ["F", "theta"]
+    (text,) = (text for name, text in rendered(document, "md").items() if name.endswith(".md"))
+    assert r"\tag{5.21}" in str(text)
+
+
+def symbols_of_words(words: Words) -> list[str]:
+    return [name for part in words.parts if not isinstance(part, str) for name in symbols_of(part)]
