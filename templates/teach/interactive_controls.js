@@ -13,16 +13,18 @@ const run = on => {
   rebase();
   requestAnimationFrame(tick);
 };
+const LONG = 3; // ms that a picture's share of the motion takes at most; beyond that it falls behind the clock
 const tick = stamp => {
   if (!running) return;
   const length = before === null ? 0 : Math.min(0.05, (stamp - before) / 1000) * Number(speed.value);
   before = stamp;
-  if (!advance(length)) {
+  const next = advanced(state, length, performance.now() + LONG);
+  if (!next) {
     reset();
     lost.textContent = data.words.lost;
     return;
   }
-  state = { ...state, qdd: call("forward_dynamics"), turn: turnsOf(state) };
+  state = { ...next, qdd: call("forward_dynamics", next), turn: turnsOf(next) };
   show();
   requestAnimationFrame(tick);
 };

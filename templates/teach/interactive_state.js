@@ -3,7 +3,6 @@
 const n = data.start.qd.length;
 const has = name => name in data.calls;
 const call = (name, at = state) => compute[name](...data.calls[name].map(argument => at[argument]));
-const energy = () => call("kinetic_energy") + call("potential_energy");
 const exchanged = (x, k, value) => { const changed = x.slice(); changed[k] = value; return changed; };
 const largest = x => x.reduce((most, one) => Math.max(most, Math.abs(one)), 0); // NaN where there is one
 
@@ -132,6 +131,8 @@ const exertion = (at, qdd) => {
   for (const [, k] of data.led) tau[k] = needed[k];
   return tau;
 };
+const LONGEST = 0.2; // s that one step of the integration is long at most
+/** Returns the state at the start; W is the work since, stride what the next step of the integration tries. */
 const begin = () => {
   const at = {
     q: Float64Array.from(data.start.q),
@@ -140,64 +141,9 @@ const begin = () => {
     params: Float64Array.from(data.start.params),
     tau: new Float64Array(n),
     t: data.start.t,
+    W: 0,
+    stride: LONGEST,
   };
   return fitted(obeyed({ ...at, turn: turnsOf(at) }));
 };
 let state = begin();
-
-// Motion: q, qd and the work W of all forces that no potential has, by Dormand and Prince's formulas of order 5 and 4
-
-/** Returns the nearest state that loops and rows allow; null where there is none near by. */
-const kept = at => {
-  const next = closed(at, "shortest");
-  return next && has("nearest") ? { ...next, qd: call("nearest", next) } : next;
-};
-const rates = at => {
-  at = kept(at) ?? at;
-  const qdd = call("forward_dynamics", at), way = has("coordinate_rates") ? call("coordinate_rates", at) : at.qd;
-  const acting = has("applied_forces") ? call("applied_forces", at) : new Float64Array(n);
-  const tau = exertion(at, qdd), power = at.qd.reduce((sum, u, i) => sum + u * (tau[i] + acting[i]), 0);
-  return [...way, ...qdd, power];
-};
-const STAGES = [
-  [],
-  [1 / 5],
-  [3 / 40, 9 / 40],
-  [44 / 45, -56 / 15, 32 / 9],
-  [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
-  [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
-  [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
-];
-const ERROR = [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40];
-const TOLERANCE = 1e-9, SHORTEST = 1e-7, LONGEST = 0.01;
-let stride = LONGEST;
-
-const nq = data.start.q.length;
-const mixed = (weights, found, i) => weights.reduce((sum, weight, k) => sum + weight * found[k][i], 0);
-const later = (at, weights, found, h) => obeyed(regular({
-  ...at,
-  q: at.q.map((x, i) => x + h * mixed(weights, found, i)),
-  qd: at.qd.map((x, i) => x + h * mixed(weights, found, nq + i)),
-  t: at.t + h * weights.reduce((sum, weight) => sum + weight, 0),
-}));
-/** Moves the state by some seconds, in steps as short as they must be; returns whether it is still one. */
-const advance = seconds => {
-  const end = state.t + seconds;
-  while (end - state.t > 1e-12) {
-    const h = Math.min(stride, end - state.t), found = [];
-    for (const weights of STAGES) found.push(rates(later(state, weights, found, h)));
-    const size = (x, i) => Math.abs(h * mixed(ERROR, found, i)) / (TOLERANCE * (1 + Math.abs(x)));
-    const off = Math.max(...[...state.q, ...state.qd].map(size));
-    const next = off <= 1 ? kept(later(state, STAGES[6], found, h)) : null;
-    if (next) {
-      work += h * mixed(STAGES[6], found, nq + n);
-      state = next;
-    } else if (h <= SHORTEST) return false;
-    const factor = off >= 0 ? Math.max(0.2, Math.min(4, 0.9 * off ** -0.2)) : 0.2;
-    if (h === stride || factor < 1) stride = Math.max(SHORTEST, Math.min(LONGEST, factor * h));
-  }
-  return [...state.q, ...state.qd].every(Number.isFinite);
-};
-
-let first = 0, work = 0, history = [];
-const rebase = () => { first = energy(); work = 0; history = []; };

@@ -50,7 +50,7 @@ const energies = () => {
   tell(single.K, K);
   tell(single.P, P);
   tell(single.E, K + P);
-  const drift = K + P - first - work;
+  const drift = K + P - first - state.W;
   tell(single.drift, drift, drift === 0 ? "0" : printed(drift.toExponential(1)));
   if (history.length > 1 && state.t - history.at(-2)[0] < STRIP / 600) history.pop();
   history.push([state.t, K, P, K + P]);

@@ -142,3 +142,12 @@ compute.show = chosen => {
 compute.focus = what => { focus = what; most = {}; overlays(); };
 /** Returns the state: q, qd, qdd, tau, params, t. */
 compute.state = () => state;
+/** Moves the state by some seconds, picture by picture; returns the drift of its energy, J, NaN where it gets lost. */
+compute.advance = seconds => {
+  for (let end = state.t + seconds, next; end - state.t > 1e-9; state = next) {
+    next = advanced(state, Math.min(1 / 60, end - state.t));
+    if (!next) return NaN;
+  }
+  show();
+  return energy() - first - state.W;
+};
