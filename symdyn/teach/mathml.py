@@ -38,6 +38,11 @@ def inline(latex: str) -> str:
 
 def flow(left: str, right: str) -> str:
     r"""Return "left = right" in pieces, between which lines may part: terms, and terms in brackets that are long."""
+    return PART.join(pieces(left, right))
+
+
+def pieces(left: str, right: str) -> list[str]:
+    r"""Return "left", where there is one, and the terms of "= right"."""
     shown = [inline(left)] if left else []
     term: list[str] = []
     depth = 0
@@ -50,7 +55,7 @@ def flow(left: str, right: str) -> str:
         if depth <= 0:
             shown.append(term[0] if len(term) == 1 else f'<span class="term">{PART.join(term)}</span>')
             term = []
-    return PART.join([*shown, *term])
+    return [*shown, *term]
 
 
 def _whole(pieces: list[str]) -> list[str]:

@@ -151,3 +151,5 @@ compute.advance = seconds => {
   show();
   return energy() - first - state.W;
 };
+/** Returns the numbers under the terms of a lesson. */
+compute.named = () => has("named_values") ? call("named_values") : [];

@@ -16,10 +16,11 @@ from dataclasses import dataclass, replace
 from symdyn.dynamics import OUTPUTS, Equations, Function, Workspace, coefficients
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.errors import DerivationError, TeachError
+from symdyn.graph import Expr, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
 from symdyn.teach.interactive.marks import Mark, Sheet
-from symdyn.teach.interactive.reduced import ACTING, Held, function, held, reduced_functions
+from symdyn.teach.interactive.reduced import ACTING, STATE, Held, function, held, reduced_functions
 from symdyn.teach.interactive.vectors import Vectors, vectors
 from symdyn.teach.languages import language_of
 from symdyn.teach.shown_state import shown_state
@@ -87,10 +88,11 @@ class Live:
     stuck: str
 
 
-def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
+def live(scene: Scene, parameters: Mapping[str, float] | None = None, named: Sequence[Expr] = ()) -> Live:
     """Return what the page of a scene computes, one with loops or rows without prescribed motions, see `by_hand`.
 
-    Loops are assembled at values of parameters, those that lessons show where none are given.
+    Loops are assembled at values of parameters, those that lessons show where none are given. `named` are values of
+    the state and the parameters on any graph, which the page computes too: "named_values".
 
     Raises:
         TeachError: a scene that sliders cannot move.
@@ -122,6 +124,9 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
     parts = {"positions": motions.position, "velocities": motions.velocity, "accelerations": motions.acceleration}
     for name, part in parts.items() if led else ():
         functions.append(function(workspace, f"led_{name}", f"{name} that are prescribed", part, ()))
+    if named:
+        values_shown = substitute(list(named), {}, workspace.graph)
+        functions.append(function(workspace, "named_values", "numbers under terms", values_shown, STATE))
     arrows = vectors(workspace)
     equations = Equations(free, workspace.graph, (*functions, *arrows.functions))
     rows = tied.velocities if tied else tuple(range(workspace.state.n))

@@ -6,7 +6,7 @@ loops by Newton's method and integrates the motion by Runge and Kutta.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -25,6 +25,7 @@ from symdyn.emit.code.javascript import JS
 from symdyn.emit.escape import in_html, in_script, in_script_code
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.render import render, verbatim
+from symdyn.graph import Expr
 from symdyn.scene import Scene
 from symdyn.scene.values.signals import as_parameters
 from symdyn.scene.values.texts import in_language
@@ -49,7 +50,12 @@ class Interactive(NamedTuple):
         return f'<div class="live-both">\n{self.figure}{self.panel}</div>'
 
 
-def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> Interactive:
+def interactive(
+    scene: Scene,
+    parameters: Mapping[str, float] | None = None,
+    language: str = "en",
+    named: Sequence[Expr] = (),
+) -> Interactive:
     """Return the interactive part of a lesson; several scenes may stand in one page.
 
     Sliders begin where lessons show numbers. Classes begin with "live" and ids with "live-" and the scene's name; the
@@ -59,6 +65,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         scene: any of not too many velocities.
         parameters: where parameters begin instead.
         language: "en" or "sk".
+        named: values that `symdyn.NAME.named()` of the page returns too, see `live`.
 
     Raises:
         TeachError: a scene that sliders cannot move, or an unknown language.
@@ -74,7 +81,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         q, values = pose(scene, parameters={**begun.parameters, **parameters})
         begun = replace(begun, q=[float(x) for x in q], parameters=values)
     q, values = np.array(begun.q), begun.parameters
-    computed = live(scene, values)
+    computed = live(scene, values, named)
     name = stem(scene.name)
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
     found = places(scene, q.reshape(1, -1), values)
@@ -83,6 +90,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     letters = Letters(scene)
     body = {
         "letters": {key: inline(head(letters[key])) for key in ("K", "P")},
+        "numbered": bool(named),
         "name": name,
         "title": in_html(scene.name),
         "words": sentences,

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 from symdyn.algebra.form import Form
 from symdyn.draw.style import style
-from symdyn.emit.code.identifiers import page_stem
+from symdyn.emit.code.identifiers import page_stem, stem
 from symdyn.emit.escape import in_html, in_script
 from symdyn.emit.print.breaking import latex_width
 from symdyn.emit.render import render
@@ -31,9 +31,10 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.interactive import Interactive, absence, interactive
+from symdyn.teach.interactive.numbered import Numbered
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling
-from symdyn.teach.mathml import flow, inline
+from symdyn.teach.mathml import PART, flow, inline, pieces
 from symdyn.teach.practice.exercises import questions
 
 SHORT = 150.0  # of a formula between words
@@ -59,7 +60,7 @@ def html_page(document: Document) -> str:
                     "reference": in_html(step.reference),
                     "blocks": [text for block in step.blocks for text in page.block(block)],
                     "reason": page.words(step.reason),
-                    "show": in_html(" ".join(step.show)),
+                    "show": in_html(" ".join(page.numbered.shown(step))),
                     "needs": page.numbers(step.needs),
                 }
                 for step in section.steps
@@ -67,7 +68,7 @@ def html_page(document: Document) -> str:
         }
         for section in document.sections
     ]
-    asked, (live, absent) = questions(document), _live(document)
+    asked, (live, absent) = questions(document), _live(document, page.numbered)
     values = {
         "title": in_html(document.title),
         "language": document.language,
@@ -76,18 +77,25 @@ def html_page(document: Document) -> str:
         "style": live.css if live else style("auto"),  # of all pictures, once
         "live": live,
         "absent": absent,
+        "reading": in_script(_reading(document)),
         "questions": in_script(asked) if asked else "",
     }
     return render("teach/walkthrough.html.jinja", values)
 
 
-def _live(document: Document) -> tuple[Interactive | None, str]:
+def _live(document: Document, numbered: Numbered) -> tuple[Interactive | None, str]:
     """Return the part with sliders; for a mechanism that they cannot move None, and why."""
     try:
-        return interactive(document.scene, language=document.language), ""
+        return interactive(document.scene, language=document.language, named=numbered.values), ""
     except (TeachError, DerivationError) as fault:
         why = absence(document.scene, document.language)
         return None, in_html(why or f"{language_of(document.language).page['absent']} {fault}")
+
+
+def _reading(document: Document) -> dict[str, str]:
+    """Return what the script of a page that is read needs to know."""
+    words = language_of(document.language).page
+    return {"name": stem(document.scene.name), "point": words["point"], "term": words["term"]}
 
 
 def _anchor(key: str) -> str:
@@ -101,6 +109,7 @@ class _Page:
         self.document = document
         self.spell = Spelling(document)
         self.text = language_of(document.language).lesson
+        self.numbered = Numbered(document)
         self.blanks = [block.key for _, block in document.blocks() if isinstance(block, Blank)]
 
     def numbers(self, keys: Iterable[str]) -> str:
@@ -121,7 +130,8 @@ class _Page:
             yield f"<p>{self.words(block)}</p>"
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
-            yield _numbered(flow(left, right), block.number)
+            terms = pieces(left, right)
+            yield _numbered(PART.join(terms), block.number, self.numbered.marks(block, len(terms)))
         elif isinstance(block, Matrix):
             left, right = self.spell.matrix(block).split("&", maxsplit=1)
             yield _numbered(flow(left.strip(), right), block.number)
@@ -182,6 +192,6 @@ class _Page:
         return render("teach/blank.html.jinja", values)
 
 
-def _numbered(formula: str, number: str) -> str:
+def _numbered(formula: str, number: str, marks: str = "") -> str:
     tag = f'<span class="number">({in_html(number)})</span>' if number else ""
-    return f'<div class="formula"><div class="flow">{formula}</div>{tag}</div>'
+    return f'<div class="formula"><div class="flow"{marks}>{formula}</div>{tag}</div>'

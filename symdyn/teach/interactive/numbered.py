@@ -1,0 +1,118 @@
+"""Numbers under terms: which values of a document the program of its page computes, and what each term speaks of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Union
+
+from symdyn.algebra.form import ZERO, Form, product_of, symbols_of, terms_of
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.emit.escape import in_html
+from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.scene import acceleration_name
+from symdyn.teach.document import Braced, Document, Formula, Step
+from symdyn.teach.interactive.shown import pointed
+from symdyn.teach.masses import masses
+
+MOST = 6000
+"""Nodes of the graph that all numbers of a page may need, else it has none: its script computes them as it moves."""
+
+Shown = Union[Formula, Braced]
+
+
+class Numbered:
+    """The values that stand below the terms of one document, in the order in which they were first asked for.
+
+    Attributes:
+        values: nodes on the document's graph; their symbols are of the state and the parameters.
+    """
+
+    def __init__(self, document: Document) -> None:
+        """Know the symbols that the figure of the document moves."""
+        scene = document.scene
+        accelerations = [acceleration_name(velocity) for velocity in scene.velocities]
+        parameters = [parameter.name for parameter in scene.parameters]
+        self.values: list[Expr] = []
+        self._document = document
+        self._symbols = {*scene.coordinates, *scene.velocities, *accelerations, *parameters}
+        self._places: dict[Expr, int] = {}
+        graph = Graph()
+        found = masses(scene, graph, body_placements(scene, graph))
+        self._masses = {one.tag: one.body.name for one in found}
+        shown = [block for _, block in document.blocks() if isinstance(block, (Formula, Braced))]
+        self._pieces = {block: list(self._terms(block)) for block in shown}
+        wanted = [value for terms in self._pieces.values() for _, value in terms if value is not None]
+        self._too_long = len(reachable(wanted)) > MOST
+
+    def marks(self, block: Shown, count: int) -> str:
+        """Return attributes of a formula that is printed in `count` pieces: places of values, and what pieces speak of.
+
+        "-" stands for a piece without; no attributes where no piece has any, or the pieces are not the terms.
+        """
+        terms = self._pieces[block]
+        if self._too_long or len(terms) != count:
+            return ""
+        places = [str(self._place(value)) if value is not None else "-" for _, value in terms]
+        about = [self._about(form) for form, _ in terms]
+        left = pointed(_key(block), self._masses)
+        about = [one or left or "-" for one in about]
+        return _attribute("n", places) + _attribute("at", about)
+
+    def shown(self, step: Step) -> tuple[str, ...]:
+        """Return what the figure shows while a step is read: what its terms speak of where the step does not say it."""
+        if step.show:
+            return step.show
+        found: dict[str, None] = {}
+        for block in step.blocks:
+            if isinstance(block, (Formula, Braced)):
+                for form, _ in self._pieces[block]:
+                    about = self._about(form) or pointed(_key(block), self._masses)
+                    found[about.partition(":")[0].partition("/")[0]] = None
+        return tuple(word for word in found if word)
+
+    def _terms(self, block: Shown) -> Iterator[tuple[Form | None, Expr | None]]:
+        """Yield form and value of each piece that is printed; no value where there is none to be shown."""
+        if isinstance(block, Braced):
+            yield None, self._named(block.value) if block.left != ZERO else None
+            if not block.terms:
+                yield None, None
+            for brace in block.terms:
+                yield product_of((brace.form, brace.rate)), self._value(product_of((brace.form, brace.rate)))
+            return
+        terms = terms_of(block.form)
+        if block.left:
+            yield None, self._named(block.left) if len(terms) > 1 else None
+        for term in (*terms, *(terms_of(block.right) if block.right is not None else ())):
+            yield term, self._value(term)
+
+    def _named(self, key: str) -> Expr | None:
+        name = self._document.names.get(key)
+        return name.node if name is not None else None
+
+    def _value(self, form: Form) -> Expr | None:
+        """Return what a term is worth; None for a number, which says so itself."""
+        node = self._document.value(form)
+        return None if node.op is Op.CONSTANT else node
+
+    def _place(self, node: Expr) -> int | str:
+        """Return where a value stands among those of the page, "-" for one that the page does not compute."""
+        if node not in self._places:
+            if not all(one.op is not Op.SYMBOL or str(one.value) in self._symbols for one in reachable([node])):
+                return "-"
+            self._places[node] = len(self.values)
+            self.values.append(node)
+        return self._places[node]
+
+    def _about(self, form: Form | None) -> str:
+        keys = symbols_of(form) if form is not None else []
+        return next((found for key in keys if (found := pointed(key, self._masses))), "")
+
+
+def _key(block: Shown) -> str:
+    return block.left if isinstance(block, Formula) else ""
+
+
+def _attribute(name: str, entries: list[str]) -> str:
+    if all(entry == "-" for entry in entries):
+        return ""
+    return f' data-{name}="{in_html("|".join(entries))}"'

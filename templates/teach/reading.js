@@ -1,0 +1,174 @@
+// A page that is read: the figure follows the step, terms and vectors point at each other, numbers stand under terms.
+"use strict";
+(() => {
+const figure = document.querySelector(`.live-figure[data-live="${READING.name}"]`);
+const live = symdyn[READING.name];
+const every = (selector, within = document) => [...within.querySelectorAll(selector)];
+
+// Formulas: each piece between places where a line may end is a term
+
+const terms = [];
+const wrapped = (flow, first, number, about) => {
+  const term = document.createElement("span"), inside = document.createElement("span");
+  term.className = "t";
+  const pieces = [];
+  for (let node = first; node && node.nodeName !== "WBR"; node = node.nextSibling) pieces.push(node);
+  flow.insertBefore(term, first);
+  term.append(inside);
+  inside.append(...pieces);
+  const last = inside.lastChild;
+  if (last.nodeType === Node.TEXT_NODE && !last.data.trim()) term.after(last); // the space before the end of a line
+  const shown = document.createElement("span");
+  shown.className = "n";
+  term.append(shown);
+  const one = { term, shown, flow, number: number === "-" ? -1 : Number(number), about: about === "-" ? "" : about };
+  terms.push(one);
+  return term;
+};
+for (const flow of every(".flow[data-n], .flow[data-at]")) {
+  const starts = [flow.firstChild, ...every(":scope > wbr", flow).map(end => end.nextSibling)].filter(Boolean);
+  const [numbers, about] = [flow.dataset.n, flow.dataset.at].map(list => list?.split("|") ?? []);
+  starts.forEach((first, k) => wrapped(flow, first, numbers[k] ?? "-", about[k] ?? "-"));
+}
+const byFlow = Map.groupBy ? Map.groupBy(terms, one => one.flow) : terms.reduce((found, one) => found.set(one.flow, [...found.get(one.flow) ?? [], one]), new Map());
+
+// Numbers: as many decimals in all terms of a formula, so that they add up as they are read
+
+const written = (x, decimals, signed) => {
+  const text = Math.abs(x).toFixed(decimals), zero = Number(text) === 0;
+  return ((x < 0 && !zero ? "\u2212" : signed ? "+" : "") + text).replace(".", READING.point);
+};
+const number = flow => {
+  const shown = byFlow.get(flow), numbered = shown.filter(one => one.number >= 0);
+  const size = Math.max(...numbered.map(one => Math.abs(values[one.number])));
+  const decimals = size >= 1000 ? 1 : size >= 10 ? 2 : size >= 0.1 || !(size > 0) ? 3 : Math.min(8, 3 - Math.floor(Math.log10(size)));
+  let behind = false;
+  for (const { shown: at, term, number: k } of numbered) {
+    const x = values[k], signed = /^[+\u2212]/.test(term.textContent.trim());
+    const text = Number.isFinite(x) ? written(x, decimals, signed && behind) : "–";
+    behind = true;
+    if (at.textContent !== text) at.textContent = text;
+  }
+};
+let values = live.named(), near = new Set(), waiting = 0;
+const renew = () => {
+  waiting = 0;
+  if (!document.body.classList.contains("numbers")) return;
+  values = live.named();
+  for (const flow of near) number(flow);
+};
+const SOON = 100; // ms from one set of numbers to the next while it moves
+const due = () => { waiting ||= setTimeout(renew, SOON); };
+const nearby = new IntersectionObserver(seen => {
+  for (const { target, isIntersecting } of seen) near[isIntersecting ? "add" : "delete"](target);
+  due();
+}, { rootMargin: "25% 0px" });
+for (const [flow, shown] of byFlow) {
+  if (!shown.some(one => one.number >= 0)) continue;
+  number(flow);
+  nearby.observe(flow);
+}
+figure.addEventListener("symdyn:state", due);
+
+// The step that is read: the last that begins above the reader's line
+
+const steps = every(".step");
+let now = null;
+const read = step => {
+  if (!step || step === now) return;
+  now?.classList.remove("now");
+  now = step;
+  now.classList.add("now");
+  point(null);
+  let shown = step;
+  while (shown && !shown.dataset.show) shown = steps[steps.indexOf(shown) - 1];
+  if (shown) live.show(shown.dataset.show.split(" "));
+};
+const line = () => {
+  const top = matchMedia("(min-width: 64rem)").matches ? 0 : figure.querySelector("svg.symdyn").getBoundingClientRect().bottom;
+  return top + 0.4 * (innerHeight - top);
+};
+let scrolled = 0;
+const look = () => {
+  scrolled = 0;
+  const at = line();
+  let low = 0, high = steps.length;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (steps[middle].getBoundingClientRect().top <= at) low = middle;
+    else high = middle;
+  }
+  read(steps[low]);
+};
+const followed = () => { scrolled ||= requestAnimationFrame(look); };
+addEventListener("scroll", followed, { passive: true });
+addEventListener("resize", followed);
+
+// Terms and vectors
+
+const kindOf = about => about.split(/[:/]/)[0];
+const bodyOf = about => about.includes(":") ? about.slice(about.indexOf(":") + 1) : "";
+let pointed = null;
+const point = one => {
+  if (one === pointed) return;
+  for (const other of every(".t.hot")) other.classList.remove("hot");
+  pointed = one;
+  if (!one) { live.focus(null); return; }
+  one.term.classList.add("hot");
+  const [what, of] = one.about.split("/");
+  live.focus({ kind: kindOf(what), body: bodyOf(what), ...(of ? { of: of.split(",").map(Number) } : {}) });
+};
+for (const [flow, shown] of byFlow) {
+  const pointing = shown.filter(one => one.about);
+  pointing.forEach((one, k) => {
+    const { term } = one;
+    term.classList.add("points");
+    term.tabIndex = k ? -1 : 0;
+    term.setAttribute("role", "group");
+    term.setAttribute("aria-roledescription", READING.term);
+    term.addEventListener("pointerenter", () => point(one));
+    term.addEventListener("pointerleave", event => { if (event.pointerType !== "touch" && document.activeElement !== term) point(null); });
+    term.addEventListener("focus", () => point(one));
+    term.addEventListener("blur", () => point(null));
+    term.addEventListener("click", () => { term.focus({ preventScroll: true }); point(one); });
+    term.addEventListener("keydown", event => {
+      if (event.key === "Escape") { term.blur(); return; }
+      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      const next = step && pointing[k + step];
+      if (!next) return;
+      event.preventDefault();
+      term.tabIndex = -1;
+      next.term.tabIndex = 0;
+      next.term.focus();
+    });
+  });
+}
+const answering = vector => {
+  const kind = vector.slice(0, vector.indexOf(":")), owner = vector.slice(vector.indexOf(":") + 1);
+  for (const { term, about } of terms) {
+    if (!about || !now?.contains(term)) continue;
+    const what = about.split("/")[0], body = bodyOf(what);
+    term.classList.toggle("hot", kindOf(what) === kind && (!body || body === owner));
+  }
+};
+figure.addEventListener("pointerover", event => {
+  const vector = event.target.closest?.("[data-vector]");
+  if (vector) answering(vector.dataset.vector);
+});
+figure.addEventListener("pointerout", event => {
+  if (event.target.closest?.("[data-vector]") && !pointed) for (const { term } of terms) term.classList.remove("hot");
+});
+
+// Whether numbers are shown
+
+const box = figure.querySelector("[data-do=numbers]");
+const choose = () => {
+  document.body.classList.toggle("numbers", box.checked);
+  due();
+};
+if (box) {
+  box.addEventListener("change", choose);
+  choose();
+}
+look();
+})();
