@@ -304,11 +304,11 @@ def test_nothing_speaks_while_it_plays_but_faults(browser: Any, tmp_path: Path) 
         assert page.eval_on_selector_all(loud, "all => all.map(x => x.dataset.out)") == ["lost"]
         order = "all => all.filter(x => x.tabIndex >= 0).map(x => x.dataset.do ?? x.dataset.group)"
         reached = page.eval_on_selector_all(".live button, .live select, .live input", order)
-        assert reached[:2] == ["play", "reset"]
+        assert reached[:3] == ["play", "step", "reset"]
         assert all(word in reached for word in ("q", "qd", "qdd", "params"))
         page.focus("[data-do=play]")
         page.keyboard.press("Tab")
-        assert page.evaluate("document.activeElement.dataset.do") == "reset"
+        assert page.evaluate("document.activeElement.dataset.do") == "step"
         assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
 
 
@@ -517,9 +517,11 @@ def test_a_page_begins_with_the_velocities_of_the_scene(browser: Any, tmp_path: 
 def test_the_lines_of_the_energies_go_by_time(browser: Any, tmp_path: Path) -> None:
     """Half as fast a motion fills half as much of the strip in the same number of pictures."""
     end = """() => {
-      const points = document.querySelector(".live-history polyline.live-k").getAttribute("points").trim().split(" ");
+      symdyn.two_link.show(["energies"]);
+      const points = document.querySelector("[data-panel=energies] path.line.live-k").getAttribute("d").split("L");
       const t = Number(document.querySelector("[data-out=t]").dataset.value);
-      return [t, points[points.length - 1].split(",").map(Number)[0]];
+      const axis = document.querySelector("[data-panel=energies] .grid").getAttribute("d").match(/M([\\d.]+)/)[1];
+      return [t, points[points.length - 1].split(" ").map(Number)[0] - Number(axis)];
     }"""
     seen = []
     with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:

@@ -14,19 +14,31 @@ const run = on => {
   requestAnimationFrame(tick);
 };
 const LONG = 3; // ms that a picture's share of the motion takes at most; beyond that it falls behind the clock
+/** Moves on by some seconds; returns whether the motion is still one. */
+const moveOn = seconds => {
+  const next = advanced(state, seconds, performance.now() + LONG);
+  if (!next) {
+    reset();
+    lost.textContent = data.words.lost;
+    return false;
+  }
+  state = { ...next, qdd: call("forward_dynamics", next), turn: turnsOf(next) };
+  show();
+  return true;
+};
 const tick = stamp => {
   if (!running) return;
   const length = before === null ? 0 : Math.min(0.05, (stamp - before) / 1000) * Number(speed.value);
   before = stamp;
-  const next = advanced(state, length, performance.now() + LONG);
-  if (!next) {
-    reset();
-    lost.textContent = data.words.lost;
-    return;
+  if (moveOn(length)) requestAnimationFrame(tick);
+};
+const STEP = 0.04; // s, at full speed
+const step = () => {
+  if (running) run(false);
+  else {
+    state = { ...state, tau: drives.value === "held" ? call("inverse_dynamics") : new Float64Array(n) };
+    moveOn(STEP * Number(speed.value));
   }
-  state = { ...next, qdd: call("forward_dynamics", next), turn: turnsOf(next) };
-  show();
-  requestAnimationFrame(tick);
 };
 const reset = () => {
   run(false);
@@ -53,6 +65,7 @@ for (const { input, group, k } of sliders) {
   input.addEventListener("change", () => { if (!Number.isFinite(input.valueAsNumber)) follow(); });
 }
 play.addEventListener("click", () => run(!running));
+one("[data-do=step]").addEventListener("click", step);
 one("[data-do=reset]").addEventListener("click", reset);
 drives.addEventListener("change", () => { if (running) run(true); });
 one("[data-do=frames]").addEventListener("change", event => {

@@ -12,7 +12,6 @@ const tell = (element, x, text = shown(x)) => { element.textContent = text; elem
 const outputs = kind => all(`[data-out=${kind}]`);
 const places = Object.fromEntries(["tau", "coefficient", "term", "q", "qd", "qdd", "exerted"].map(x => [x, outputs(x)]));
 const bars = new Map(all("[data-bar]").map(bar => [Number(bar.dataset.bar), bar]));
-const single = Object.fromEntries(["t", "K", "P", "E", "drift"].map(name => [name, one(`[data-out=${name}]`)]));
 
 const tables = () => {
   const results = {};
@@ -41,26 +40,6 @@ const tables = () => {
     bar.style.width = 50 * Math.abs(share) + "%";
     bar.style.left = 50 + 50 * Math.min(0, share) + "%";
   }
-};
-
-const STRIP = 10; // seconds of the motion that the lines of the energies are wide
-const energies = () => {
-  const K = call("kinetic_energy"), P = call("potential_energy");
-  tell(single.t, state.t);
-  tell(single.K, K);
-  tell(single.P, P);
-  tell(single.E, K + P);
-  const drift = K + P - first - state.W;
-  tell(single.drift, drift, drift === 0 ? "0" : printed(drift.toExponential(1)));
-  if (history.length > 1 && state.t - history.at(-2)[0] < STRIP / 600) history.pop();
-  history.push([state.t, K, P, K + P]);
-  while (history[0][0] < state.t - STRIP) history.shift();
-  one(".live-history").style.display = history.length > 1 ? "" : "none";
-  const values = history.flatMap(([, ...x]) => x), low = Math.min(...values), high = Math.max(...values);
-  const x = t => 300 * (t - history[0][0]) / STRIP, y = x => high > low ? 75 - 70 * (x - low) / (high - low) : 40;
-  all(".live-history polyline").forEach((line, k) => {
-    line.setAttribute("points", history.map(at => `${x(at[0]).toFixed(2)},${y(at[k + 1]).toFixed(1)}`).join(" "));
-  });
 };
 
 const sliders = all("input[data-group]").map(input => ({

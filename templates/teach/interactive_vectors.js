@@ -135,7 +135,9 @@ compute.show = chosen => {
     const names = [`body:${group.dataset.body}`, `joint:${group.dataset.joint}`];
     group.classList.toggle("pointed", names.some(name => words.includes(name)));
   }
+  for (const [name, panel] of Object.entries(panels)) panel.hidden = !words.includes(name) || (name === "phase" && !data.pairs.length);
   overlays();
+  plotted(true);
   tellPage("shown", { words });
 };
 /** Lets one vector stand out: { kind, body, of }, `of` the velocities, from 0, of a Coriolis or centrifugal part; null for none. */

@@ -31,6 +31,7 @@ from symdyn.scene.values.signals import as_parameters
 from symdyn.scene.values.texts import in_language
 from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
+from symdyn.teach.interactive.plotted import pairs, plotted
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathml import inline
@@ -99,6 +100,8 @@ def interactive(
         "exerted": exerted(scene, computed, sentences),
         "closed": computed.held is not None,
         "planar": seen.planar,
+        "plotted": [in_html(one["unit"]) for one in plotted(scene)],
+        "pairs": [in_html(f"{below}; {beside}") for *_, below, beside in pairs(scene)],
         "stuck": in_html(stuck),
         "undriven": in_html(computed.held.undriven) if computed.held else "",
     }
@@ -157,6 +160,8 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         },
         "points": list(computed.points),
         "gravity": computed.gravity,
+        "plotted": plotted(scene),
+        "pairs": pairs(scene),
         "view": (np.round([seen.right, seen.up, seen.toward], 9) + 0.0).tolist(),
-        "words": {key: sentences[key] for key in ("play", "pause", "lost", "open", "point")},
+        "words": {key: sentences[key] for key in ("play", "pause", "lost", "open", "point", "leaks", "joules")},
     }

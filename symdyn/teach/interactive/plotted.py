@@ -1,0 +1,39 @@
+"""What the page plots: coordinates and velocities over time, by unit, and pairs of both for phase portraits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from symdyn.draw.lettering import from_latex
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.scene import Scene
+from symdyn.scene.joints.start import quaternion
+from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.teach.interactive.controls import UNITS
+
+
+def plotted(scene: Scene) -> list[dict[str, Any]]:
+    """Return plots over time: what they are of, which entries (those of one unit), and the words of their axis."""
+    symbols, found = latex_symbols(scene), []
+    kinds = (("q", scene.coordinates, coordinate_units(scene), 0), ("qd", scene.velocities, velocity_units(scene), 1))
+    for group, names, units, order in kinds:
+        for unit in dict.fromkeys(units):
+            rows = [k for k, one in enumerate(units) if one == unit]
+            text = ", ".join(from_latex(symbols[names[k]]).plain for k in rows)
+            printed = UNITS[unit][order]
+            found.append({"group": group, "rows": rows, "unit": f"{text}, {printed}" if printed else text})
+    return found
+
+
+def pairs(scene: Scene) -> list[tuple[int, int, str, str]]:
+    """Return (coordinate, velocity, words of both axes) where the velocity is the coordinate's rate."""
+    symbols, found, first, start = latex_symbols(scene), [], 0, 0
+    units = coordinate_units(scene)
+    for joint in scene.moving:
+        ball = quaternion(joint)
+        for k in range(len(joint.coordinates) if ball is None else ball):
+            i, j = first + k, start + k
+            q, u = (from_latex(symbols[name]).plain for name in (scene.coordinates[i], scene.velocities[j]))
+            found.append((i, j, f"{q}, {UNITS[units[i]][0]}", f"{u}, {UNITS[units[i]][1]}"))
+        first, start = first + len(joint.coordinates), start + len(joint.rates)
+    return found
