@@ -165,3 +165,28 @@ def test_the_task_comes_first(language: str) -> None:
 
 def symbols_of_words(words: Words) -> list[str]:
     return [name for part in words.parts if not isinstance(part, str) for name in symbols_of(part)]
+
+
+def test_a_scene_of_numbers_keeps_letters_in_its_lesson() -> None:
+    bare = read(SCENES["heavy_top_zyx"])
+    assert not bare.parameters
+    document = lesson("heavy_top_zyx")
+    values = {p.name: p.value for p in document.scene.parameters}
+    assert {"m1", "Iyy1", "g"} <= set(values)
+    assert None not in values.values()
+    assert not walkthrough(
+        read(ROOT / "examples/puma560.toml"), until="energies"
+    ).scene.parameters  # six axes stay short
+
+
+def test_steps_say_what_the_figure_shows() -> None:
+    known = {"frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis",
+             "centrifugal", "momenta", "energies", "plots", "body:column", "body:upper_arm", "body:forearm"}  # fmt: skip
+    document = lesson("spatial_3r")
+    shown = {
+        s.key: s.show for section in document.sections if not section.key.startswith("after") for s in section.steps
+    }
+    assert shown["position:3"] == ("places", "body:forearm")
+    assert shown["meaning:k_C"] == ("coriolis",)
+    assert {word for words in shown.values() for word in words} <= known
+    assert sum(not words for words in shown.values()) <= 8

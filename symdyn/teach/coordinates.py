@@ -26,9 +26,9 @@ def coordinate_step(lesson: Prose, graph: Graph, chosen: Chosen) -> Step:
     rows = []
     for joint in lesson.scene.moving:
         axis = JOINTS[joint.type].axis(joint)
-        for name in joint.coordinates:
+        for k, name in enumerate(joint.coordinates):
             where, way = (
-                (lesson.say("zero.frames", child=joint.child), lesson.say("way.part", joint=joint.name))
+                (lesson.say("zero.frames", child=joint.child), _part(lesson, joint, k))
                 if axis is None
                 else (_where(lesson, places, joint), _way(lesson, places, joint))
             )
@@ -46,6 +46,15 @@ def _where(lesson: Prose, places: _Zero, joint: Joint) -> Words:
     if before is not None and _same(arm, before):
         return lesson.say("zero.in_line", child=joint.child, parent=joint.parent)
     return lesson.say("zero.points", child=joint.child, way=_named(lesson, places, arm))
+
+
+def _part(lesson: Prose, joint: Joint, k: int) -> Words:
+    """Return what coordinate k of a joint with several is: of a ball a turn of its sequence."""
+    sequence = str(dict(joint.shape).get("orientation", ""))
+    turn = k - len(joint.coordinates) + len(sequence)
+    if len(sequence) != 3 or turn < 0:
+        return lesson.say("way.part", joint=joint.name)
+    return lesson.say("way.sequence", axis=sequence[turn], number=str(turn + 1), joint=joint.name)
 
 
 def _way(lesson: Prose, places: _Zero, joint: Joint) -> Words:

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from symdyn.errors import EmitError
-from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
 from symdyn.scene.values.signals import as_parameters
 from symdyn.scene.values.texts import in_language
 from symdyn.teach.document import Document
 from symdyn.teach.languages import languages
+from symdyn.teach.lesson import SMALL_SCENE
 from symdyn.teach.roads.dalembert import walkthrough as dalembert
 from symdyn.teach.roads.lagrange import walkthrough as lagrange
 from symdyn.teach.roads.multipliers import walkthrough as multipliers
@@ -56,7 +57,7 @@ def walkthrough(
         EmitError: an unknown choice, or a scene that is too large to be read.
         DerivationError: the scene has no closed form, or constraints that Lagrange's road does not take.
     """
-    scene = in_language(as_parameters(scene_of(scene)), language)
+    scene = with_letters(in_language(as_parameters(scene_of(scene)), language))
     for name, value, known in (("language", language, languages()), ("detail", detail, DETAILS), ("road", road, ROADS)):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
@@ -66,3 +67,10 @@ def walkthrough(
         raise EmitError(f"until {until!r} is no part of the road {road}; give one of {', '.join(chosen.until)}")
     document = chosen.walkthrough(scene, language, until)
     return document.brief() if detail == "brief" else document
+
+
+def with_letters(scene: Scene) -> Scene:
+    """Return a small scene of numbers alone with letters in their place, which keep the numbers as values."""
+    if scene.parameters or len(scene.velocities) > SMALL_SCENE:
+        return scene
+    return with_symbols(scene, "all")

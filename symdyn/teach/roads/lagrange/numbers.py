@@ -134,7 +134,9 @@ def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Pictur
     for mass in found:
         m, *at = chosen.of(mass.m, *mass.place)
         if m > 0:
-            wrenches.append(Wrench(f"{G}_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
+            arm = [x / m for x in chosen.of(*mass.h)] if mass.h is not None else [0.0] * 3
+            centre = tuple(x + r for x, r in zip(at, arm, strict=True))
+            wrenches.append(Wrench(f"{G}_{{{mass.tag}}}", centre, tuple(m * g for g in gravity)))
     shown, labels, titles = chosen.parameters, ("coordinates",), lesson.titles
     svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels, titles=titles)
     return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")

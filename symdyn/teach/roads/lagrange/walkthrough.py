@@ -15,6 +15,7 @@ from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equati
 from symdyn.teach.roads.lagrange.meaning import meaning_steps
 from symdyn.teach.roads.lagrange.numbers import number_steps, power_step, scene_picture, weights_picture
 from symdyn.teach.roads.lagrange.principle import principle_steps, task_step
+from symdyn.teach.roads.lagrange.shows import with_figures
 from symdyn.teach.roads.lagrange.velocities import position_steps, velocity_steps
 from symdyn.teach.shown_state import choose_state
 from symdyn.teach.textbook import errata, numbers_for, with_appendix
@@ -63,6 +64,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
         sections.append(lesson.section("numbers", steps))
     if lesson.numbers:
         sections = with_appendix(lesson, [errata(lesson, section, chosen) for section in sections])
+    sections = [with_figures(section, found) for section in sections]
     title = lesson.text("title", scene=scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
 
