@@ -171,8 +171,9 @@ class Tree:
             for i, u in enumerate(self.u, 1):
                 found[f"r2:{tag},{i}"] = sp.diff(found[f"v2:{tag}"], u, 2) / 2
                 found[f"I:{tag},{i}"] = sp.diff(found[f"K:{tag}"], u, 2) - m * found[f"r2:{tag},{i}"]
-            if shown == centre:
-                found[f"Kw:{tag}"] = spin
+            mixed = m * velocity.dot((self.frames[body.name][0] * w).cross(centre - shown))
+            found[f"Kh:{tag}"] = mixed
+            found[f"Kw:{tag}"] = found[f"K:{tag}"] - m * found[f"v2:{tag}"] / 2 - mixed
             K, P = K + found[f"K:{tag}"], P + found[f"P:{tag}"]
         for joint in self.scene.joints:
             if joint.moves and number(joint.armature) != 0:
