@@ -180,8 +180,8 @@ def test_a_scene_of_numbers_keeps_letters_in_its_lesson() -> None:
 
 
 def test_steps_say_what_the_figure_shows() -> None:
-    known = {"frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis",
-             "centrifugal", "momenta", "energies", "plots"} | {f"body:{name}" for name in ("column", "upper_arm", "forearm")}  # fmt: skip
+    known = {"frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis"}
+    known |= {"centrifugal", "momenta", "energies", "plots", "body:column", "body:upper_arm", "body:forearm"}
     document = lesson("spatial_3r")
     shown = {
         s.key: s.show for section in document.sections if not section.key.startswith("after") for s in section.steps
