@@ -30,6 +30,7 @@ from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, S
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
 from symdyn.teach.roads.dalembert import reactions as reactions_room
+from symdyn.teach.roads.dalembert.laws import LAW
 from symdyn.teach.roads.lagrange import meaning as meaning_room
 from symdyn.teach.roads.lessons import ROADS
 from symdyn.teach.textbook import NUMBERS, READS
@@ -120,12 +121,14 @@ def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: 
     document = lesson(name, road=road)
     (tex,) = rendered(document, "latex").values()
     printed = displays(str(tex))
-    blocks = [block for _, block in document.blocks() if isinstance(block, (Formula, Braced))]
+    blocks = [(step, block) for step, block in document.blocks() if isinstance(block, (Formula, Braced))]
     assert len(printed) == len(blocks) > 5
     read_latex = reader(document)
-    for text, block in zip(printed, blocks, strict=True):
+    for text, (step, block) in zip(printed, blocks, strict=True):
         if is_general(document, block):
             continue  # of any coordinate; `test_the_principle_holds_for_every_coordinate` puts each in its place
+        if step.key.startswith((LAW, "solved:")):
+            continue  # tests/test_teach_dalembert.py puts matrices into laws, and closed positions into solutions
         left, *right = read_latex.sides(text)
         key = block.value if isinstance(block, Braced) else block.left
         truth = document.names[key].node if key else left
@@ -145,10 +148,12 @@ def test_every_bivector_of_the_latex_has_the_value_of_the_graph(name: str) -> No
     document = lesson(name, road="dalembert")
     (tex,) = rendered(document, "latex").values()
     printed = re.findall(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}", str(tex), re.DOTALL)
-    columns = [block for _, block in document.blocks() if isinstance(block, Matrix)]
+    columns = [(step, block) for step, block in document.blocks() if isinstance(block, Matrix)]
     assert len(printed) == len(columns) >= 2 * len(document.scene.bodies)
     read_latex = reader(document)
-    for text, column in zip(printed, columns, strict=True):
+    for text, (step, column) in zip(printed, columns, strict=True):
+        if step.key.startswith(LAW):
+            continue
         for entry, key in zip(re.split(r"\\\\|&", text), column.names, strict=True):
             (value,) = read_latex.sides(entry)
             expected, shown = floats([document.names[key].node, value])
@@ -169,8 +174,9 @@ def table(name: str, key: str) -> dict[str, list[float]]:
 def test_the_equations_of_loops_are_written_before_they_are_used(name: str, tied: int) -> None:
     document = walkthrough(scene(name), road="dalembert")
     keys = [step.key for section in document.sections for step in section.steps]
-    formulas = [block for step, block in document.blocks() if step.key == "loops" and isinstance(block, Formula)]
-    assert len(formulas) == 2 * tied
+    written = ("loops", "loops:rates", "loops:accelerations")
+    formulas = [block for step, block in document.blocks() if step.key in written and isinstance(block, Formula)]
+    assert len(formulas) == 3 * tied
     assert keys.index("loops") < keys.index("state")
 
     (values,) = (block for step, block in document.blocks() if step.key == "state")
@@ -180,6 +186,7 @@ def test_the_equations_of_loops_are_written_before_they_are_used(name: str, tied
         node = express_form(block.form, graph)
         used = {x: shown[str(x.value)] for x in reachable([node]) if x.op is Op.SYMBOL}
         assert any(str(x.value).endswith("_dot") for x in used) == (level >= tied)
+        assert any(str(x.value).endswith("_ddot") for x in used) == (level >= 2 * tied)
         assert evaluate([node], Floats(), used)[0] == pytest.approx(0, abs=5e-3)
         away = {x: value + 0.3 * k for k, (x, value) in enumerate(used.items(), 1)}
         assert abs(evaluate([node], Floats(), away)[0]) > 0.01
@@ -223,7 +230,7 @@ def test_both_roads_have_the_same_drives_in_numbers(name: str, drive: str) -> No
 @pytest.mark.long
 def test_a_freedom_that_nothing_drives_is_counted_and_needs_no_drive() -> None:
     ball = "drive:ball:2"
-    step = next(s for s in lesson("spatial_slider_crank", road="dalembert").sections[1].steps if s.key == "count")
+    step = next(s for s in lesson("spatial_slider_crank", road="dalembert").sections[3].steps if s.key == "count")
     words = " ".join(str(part) for block in step.blocks if isinstance(block, Words) for part in block.parts)
     assert "Freedoms that nothing drives: 1 (written in joint ball)" in words
     assert "18 = 2 + 16" in words
@@ -251,7 +258,8 @@ def test_parts_of_the_other_road(name: str) -> None:
     parts = {
         until: walkthrough(scene(name), until=until, road="dalembert").sections for until in ROADS["dalembert"].until
     }
-    assert [len(sections) for sections in parts.values()] == [2, 3, 4, 5]
+    before = 4 if scene(name).loops else 3  # scene, method, loops
+    assert [len(sections) for sections in parts.values()] == [before, before + 1, before + 2, before + 3]
     assert all(sections[-1].key == until for until, sections in parts.items())
     with pytest.raises(EmitError, match="'energies' is no part of the road dalembert; give one of count, bodies"):
         walkthrough(scene(name), until="energies", road="dalembert")

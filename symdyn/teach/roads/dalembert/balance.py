@@ -11,7 +11,7 @@ F_star         (5.16) F*^D_jj; axes of frame j
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, form_of
@@ -25,12 +25,29 @@ from symdyn.dynamics.loops.reduction import solve_normal
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import PLACES, TINY, drives
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, tangents
-from symdyn.spatial import Mat, Vec, Wrench, apply_transposed, neg, plus, power, scale, skew, sub, times
+from symdyn.spatial import (
+    Mat,
+    Transform,
+    Vec,
+    Wrench,
+    apply_transposed,
+    neg,
+    plus,
+    power,
+    scale,
+    skew,
+    sub,
+    times,
+    zero_vector,
+)
 from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose, refuse_quaternions
+from symdyn.teach.roads.dalembert.tidy import order_of
+from symdyn.teach.student.rows import keeps_points
 
 MOST_UNKNOWNS = 40
 """Beyond which nobody reads the lesson."""
@@ -76,7 +93,10 @@ def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
 
 @dataclass
 class Balance(Prose):
-    """One scene with its system (5.18) while the document is being written."""
+    """One scene with its system (5.18) while the document is being written.
+
+    `system` is written for readers, with loops closed; `proved` is the same for proofs.
+    """
 
     def __post_init__(self) -> None:
         """Set the system up, in a plane where there is one."""
@@ -85,10 +105,9 @@ class Balance(Prose):
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state
         self.closed = self.scene.is_closed
-        try:
-            self.system = equilibrium(self.workspace.hanging, planar=True)
-        except DerivationError:
-            self.system = equilibrium(self.workspace.hanging)
+        self.order = order_of(self.scene)
+        self.proved = self._equilibrium(self.workspace.hanging)
+        self.system = self._equilibrium(_pinned(self.workspace.hanging)) if self.scene.loops else self.proved
         if len(self.system.unknowns) > MOST_UNKNOWNS:
             raise EmitError(
                 f"{self.scene.name}: {len(self.system.unknowns)} unknowns are more than anyone reads (the limit is "
@@ -98,8 +117,16 @@ class Balance(Prose):
         self.solved = None if self.closed else self._solution()
         self.cuts = [cut(self.workspace, self.system, j) for j in range(len(self.scene.bodies))]
         written = [x for one in self.cuts if one is not None for x in one.nodes]
-        self.short = _forms(self.system, [written, [*written, *(self.solved or [])]])
+        short, order = _forms(self.system, [written, [*written, *(self.solved or [])]]), self.order
+        self.short: Callable[[Expr], Form] = lambda node: order(short(node))
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
+
+    @staticmethod
+    def _equilibrium(hanging: Hanging) -> Equilibrium:
+        try:
+            return equilibrium(hanging, planar=True)
+        except DerivationError:
+            return equilibrium(hanging)
 
     def _solution(self) -> list[Expr]:
         """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
@@ -169,6 +196,19 @@ class Balance(Prose):
         """Return the components that are written."""
         entries = (*wrench[0], *wrench[1])
         return [entries[k] for k in self.system.kept]
+
+
+def _pinned(hanging: Hanging) -> Hanging:
+    """Return a mechanism whose loops are closed: what keeps two points together acts at the parent's own point.
+
+    Seen from the parent that point is where the joint was declared; reached around the loop it is the same place, in
+    ten terms. So this is for forms, not for proofs, which know no closed loop beforehand.
+    """
+    still = zero_vector(hanging.graph)
+    closed = [replace(hinge, X=Transform(hinge.X.R, still)) if keeps_points(hinge) else hinge for hinge in hanging.cuts]
+    pinned = replace(hanging)
+    pinned.__dict__["hinges"] = (*hanging.joints, *closed)
+    return pinned
 
 
 def _forms(system: Equilibrium, more: Sequence[Sequence[Expr]]) -> Callable[[Expr], Form]:

@@ -36,8 +36,6 @@ def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
     steps = [_free(lesson, j, chosen)]
     if one is not None:
         steps.append(_frame(lesson, j, one))
-        if j == 0:
-            steps.append(_errata(lesson, f"frame:{lesson.scene.bodies[j].name}", ["5.1b", "5.3"]))
         steps.append(_motion(lesson, j, one))
         if j == _misread(lesson, chosen):
             steps.append(_acceleration(lesson, j, one, chosen))
@@ -144,16 +142,6 @@ def _matrix(lesson: Balance, look: Letter, rows: Sequence[Sequence[Expr]], numbe
 
 
 # Where the text is wrong
-
-
-def _errata(lesson: Balance, behind: str, numbers: Sequence[str]) -> Step:
-    """Return boxes of words: what the text reads, what is right, the check."""
-    titles = [lesson.say("erratum", number=number) for number in numbers]
-    reads = lesson.name("text:M", "M", "jyy", node=None)
-    right = lesson.name("text:M right", "M", "jjy", node=None)
-    said = [lesson.say(f"erratum.{number}", reads=reads, right=right) for number in numbers]
-    boxes = [Box("erratum", title, (words,)) for title, words in zip(titles, said, strict=True)]
-    return Step(f"{ERRATA}{behind}", Words(()), tuple(boxes))
 
 
 def _misread(lesson: Balance, chosen: Chosen) -> int:

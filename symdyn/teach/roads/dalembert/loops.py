@@ -1,4 +1,6 @@
-"""The equations that loops and other rows add, in print: r(q) = 0 and its derivative G q̇ = 0.
+"""The equations that loops and other rows add, in print: written, differentiated twice, solved, and then used.
+
+    r(q) = 0,    G q̇ = 0,    G q̈ + Ġ q̇ = 0
 
 A joint that only keeps two points together is written in the axes of the ground, as one does by hand; all others as
 `symdyn equations` prints their rows.
@@ -6,58 +8,107 @@ A joint that only keeps two points together is written in the axes of the ground
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import ZERO, Form, Symbol, form_of, signed_product, sum_of
-from symdyn.algebra.joined_terms import with_added_angles
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    ZERO,
+    Form,
+    Symbol,
+    form_of,
+    power_of,
+    product_of,
+    signed_product,
+    split_sign,
+    sum_of,
+    terms_of,
+)
+from symdyn.algebra.joined_terms import with_added_angles, with_squares
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.closed_forms.constraint_forms import closed_constraints
+from symdyn.dynamics.closed_forms.constraint_forms import ClosedRow, closed_constraints
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
-from symdyn.scene import JOINTS
+from symdyn.scene import JOINTS, acceleration_name
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.dalembert.solved_loops import solved_loops
 from symdyn.teach.roads.lagrange.velocities import folded
+from symdyn.teach.shown_state import Chosen
 from symdyn.teach.student.rows import keeps_points, points_apart
 
 IN_A_PLANE = 3  # equations of a body
 
 
-def loop_steps(lesson: Balance) -> list[Step]:
-    """Return the step that writes the loops' equations; none for an open mechanism, nor where they have no formulas."""
+@dataclass(frozen=True)
+class Gap:
+    """One joint that keeps two points together.
+
+    Attributes:
+        joint: its name.
+        apart: the way between the points, m, axes of the ground, coordinates that vanish by themselves left out.
+    """
+
+    joint: str
+    apart: tuple[Expr, ...]
+
+
+def loop_steps(lesson: Balance, chosen: Chosen) -> list[Step]:
+    """Return the steps about loops; none for an open mechanism, nor where their equations have no formulas."""
     if not lesson.closed:
         return []
-    together = [hinge for hinge in lesson.workspace.hanging.loops if _is_point(lesson, hinge)]
     placed = body_placements(lesson.scene, lesson.graph)
-    gaps = [x for hinge in together for x in points_apart(hinge, placed) if not x.is_zero]
-    moving = [x for x in tangents(gaps, lesson.state.velocity) if not x.is_zero]
-    write = _writer(lesson, [*gaps, *moving])
-    positions, rates = [write(x) for x in gaps], [write(x) for x in moving]
+    together = [hinge for hinge in lesson.workspace.hanging.loops if _is_point(lesson, hinge)]
+    gaps = [Gap(hinge.joint.name, tuple(x for x in points_apart(hinge, placed) if not x.is_zero)) for hinge in together]
+    apart = [x for gap in gaps for x in gap.apart]
+    rates = tangents(apart, lesson.state.velocity)
+    levels = [apart, rates, tangents(rates, lesson.state.acceleration)]
+    write = loop_writer(lesson, [x for level in levels for x in level])
+    written = [[write(x) for x in level if not x.is_zero] for level in levels]
+    for row in _other_rows(lesson, {hinge.joint.name for hinge in together}):
+        for level, form in zip(written, _forms_of(lesson, row), strict=True):
+            if form is not None:
+                level.append(lesson.order(form))
+    if not any(written):
+        return []
+    points = ", ".join(gap.joint for gap in gaps)
+    reasons = (lesson.say("loops.reason", joints=points) if points else Words(()), Words(()), Words(()))
+    shows = ((), ("velocities",), ("accelerations",))
+    steps = [
+        Step(key, lesson.say(key), tuple(_vanishing(lesson, form) for form in forms), reason, show=show)
+        for key, forms, reason, show in zip(
+            ("loops", "loops:rates", "loops:accelerations"), written, reasons, shows, strict=True
+        )
+        if forms
+    ]
+    return [*steps, *solved_loops(lesson, chosen, [gap.apart for gap in gaps], loop_writer)]
+
+
+def _other_rows(lesson: Balance, done: set[str]) -> list[ClosedRow]:
+    """Return the rows of loops that do more than keep points together, and of wheels and blades."""
     try:
         rows = closed_constraints(lesson.scene).rows
     except DerivationError:  # loops that do not close
-        rows = ()
-    done = {hinge.joint.name for hinge in together}
-    for row in rows:
-        if row.G and not (row.loop and row.owner in done):
-            if row.closes and row.residual is not None:
-                positions.append(row.residual)
-            names = [Symbol(name) for name in lesson.scene.velocities]
-            rates.append(sum_of(signed_product(entry, u) for entry, u in zip(row.G, names, strict=True)))
-    blocks: list[Block] = []
-    for key, forms in (("loops.positions", positions), ("loops.rates", rates)):
-        if forms:
-            blocks += [lesson.say(key), *(_vanishing(lesson, form) for form in forms)]
-    if not blocks:
         return []
-    points = ", ".join(hinge.joint.name for hinge in together)
-    reason = lesson.say("loops.reason", joints=points) if points else Words(())
-    return [Step("loops", lesson.say("loops"), tuple(blocks), reason)]
+    return [row for row in rows if row.G and not (row.loop and row.owner in done)]
+
+
+def _forms_of(lesson: Balance, row: ClosedRow) -> tuple[Form | None, Form, Form]:
+    """Return r, G q̇ and G q̈ + Ġ q̇ of a row; None for r of a row between rates."""
+    names = [Symbol(name) for name in lesson.scene.velocities]
+    pushed = [Symbol(acceleration_name(name)) for name in lesson.scene.velocities]
+    rate = sum_of(signed_product(entry, u) for entry, u in zip(row.G, names, strict=True))
+    bias = (
+        signed_product(form, power_of(names[i], 2) if i == j else product_of((names[i], names[j])))
+        for i, j, form in row.bias
+    )
+    push = sum_of([*(signed_product(entry, a) for entry, a in zip(row.G, pushed, strict=True)), *bias])
+    return row.residual if row.closes else None, rate, push
 
 
 def _is_point(lesson: Balance, hinge: Hinge) -> bool:
@@ -69,17 +120,20 @@ def _is_point(lesson: Balance, hinge: Hinge) -> bool:
     return kind.class_t(hinge.joint) == 3 or (planar and kind.velocities(hinge.joint) == ("rad",))
 
 
-def _writer(lesson: Balance, nodes: list[Expr]) -> Callable[[Expr], Form]:
+def loop_writer(lesson: Balance, nodes: Sequence[Expr]) -> Callable[[Expr], Form]:
     """Return what writes these nodes: in sines of sums of angles, as they stand where they are no polynomials."""
     state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph, across=True)
     try:
-        ring = TrigonometricRing(nodes, (*state.q, *state.qd), total_angles(parallel))
+        ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
         values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
     except DerivationError:
-        return form_of
+        return lambda node: lesson.order(form_of(node))
     compact = Compactor(ring, parallel)
-    return lambda node: with_added_angles(compact(values[node]))
+    return lambda node: lesson.order(with_squares(with_added_angles(compact(values[node]))))
 
 
 def _vanishing(lesson: Balance, form: Form) -> Block:
+    """Return that a form is zero; without minus signs in front of all of its terms."""
+    if all(split_sign(term)[0] < 0 for term in terms_of(form)):
+        form = sum_of(product_of((MINUS_ONE, term)) for term in terms_of(form))
     return folded(lesson, Formula("", form, right=ZERO))

@@ -63,7 +63,7 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
         other, laws = _multiplied(lesson, drives, chosen), _laws(lesson.workspace)
         last = len(lesson.system.unknowns)
         given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
-        same = solvable("drives", "Lagrange", "D'Alembert", [*equations(lesson.system), *given], last)
+        same = solvable("drives", "Lagrange", "D'Alembert", [*equations(lesson.proved), *given], last)
     claims = {**({"roads.drives": same} if other else {}), **laws}
     fields, findings = prove(list(claims.values()), positive=[p.name for p in lesson.scene.parameters if p.positive])
     assert all(one.verdict != DIFFERENT for one in findings), "the two roads differ"

@@ -9,6 +9,7 @@ from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.bodies import body_steps
+from symdyn.teach.roads.dalembert.laws import law_errata, law_steps
 from symdyn.teach.roads.dalembert.loops import loop_steps
 from symdyn.teach.roads.dalembert.reactions import numbers_step, roads_step, solved_steps
 from symdyn.teach.roads.dalembert.shown_motion import choose_motion
@@ -27,8 +28,12 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     lesson = Balance(scene, language)
     chosen = choose_motion(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
-    first = [shown, *acting_steps(lesson), notation_step(lesson), _unknown_table(lesson)]
-    sections = [lesson.section("scene", first), lesson.section("count", [_count(lesson), *loop_steps(lesson)])]
+    first = [shown, *acting_steps(lesson), notation_step(lesson)]
+    method = [step for law in law_steps(lesson) for step in (law, *law_errata(lesson, law.key))]
+    sections = [lesson.section("scene", first), lesson.section("method", method)]
+    if tied := loop_steps(lesson, chosen):
+        sections.append(lesson.section("loops", tied))
+    sections.append(lesson.section("count", [_unknown_table(lesson), _count(lesson)]))
     last = UNTIL.index(until)
     if last >= 1:
         steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]

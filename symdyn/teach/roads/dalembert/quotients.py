@@ -1,0 +1,74 @@
+"""Quotients of formulas as one writes them by hand: what divides stands alone, what both sides share is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.algebra.form import ONE, ZERO, Form, Number, Power, factors_of, power_of, product_of, sum_of, terms_of
+
+
+def quotient(above: Form, below: Form) -> Form:
+    """Return above / below: terms that divide stand alone, and factors that both have are left out."""
+    above, below = _laid_open(above), _factored(below)
+    whole: list[tuple[Form, Form]] = []
+    rest: list[tuple[Form, Form]] = []
+    for term in terms_of(above):
+        divided = _divided(term, below)
+        (whole if divided[1] == ONE else rest).append((term, divided[0]))
+    if not whole:
+        top, bottom = _divided(above, below)
+        return top if bottom == ONE else product_of((top, Power(bottom, -1)))
+    left = quotient(sum_of(term for term, _ in rest), below) if rest else ZERO
+    return sum_of([*(one for _, one in whole), left])
+
+
+def _laid_open(form: Form) -> Form:
+    """Return a product with one sum among its factors as a sum."""
+    factors = factors_of(form)
+    sums = [k for k, one in enumerate(factors) if len(terms_of(one)) > 1]
+    if len(sums) != 1:
+        return form
+    others = [one for k, one in enumerate(factors) if k != sums[0]]
+    return sum_of(product_of([*others, term]) for term in terms_of(factors[sums[0]]))
+
+
+def _factored(form: Form) -> Form:
+    """Return a sum with the factors that all of its terms have in front."""
+    terms = [list(factors_of(term)) for term in terms_of(form)]
+    common: list[Form] = []
+    for factor in terms[0] if len(terms) > 1 else []:
+        base = factor.base if isinstance(factor, Power) else factor
+        if not isinstance(base, Number) and all(has(base, one) for one in terms):
+            terms = [less(base, one) for one in terms]
+            common.append(base)
+    return product_of([*common, sum_of(map(product_of, terms))])
+
+
+def _divided(above: Form, below: Form) -> tuple[Form, Form]:
+    """Return numerator and denominator without the factors that both have; for a sum, those of all its terms."""
+    terms = [list(factors_of(term)) for term in terms_of(above)]
+    bottom: list[Form] = []
+    for factor in factors_of(below):
+        base, times = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
+        for _ in range(times):
+            if isinstance(base, Number):
+                terms = [[Number(1 / base.value), *factors] for factors in terms]
+            elif all(has(base, factors) for factors in terms):
+                terms = [less(base, factors) for factors in terms]
+            else:
+                bottom.append(base)
+    return sum_of(map(product_of, terms)), product_of(bottom)
+
+
+def has(base: Form, factors: Sequence[Form]) -> bool:
+    """Whether a base, or a power of it, is among factors."""
+    return any(one == base or (isinstance(one, Power) and one.base == base and one.exponent > 0) for one in factors)
+
+
+def less(base: Form, factors: Sequence[Form]) -> list[Form]:
+    """Return factors with one `base` less."""
+    left = list(factors)
+    place = next(k for k, one in enumerate(left) if has(base, [one]))
+    found = left[place]
+    left[place] = power_of(base, found.exponent - 1) if isinstance(found, Power) and found != base else ONE
+    return left

@@ -1,0 +1,100 @@
+"""A formula in the order in which a book writes it, whatever order its ring has.
+
+m h cos q q̈        numbers, parameters as the scene declares them, sines, then rates and accelerations
+sin(φ - χ)          in every angle the scene's first coordinate is positive: not -sin(χ - φ) beside cos(φ - χ)
+r cos φ - x         a sum that would begin with a minus has its other terms first
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    Form,
+    Function,
+    Power,
+    Product,
+    Sum,
+    factors_of,
+    parts_of,
+    power_of,
+    product_of,
+    split_sign,
+    sum_of,
+    symbols_of,
+    terms_of,
+    with_parts,
+)
+from symdyn.graph import Op
+from symdyn.scene import Scene, acceleration_name
+
+CIRCULAR = (Op.SIN, Op.COS)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Places of a scene's symbols in a product and in an angle."""
+
+    place: dict[str, int]
+    moving: frozenset[str]
+
+    def __call__(self, form: Form) -> Form:
+        """Return the same formula in this order."""
+        if isinstance(form, Function):
+            return self._angle(with_parts(form, map(self, parts_of(form))))
+        parts = [self(part) for part in parts_of(form)]
+        if isinstance(form, Power):
+            sign, base = split_sign(parts[0])
+            turned = power_of(base, form.exponent)
+            return product_of((MINUS_ONE, turned)) if sign < 0 and form.exponent % 2 else turned
+        if isinstance(form, Product):
+            return self._product(product_of(parts))
+        if isinstance(form, Sum):
+            return _signed(list(terms_of(sum_of(parts))))
+        return with_parts(form, parts)
+
+    def _product(self, form: Form) -> Form:
+        if not isinstance(form, Product):
+            return form
+        return product_of(sorted(factors_of(form), key=self._of_factor))
+
+    def _of_factor(self, factor: Form) -> tuple[int, int]:
+        used = symbols_of(factor)
+        kind = 3 if self.moving.intersection(used) else 2 if _has_function(factor) else 0 if used else -1
+        last = len(self.place)
+        return kind, self.place.get(used[0], last) if kind == 0 else 0
+
+    def _angle(self, form: Form) -> Form:
+        """Return a sine or cosine with the terms of its angle in order."""
+        if not isinstance(form, Function) or form.op not in CIRCULAR:
+            return form
+        last = len(self.place)
+        terms = sorted(
+            terms_of(form.args[0]),
+            key=lambda term: min((self.place.get(x, last) for x in symbols_of(term)), default=-1),
+        )
+        leading = next((term for term in terms if symbols_of(term)), None)
+        if leading is None or split_sign(leading)[0] > 0:
+            return Function(form.op, (sum_of(terms),)) if terms else form
+        turned = Function(form.op, (sum_of(product_of((MINUS_ONE, term)) for term in terms),))
+        return turned if form.op is Op.COS else product_of((MINUS_ONE, turned))
+
+
+def order_of(scene: Scene) -> Callable[[Form], Form]:
+    """Return what puts formulas of a scene in order."""
+    rates = [*scene.velocities, *map(acceleration_name, scene.velocities)]
+    names: Sequence[str] = [*(one.name for one in scene.parameters), *scene.coordinates, *rates]
+    return Order({name: k for k, name in enumerate(names)}, frozenset(rates))
+
+
+def _has_function(form: Form) -> bool:
+    return isinstance(form, Function) or any(map(_has_function, parts_of(form)))
+
+
+def _signed(terms: list[Form]) -> Form:
+    """Return a sum that begins without a minus where it can: then those with one stand behind the others."""
+    if split_sign(terms[0])[0] > 0:
+        return sum_of(terms)
+    return sum_of(sorted(terms, key=lambda term: split_sign(term)[0] < 0))

@@ -1,0 +1,123 @@
+"""What D'Alembert's lesson says: its laws hold for every body that it cuts free, its loops are solved before use."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.algebra.form import Form, Function, Power, Product, Sum, Symbol, express_form
+from symdyn.algebra.numeric import Floats
+from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.scene import read
+from symdyn.scene.toml import read_text
+from symdyn.teach import Document, walkthrough
+from symdyn.teach.document import Formula, Matrix
+from symdyn.teach.roads.dalembert.balance import Balance
+from symdyn.teach.roads.dalembert.shown_motion import choose_motion
+
+ROOT = Path(__file__).parent
+EXAMPLES = ROOT.parent / "examples"
+STARTS = ("four_bar", "slider_crank", "governor", "cart_with_wheel")
+
+
+@cache
+def lesson(name: str, language: str = "en") -> Document:
+    return walkthrough(read(EXAMPLES / f"{name}.toml"), language, road="dalembert")
+
+
+def state_of(name: str) -> dict[str, float]:
+    """Return the lesson's state in all digits: a position where loops are closed, and what they allow."""
+    balance = Balance(read(EXAMPLES / f"{name}.toml"), "en")
+    return {str(x.value): value for x, value in choose_motion(balance).values.items()}
+
+
+def value(document: Document, form: Form, state: dict[str, float]) -> float:
+    node = document.value(form)
+    symbols = [x for x in reachable([node]) if x.op is Op.SYMBOL]
+    return float(evaluate([node], Floats(), {x: state[str(x.value)] for x in symbols})[0])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", STARTS)
+def test_loops_are_solved_by_formulas_that_hold_where_they_are_closed(name: str) -> None:
+    document, state = lesson(name), state_of(name)
+    solved = [block for step, block in document.blocks() if step.key.startswith("solved:")]
+    formulas = [block for block in solved if isinstance(block, Formula) and not block.left and block.right is not None]
+    assert len(formulas) >= 2
+    for block in formulas:
+        left, right = value(document, block.form, state), value(document, block.right, state)
+        off = (left - right + np.pi) % (2 * np.pi) - np.pi if isinstance(block.form, Symbol) else left - right
+        assert off == pytest.approx(0, abs=1e-7), block
+        others = {key: x + 0.1 * k**1.5 for k, (key, x) in enumerate(state.items(), 1)}
+        assert value(document, block.form, others) - value(document, block.right, others) != pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.8, 2.5, -1.2])
+def test_a_four_bar_is_assembled_as_it_is_drawn_wherever_it_starts(start: float) -> None:
+    text = (EXAMPLES / "four_bar.toml").read_text(encoding="utf-8").replace("start = 0.8", f"start = {start}")
+    scene = read_text(text, "four_bar")
+    for crossed in (False, True):
+        if crossed:
+            text = text.replace("start = 2.0260131545490214846", "start = -2.03").replace(
+                "start = 0.1420089234527959928", "start = -1.7"
+            )
+            scene = read_text(text, "four_bar")
+        document = walkthrough(scene, road="dalembert", until="count")
+        chosen = choose_motion(Balance(scene, "en"))
+        state = {str(x.value): one for x, one in chosen.values.items()}
+        found = [
+            block
+            for step, block in document.blocks()
+            if step.key == "solved:positions:1" and isinstance(block, Formula) and isinstance(block.form, Symbol)
+        ]
+        assert {block.form.name for block in found} == {"psi", "chi"}
+        for block in found:
+            off = state[block.form.name] - value(document, block.right, state)
+            assert (off + np.pi) % (2 * np.pi) - np.pi == pytest.approx(0, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "form"),
+    [
+        ("slider_crank", "M*R:2,wristpin:z", "-l F_y"),
+        ("four_bar", "M*R:2,hinge:z", "-b F_y"),
+    ],
+)
+def test_a_force_in_a_hinge_has_the_arm_that_one_sees(name: str, key: str, form: str) -> None:
+    """Seen from the parent a pin is where it was declared, not around the whole loop (FINDINGS 5.10)."""
+    document = lesson(name)
+    block = next(b for _, b in document.blocks() if isinstance(b, Matrix) and key in b.names)
+    entry = block.entries[block.names.index(key)]
+    assert isinstance(entry, Product)
+    assert len(entry.factors) == 3
+    pin = key.split(",")[1].split(":", maxsplit=1)[0]
+    assert entry.factors[1:] == (Symbol(form[1]), Symbol(f"reaction:{pin}:1"))
+
+
+def test_an_angle_is_written_in_one_way() -> None:
+    """Not sin(χ - φ) beside cos(φ - χ): the scene's first coordinate is positive in each."""
+    document = lesson("four_bar")
+    order = document.scene.coordinates
+    angles = []
+    for _, block in document.blocks():
+        forms = block.entries if isinstance(block, Matrix) else [block.form] if isinstance(block, Formula) else []
+        angles += [angle for form in forms for angle in circular(form)]
+    assert len(angles) > 20
+    for angle in angles:
+        graph = Graph()
+        q = {x.value: x for x in reachable([express_form(angle, graph)]) if x.op is Op.SYMBOL}
+        leading = min(q, key=order.index)
+        one = evaluate([express_form(angle, graph)], Floats(), {x: float(x.value == leading) for x in q.values()})[0]
+        assert one > 0
+
+
+def circular(form: Form) -> list[Form]:
+    if isinstance(form, Function):
+        return [form.args[0]] if form.op in (Op.SIN, Op.COS) else [x for arg in form.args for x in circular(arg)]
+    if isinstance(form, Power):
+        return circular(form.base)
+    inner = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else ()
+    return [x for part in inner for x in circular(part)]
