@@ -10,14 +10,14 @@ F_star         (5.16) F*^D_jj; axes of frame j
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, form_of
 from symdyn.algebra.joined_terms import with_added_angles, with_squares
 from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.loop_numbers import in_words
@@ -117,8 +117,7 @@ class Balance(Prose):
         self.solved = None if self.closed else self._solution()
         self.cuts = [cut(self.workspace, self.system, j) for j in range(len(self.scene.bodies))]
         written = [x for one in self.cuts if one is not None for x in one.nodes]
-        short, order = _forms(self.system, [written, [*written, *(self.solved or [])]]), self.order
-        self.short: Callable[[Expr], Form] = lambda node: order(short(node))
+        self.short = _forms(self.system, [written, [*written, *(self.solved or [])]], self.order)
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
 
     @staticmethod
@@ -211,7 +210,9 @@ def _pinned(hanging: Hanging) -> Hanging:
     return pinned
 
 
-def _forms(system: Equilibrium, more: Sequence[Sequence[Expr]]) -> Callable[[Expr], Form]:
+def _forms(
+    system: Equilibrium, more: Sequence[Sequence[Expr]], order: Callable[[Form], Form]
+) -> Callable[[Expr], Form]:
     """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring.
 
     What else is written has fewer nodes first: a solution with a pivot that moves is no polynomial.
@@ -227,6 +228,14 @@ def _forms(system: Equilibrium, more: Sequence[Sequence[Expr]]) -> Callable[[Exp
             values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
         except DerivationError:
             continue
-        compact = Compactor(ring, parallel)
-        return lambda node: with_squares(with_added_angles(compact(values[node]))) if node in values else form_of(node)
+        return _writer(Compactor(ring, parallel), values, order)
     return form_of
+
+
+def _writer(
+    compact: Compactor, values: Mapping[Expr, Polynomial], order: Callable[[Form], Form]
+) -> Callable[[Expr], Form]:
+    def write(node: Expr) -> Form:
+        return order(with_squares(with_added_angles(compact(values[node])))) if node in values else form_of(node)
+
+    return write

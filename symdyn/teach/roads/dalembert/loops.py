@@ -38,7 +38,7 @@ from symdyn.scene import JOINTS, acceleration_name
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.solved_loops import solved_loops
-from symdyn.teach.roads.lagrange.velocities import folded
+from symdyn.teach.roads.lagrange.velocities import PAGE, folded, length
 from symdyn.teach.shown_state import Chosen
 from symdyn.teach.student.rows import keeps_points, points_apart
 
@@ -68,12 +68,15 @@ def loop_steps(lesson: Balance, chosen: Chosen) -> list[Step]:
     apart = [x for gap in gaps for x in gap.apart]
     rates = tangents(apart, lesson.state.velocity)
     levels = [apart, rates, tangents(rates, lesson.state.acceleration)]
-    write = loop_writer(lesson, [x for level in levels for x in level])
+    try:
+        write = loop_writer(lesson, [x for level in levels for x in level])
+    except DerivationError:
+        write = form_of
     written = [[write(x) for x in level if not x.is_zero] for level in levels]
     for row in _other_rows(lesson, {hinge.joint.name for hinge in together}):
         for level, form in zip(written, _forms_of(lesson, row), strict=True):
             if form is not None:
-                level.append(lesson.order(form))
+                level.append(lesson.order(form) if length(form) <= PAGE else form)
     if not any(written):
         return []
     points = ", ".join(gap.joint for gap in gaps)
@@ -121,13 +124,14 @@ def _is_point(lesson: Balance, hinge: Hinge) -> bool:
 
 
 def loop_writer(lesson: Balance, nodes: Sequence[Expr]) -> Callable[[Expr], Form]:
-    """Return what writes these nodes: in sines of sums of angles, as they stand where they are no polynomials."""
+    """Return what writes these nodes in sines of sums of angles.
+
+    Raises:
+        DerivationError: they are no polynomials.
+    """
     state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph, across=True)
-    try:
-        ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
-        values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
-    except DerivationError:
-        return lambda node: lesson.order(form_of(node))
+    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+    values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
     compact = Compactor(ring, parallel)
     return lambda node: lesson.order(with_squares(with_added_angles(compact(values[node]))))
 

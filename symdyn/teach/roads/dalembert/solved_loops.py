@@ -77,7 +77,7 @@ def solved_loops(lesson: Balance, chosen: Chosen, gaps: Sequence[Sequence[Expr]]
     steps: list[Step] = []
     waiting = [tuple(gap) for gap in gaps]
     while True:
-        found = next(((gap, one) for gap in waiting if (one := _loop(solving, gap)) is not None), None)
+        found = next(((gap, one) for gap in waiting if (one := _tried(solving, gap)) is not None), None)
         if found is None:
             break
         waiting.remove(found[0])
@@ -106,8 +106,19 @@ def _left_over(solving: Solving) -> tuple[Formula, ...]:
     rates = [lesson.graph.total(g * u for g, u in zip(G[k], state.qd, strict=True)) for k in kept]
     pushes = [lesson.graph.total([bias[k], *(g * a for g, a in zip(G[k], state.qdd, strict=True))]) for k in kept]
     levels = ((rates, state.qd), (pushes, state.qdd))
-    found = [one for rows, names in levels for one in _linear(solving, rows, [names[k] for k in left])]
+    try:
+        found = [one for rows, names in levels for one in _linear(solving, rows, [names[k] for k in left])]
+    except DerivationError:  # no polynomials
+        return ()
     return tuple(found) if max(length(one.right or ZERO) for one in found) <= PAGE else ()
+
+
+def _tried(solving: Solving, gap: Sequence[Expr]) -> list[Step] | None:
+    """Return the steps that solve one loop; None where there are none, or no polynomials to write them with."""
+    try:
+        return _loop(solving, gap)
+    except DerivationError:
+        return None
 
 
 def _loop(solving: Solving, gap: Sequence[Expr]) -> list[Step] | None:
