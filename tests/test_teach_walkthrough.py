@@ -616,8 +616,8 @@ def test_long_expressions_of_large_scenes_are_folded() -> None:
 
 
 def test_quaternions_are_told_what_would_work() -> None:
-    for road in ("lagrange", "dalembert"):
-        with pytest.raises(DerivationError, match='orientation = "zyx"'):
+    for road in ("lagrange", "multipliers", "dalembert"):
+        with pytest.raises(DerivationError, match=r'--road quaternions .* orientation = "zyx"'):
             walkthrough(read(EXAMPLES / "heavy_top.toml"), road=road)
 
 

@@ -24,6 +24,7 @@ from itertools import compress
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
+from flint.utils.flint_exceptions import DomainError
 
 from symdyn.algebra.collect import rounded
 from symdyn.algebra.generators import (
@@ -249,6 +250,21 @@ class TrigonometricRing(Arithmetic):
     def symbol(self, node: Expr) -> int:
         """Return the generator of a symbol."""
         return self._index["symbol", node, 0]
+
+    def relate_square(self, generator: int, square: Polynomial) -> None:
+        """Hold that the square of a generator is an element whose first term is another square: w² = 1 - n²."""
+        relation = self.normal(self._gens[generator] ** 2 - square)
+        powers = relation.monoms()[0]
+        index = next(k for k, power in enumerate(powers) if power)
+        if sum(map(int, powers)) == powers[index]:
+            self._relate(index, int(powers[index]), relation)
+
+    def square_root(self, p: Polynomial) -> Polynomial | None:
+        """Return what p is the square of, of either sign; None where it is no square of an element as it stands."""
+        try:
+            return p.sqrt()
+        except (DomainError, ValueError):
+            return None
 
     def replaced(self, p: Polynomial, generator: int, value: Polynomial) -> Polynomial:
         """Return p with a value for a generator that is no variable, its inverse cancelled where it can be."""

@@ -37,14 +37,15 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         metavar="PART",
         default="",
         help="the last part: energies, lagrangian, equations, coefficients, numbers; or, of D'Alembert's road, count, "
-        "bodies, reactions, roads (default: all)",
+        "bodies, reactions, roads; the others are told by an unknown one (default: all)",
     )
     verb.add_argument("--language", choices=languages(), default="en", help="of the prose (default: en)")
     verb.add_argument(
         "--road",
-        choices=("lagrange", "multipliers", "dalembert"),
+        choices=("lagrange", "multipliers", "quaternions", "dalembert"),
         default="lagrange",
-        help="energies and Lagrange's equations, of open mechanisms (default); or bodies cut free, with all reactions",
+        help="energies and Lagrange's equations, of open mechanisms (default); the same with multipliers, where loops "
+        "or rolling tie them; rotations by quaternions; or bodies cut free, with all reactions",
     )
     verb.add_argument(
         "--exercises",

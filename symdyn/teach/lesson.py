@@ -33,7 +33,7 @@ SMALL_SCENE = 3
 
 
 def refuse_quaternions(scene: Scene) -> None:
-    """Say that nobody reads formulas in quaternions, before anything else that a road asks of a scene.
+    """Say where quaternions have their lesson, before anything else that a road asks of a scene.
 
     Raises:
         DerivationError: a joint turns by a quaternion.
@@ -41,8 +41,8 @@ def refuse_quaternions(scene: Scene) -> None:
     for joint in scene.joints:
         if joint.velocities:
             raise DerivationError(
-                f"{scene.name}: joint {joint.name} turns by a quaternion, for which there are no formulas to read; "
-                'write orientation = "zyx" (or another sequence of axes) to have them'
+                f"{scene.name}: joint {joint.name} turns by a quaternion; --road quaternions is the lesson about it, "
+                'and orientation = "zyx" (or another sequence of axes) gives it angles, which this road takes'
             )
 
 

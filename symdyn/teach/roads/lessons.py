@@ -15,6 +15,7 @@ from symdyn.teach.lesson import SMALL_SCENE
 from symdyn.teach.roads.dalembert import walkthrough as dalembert
 from symdyn.teach.roads.lagrange import walkthrough as lagrange
 from symdyn.teach.roads.multipliers import walkthrough as multipliers
+from symdyn.teach.roads.quaternions import walkthrough as quaternions
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Road:
 ROADS: Mapping[str, Road] = {
     "lagrange": Road(lagrange.UNTIL, lagrange.lagrange_walkthrough),
     "multipliers": Road(multipliers.UNTIL, multipliers.multipliers_walkthrough),
+    "quaternions": Road(quaternions.UNTIL, quaternions.quaternions_walkthrough),
     "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough),
 }
 DETAILS = ("brief", "full")
@@ -45,13 +47,15 @@ def walkthrough(
 
     Args:
         scene: by Lagrange's road an open chain or tree with a closed form; with multipliers one with loops, rolling or
-            other conditions; by D'Alembert's any mechanism.
+            other conditions; with quaternions one whose bodies turn by them; by D'Alembert's any mechanism.
         language: "en" or "sk".
         detail: "full", or "brief" without the steps that a second reading needs.
         until: the last part, "" for all: on Lagrange's road "energies", "lagrangian", "equations", "coefficients" or
-            "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system" or "numbers"; on
-            D'Alembert's "count", "bodies", "reactions" or "roads".
-        road: a key of `ROADS`: "lagrange" (5.21)-(5.23), "multipliers" or "dalembert" (5.1)-(5.20).
+            "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system" or "numbers"; with
+            quaternions "rotations", "energies", "equations" or "numbers"; on D'Alembert's "count", "bodies",
+            "reactions" or "roads".
+        road: a key of `ROADS`: "lagrange" (5.21)-(5.23), "multipliers", "quaternions" or
+            "dalembert" (5.1)-(5.20).
 
     Raises:
         EmitError: an unknown choice, or a scene that is too large to be read.

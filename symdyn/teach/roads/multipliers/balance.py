@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from symdyn.algebra.form import (
     MINUS_ONE,
@@ -43,8 +42,8 @@ LONGEST = 40
 """Terms of a ratio of velocities that is still written out."""
 
 
-def name_forces(lesson: Constrained, page: Printable) -> Printable:
-    """Name multipliers and drives, and return the page with multipliers on its right-hand sides.
+def name_forces(lesson: Constrained, right: Sequence[Form]) -> tuple[Form, ...]:
+    """Name multipliers and drives, and return the right-hand sides with multipliers.
 
     Multipliers are worth what the equations of the dependent velocities make them, drives what their own leave them.
     A drive of a dependent velocity is given: a symbol.
@@ -54,17 +53,18 @@ def name_forces(lesson: Constrained, page: Printable) -> Printable:
         if own := lesson.scene.drives[i]:
             given[i] = given[i] - graph.symbol(own)
     found = solve_transposed([list(tie.slopes) for tie in lesson.ties], parts, given)
-    right = []
+    whole = []
     for tie, node in zip(lesson.ties, found, strict=True):
         lesson.name(multiplier(tie).name, "lambda", tie.number, node=node)
-    for i, force in enumerate(page.right):
+    for i, force in enumerate(right):
         carried = [(tie, node) for tie, node in zip(lesson.ties, found, strict=True) if not tie.slopes[i].is_zero]
-        right.append(sum_of([force, *(signed_product(_long(lesson, tie, i), multiplier(tie)) for tie, _ in carried)]))
+        terms = (signed_product(_long(lesson, tie, i), multiplier(tie)) for tie, _ in carried)
+        whole.append(sum_of([force, *(term for term in terms if terms_of(term))]))
         if own := lesson.scene.drives[i]:
             held = graph.total(tie.slopes[i] * node for tie, node in carried)
             node = graph.symbol(own) if i in parts.dependent else lesson.plain(lesson.drives[i] - held)
             lesson.names[own] = Name(None, node)
-    return replace(page, right=tuple(right))
+    return tuple(whole)
 
 
 def _long(lesson: Constrained, tie: Tie, i: int) -> Form:
@@ -75,7 +75,7 @@ def _long(lesson: Constrained, tie: Tie, i: int) -> Form:
 
 def principle_steps(lesson: Constrained, page: Printable) -> list[Step]:
     """Return D'Alembert's principle, the conditions added to it, and what the multipliers are."""
-    return [_principle(lesson, page), _added(lesson), _meant(lesson)]
+    return [_principle(lesson, page), _added(lesson), meaning_step(lesson)]
 
 
 def _principle(lesson: Constrained, page: Printable) -> Step:
@@ -137,7 +137,7 @@ def _added(lesson: Constrained) -> Step:
     return Step("added", lesson.say("added", **places), (said,), lesson.say("added.reason", **places))
 
 
-def _meant(lesson: Constrained) -> Step:
+def meaning_step(lesson: Constrained) -> Step:
     """Return what each multiplier is."""
     rows = []
     for tie in lesson.ties:
@@ -175,7 +175,7 @@ def system_step(lesson: Constrained) -> Step:
         lesson.name("B:", "B", node=None)
         cells: list[tuple[Form, str]] = []
         for i in range(n):
-            cells += [(_inertia(lesson, i, j), f"k_z:{i + 1},{j + 1}") for j in range(n)]
+            cells += [_inertia(lesson, i, j) for j in range(n)]
             cells += [(_cell(lesson, tie, i), f"A:{tie.number},{i + 1}") for tie in lesson.ties]
         for tie in lesson.ties:
             cells += [(_cell(lesson, tie, i), f"A:{tie.number},{i + 1}") for i in range(n)]
@@ -185,8 +185,11 @@ def system_step(lesson: Constrained) -> Step:
     return Step("system", lesson.say("system"), tuple(blocks), lesson.say("system.reason"))
 
 
-def _inertia(lesson: Constrained, i: int, j: int) -> Form:
-    return Symbol(f"k_z:{i + 1},{j + 1}") if terms_of(lesson.forms.form("k_z", i, j)) else ZERO
+def _inertia(lesson: Constrained, i: int, j: int) -> tuple[Form, str]:
+    """Return k_z,ij by its name, and the key of its value."""
+    if lesson.without_inertia(i, j):
+        return ZERO, "0:"
+    return Symbol(key := f"k_z:{i + 1},{j + 1}"), key
 
 
 def _cell(lesson: Constrained, tie: Tie, i: int) -> Form:

@@ -36,7 +36,7 @@ def multiplier(tie: Tie) -> Symbol:
 
 def slope(lesson: Constrained, tie: Tie, i: int) -> Form:
     """Return A_ki in print."""
-    return lesson.tie_form(tie.slopes[i])
+    return lesson.tie_form(tie.nodes[i])
 
 
 def condition_steps(lesson: Constrained) -> list[Step]:
@@ -61,13 +61,13 @@ def condition_steps(lesson: Constrained) -> list[Step]:
 
 def _owner(lesson: Constrained, ties: list[Tie]) -> Step:
     """Return what one loop or contact keeps zero, and its rate."""
-    blocks: list[Block] = []
+    blocks = lesson.introduced(ties[0].owner)
     before = lesson.roots_of(lesson.ties[: lesson.ties.index(ties[0])])
     for root in lesson.roots_of(ties):
         if root not in before:
             blocks += _root(lesson, root)
     held = [tie for tie in ties if tie.residual is not None]
-    blocks += [folded(lesson, Formula(tie.key, lesson.tie_form(_held(tie)))) for tie in held]
+    blocks += [folded(lesson, Formula(tie.key, lesson.tie_form(tie.nodes[-1]))) for tie in held]
     if held:
         blocks.append(lesson.say("ties.zero", names=_all([Symbol(tie.key) for tie in held])))
     u = list(map(named, lesson.state.qd))
@@ -113,11 +113,6 @@ def _matrix(lesson: Constrained) -> Step:
     matrix = Matrix("A:", tuple(forms), tuple(names), width=lesson.state.n)
     columns = together([named(u) for u in lesson.state.qd])
     return Step("ties.matrix", lesson.say("ties.matrix", columns=columns), (matrix,), lesson.say("ties.matrix.reason"))
-
-
-def _held(tie: Tie) -> Expr:
-    assert tie.residual is not None, "only what holds a position is asked for"
-    return tie.residual
 
 
 def _all(names: list[Symbol]) -> Words:

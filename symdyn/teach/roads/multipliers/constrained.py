@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Function, Symbol, express_form, form_of
+from symdyn.algebra.form import Form, Function, Symbol, express_form, form_of, terms_of
 from symdyn.algebra.joined_terms import with_added_angles
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.sums_of_angles import total_angles
@@ -34,7 +34,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import GROUND
 from symdyn.spatial import sub
-from symdyn.teach.document import Letter
+from symdyn.teach.document import Block, Letter
 from symdyn.teach.lesson import Lesson, refuse_quaternions
 from symdyn.teach.masses import AXES
 
@@ -56,6 +56,7 @@ class Tie:
         residual: what it keeps zero; None where it holds velocities alone.
         slopes: A_ki, shape (nv,).
         bias: Ȧ_ki u_i.
+        shown: slopes, bias and residual where they are written in letters of the lesson, else ().
     """
 
     number: str
@@ -68,6 +69,12 @@ class Tie:
     residual: Expr | None
     slopes: tuple[Expr, ...]
     bias: Expr
+    shown: tuple[Expr, ...] = ()
+
+    @property
+    def nodes(self) -> tuple[Expr, ...]:
+        """Slopes, bias and residual as they are written."""
+        return self.shown or (*self.slopes, self.bias, *(() if self.residual is None else (self.residual,)))
 
     @property
     def key(self) -> str:
@@ -109,6 +116,10 @@ class Constrained(Lesson):
     @cached_property
     def ties(self) -> tuple[Tie, ...]:
         """The conditions, none that says what others say; DerivationError where nobody knows which those are."""
+        return self.tied() if self.scene.is_closed else ()
+
+    def tied(self) -> tuple[Tie, ...]:
+        """Return the conditions of a scene that has some."""
         kept = self.workspace.loops.decisions.kept
         rows = differentiated(self.scene, self.graph, self.state)
         owned = {cut.owner: cut for cut in cuts(self.scene, self.graph)}
@@ -139,9 +150,10 @@ class Constrained(Lesson):
             state = (*self.state.q, *self.state.qd)
             try:
                 ring = TrigonometricRing([root.args[0], *state], state, {}, self.spheres)
-                (square,) = evaluate([root.args[0]], ring, ring.values([root.args[0]]))
-                p = square.sqrt()
-            except (DerivationError, ValueError):  # no polynomial, or none of whose squares it is
+            except DerivationError:  # no polynomial
+                continue
+            p = ring.square_root(evaluate([root.args[0]], ring, ring.values([root.args[0]]))[0])
+            if p is None:
                 continue
             node = express_form(Compactor(ring, ())(p), self.graph)
             (value,) = evaluate([node], Floats(), self.assembled(0))
@@ -151,6 +163,8 @@ class Constrained(Lesson):
     @cached_property
     def partition(self) -> Partition:
         """Independent and dependent velocities, driven ones independent where that can be."""
+        if not self.ties:
+            return Partition(tuple(range(self.state.n)), (), ())
         decisions = self.workspace.loops.decisions
         driven = decisions.driven
         return driven if driven is not None and len(driven.dependent) == len(self.ties) else decisions.partition
@@ -158,6 +172,10 @@ class Constrained(Lesson):
     def called(self, key: str, look: Letter, node: Expr | None = None) -> Symbol:
         """Name a quantity, with ±p in its value where it has √p²."""
         return super().called(key, look, node if node is None else self.plain(node))
+
+    def letter(self, key: str, look: Letter, node: Expr) -> Symbol:
+        """Name what conditions are written in, before there are any."""
+        return super().called(key, look, node)
 
     def plain(self, node: Expr) -> Expr:
         """Return a node with ±p for √p²."""
@@ -222,6 +240,19 @@ class Constrained(Lesson):
         """The coordinates of every unit quaternion."""
         return [[self.graph.symbol(name) for name in names] for names in quaternions(self.scene)]
 
+    def introduced(self, owner: str) -> list[Block]:
+        """Return what is said of the letters in which a loop or contact is written."""
+        return []
+
+    def without_inertia(self, i: int, j: int) -> bool:
+        """Tell whether entry ij of the mass matrix vanishes."""
+        return not terms_of(self.forms.form("k_z", i, j))
+
+    @property
+    def directions(self) -> list[list[Expr]]:
+        """Letters for unit vectors in which conditions are written."""
+        return []
+
     def body(self, name: str) -> str:
         """Return a body's name in prose."""
         return self.text("ground") if name == GROUND else name
@@ -237,7 +268,7 @@ class Constrained(Lesson):
         """Coefficients of products of velocities in f̈_k, j <= k, by the tie's number; none that vanishes."""
         found: dict[str, list[tuple[int, int, Expr]]] = {}
         for tie in self.ties:
-            slopes = gradient(tie.bias, self.state.qd)
+            slopes = gradient(tie.nodes[self.state.n], self.state.qd)
             found[tie.number] = [
                 (j, k, second / 2 if j == k else second)
                 for j, first in enumerate(slopes)
@@ -249,33 +280,34 @@ class Constrained(Lesson):
     @cached_property
     def roots(self) -> dict[Expr, Symbol]:
         """Letters for roots of coordinates in the conditions, such as the sine of a wheel's lean."""
-        found = self._roots([x for tie in self.ties for x in (*tie.slopes, tie.bias)])
+        found = self._roots([x for tie in self.ties for x in tie.nodes[: self.state.n + 1]])
         index = [(str(k),) if len(found) > 1 else () for k in range(1, len(found) + 1)]
         symbols = [Symbol(f"root:{k}") for k in range(len(found))]
-        for symbol, x, below in zip(symbols, found, index, strict=True):
-            super().called(symbol.name, Letter("w", below), x)
+        letters = {x: self.names[str(x.value)].node for some in self.directions for x in some}
+        known = {x: node for x, node in letters.items() if node is not None}
+        for symbol, node, below in zip(symbols, substitute(found, known), index, strict=True):
+            self.letter(symbol.name, Letter("w", below), node)
         return dict(zip(found, symbols, strict=True))
 
     def roots_of(self, ties: Sequence[Tie]) -> list[Expr]:
         """Return the roots of coordinates in some conditions."""
-        return self._roots([x for tie in ties for x in tie.slopes])
+        return self._roots([x for tie in ties for x in tie.nodes[: self.state.n]])
 
     def _roots(self, nodes: Sequence[Expr]) -> list[Expr]:
-        moving = set(self.state.q)
+        moving = {*self.state.q, *(x for some in self.directions for x in some)}
         return [x for x in reachable(nodes) if x.op is Op.SQRT and moving.intersection(reachable([x]))]
 
     def root_form(self, root: Expr) -> Form:
         """Return what a root is of, as short as can be."""
-        return Function(Op.SQRT, (self.tie_form(root.args[0]),))
+        return Function(Op.SQRT, (self.writer.radicands.get(root, form_of(root.args[0])),))
 
     @cached_property
     def writer(self) -> Writer:
         """What writes conditions."""
-        nodes = [x for tie in self.ties for x in (*tie.slopes, tie.bias)]
+        nodes = [x for tie in self.ties for x in tie.nodes]
         nodes += [node for some in self.turning.values() for _, _, node in some]
         nodes += [root.args[0] for root in self.roots]
-        nodes += list(self.squares.values())
-        return Writer(self, [*nodes, *(tie.residual for tie in self.ties if tie.residual is not None)])
+        return Writer(self, [*nodes, *self.squares.values()])
 
 
 class Writer:
@@ -285,12 +317,19 @@ class Writer:
         """Make a ring wide enough for the nodes."""
         self.rooted = {x: lesson.graph.symbol(symbol.name) for x, symbol in lesson.roots.items()}
         parallel, state = angle_groups(lesson.scene, lesson.graph, across=True), (*lesson.state.q, *lesson.state.qd)
+        state = tuple(dict.fromkeys((*state, *(x for some in lesson.directions for x in some))))
+        self.radicands: dict[Expr, Form] = {}
+        units = [*lesson.spheres, *lesson.directions]
         self.ring: TrigonometricRing | None = None
         self.squares: list[tuple[int, Polynomial]] = []
         try:
-            ring = TrigonometricRing(self._plain([*nodes, *state]), state, total_angles(parallel), lesson.spheres)
+            ring = TrigonometricRing(self._plain([*nodes, *state]), state, total_angles(parallel), units)
             self.ring, self.compact = ring, Compactor(ring, parallel)
             self.squares = [(ring.symbol(self.rooted[root]), self.polynomial(p)) for root, p in lesson.squares.items()]
+            self.radicands = {root: self.short(self.polynomial(root.args[0])) for root in self.rooted}
+            for root, symbol in self.rooted.items():
+                if root not in lesson.squares:
+                    ring.relate_square(ring.symbol(symbol), self.polynomial(root.args[0]))
             for node in nodes:
                 self.polynomial(node)
         except DerivationError:

@@ -9,10 +9,12 @@ Rates and accelerations of independent velocities are chosen near those of all l
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import null_space
 
+from symdyn.dynamics.loops.assembly import closed_position
 from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.errors import DerivationError
@@ -21,15 +23,18 @@ from symdyn.teach.roads.multipliers.constrained import Constrained
 from symdyn.teach.shown_state import ACCELERATIONS, RATES, Chosen, choose_state, starting_rates
 
 TINY = 1e-9
+WAYS = (0.3, 0.2, 0.4, 0.25, 0.35, 0.15)
+"""rad or m: how far undriven coordinates are shown from where the mechanism is drawn."""
 
 
-def choose_tied_motion(lesson: Constrained) -> Chosen:
-    """Return the drawn position with rates, accelerations and multipliers that fit all equations.
+def choose_tied_motion(lesson: Constrained, chosen: Chosen | None = None) -> Chosen:
+    """Return a position, that drawn where none is given, with rates and accelerations that fit all equations.
 
     Raises:
         DerivationError: no accelerations fit that position, as at a change point.
     """
-    chosen = choose_state(lesson.scene, lesson.state, lesson.graph, moving=not lesson.ties)
+    if chosen is None:
+        chosen = _away(lesson, choose_state(lesson.scene, lesson.state, lesson.graph, moving=not lesson.ties))
     state, n, m = lesson.state, lesson.state.n, len(lesson.ties)
     led = prescribed(lesson.scene, lesson.graph)
     pins = np.eye(n)[list(led.place)].reshape(-1, n)
@@ -59,6 +64,24 @@ def choose_tied_motion(lesson: Constrained) -> Chosen:
     carried = A.T @ found[n:]
     drives = [chosen.of(lesson.drives[k])[0] - carried[k] for k in told]
     return _with(chosen, [lesson.graph.symbol(str(lesson.scene.drives[k])) for k in told], np.array(drives))
+
+
+def _away(lesson: Constrained, chosen: Chosen) -> Chosen:
+    """Return another position that the conditions allow, where undriven coordinates hide nothing."""
+    led = prescribed(lesson.scene, lesson.graph).place
+    idle = [k for k in lesson.partition.independent if lesson.scene.drives[k] is None and k not in led]
+    if not idle or lesson.scene.free_parameters:
+        return chosen
+    numbers, n, free = lesson.workspace.loops.numbers, lesson.state.n, lesson.partition.independent
+    wanted = [WAYS[place % len(WAYS)] if k in idle else 0.0 for place, k in enumerate(free)]
+    A = _matrix(chosen, [tie.slopes for tie in lesson.ties], n)
+    step = _near(A, [0.0] * len(A), free, wanted)
+    try:
+        q = closed_position(numbers, numbers.moved(np.array(chosen.q), step), ()).q
+    except DerivationError:  # the loops do not close there
+        return chosen
+    moved = chosen.moved(dict(zip(lesson.state.q, map(float, q), strict=True)))
+    return replace(moved, q=tuple(map(float, q)))
 
 
 def _matrix(chosen: Chosen, rows: Sequence[Sequence[Expr]], width: int) -> Array:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from symdyn.algebra.form import Symbol, product_of, signed_product, sum_of, terms_of
-from symdyn.emit.print.printable import Printable
-from symdyn.graph import tangents
+from collections.abc import Sequence
+
+from symdyn.algebra.form import Form, Symbol, product_of, signed_product, sum_of, terms_of
+from symdyn.graph import gradient, tangents
 from symdyn.scene.units import velocity_units
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import named
-from symdyn.teach.mathematics import about, equals
 from symdyn.teach.roads.multipliers.balance import unit_of, valued
 from symdyn.teach.roads.multipliers.conditions import multiplier
 from symdyn.teach.roads.multipliers.constrained import Constrained
@@ -25,30 +25,36 @@ def forces_step(lesson: Constrained, chosen: Chosen) -> Step:
         if own:
             node = lesson.names[own].node
             assert node is not None, "a drive has a value"
-            rows.append((Symbol(own), about(chosen.of(node)[0]), unit))
+            rows.append((Symbol(own), lesson.about(chosen.of(node)[0]), unit))
     for tie in lesson.ties:
-        rows.append((multiplier(tie), about(chosen.of(valued(lesson, multiplier(tie)))[0]), unit_of(tie)))
+        rows.append((multiplier(tie), lesson.about(chosen.of(valued(lesson, multiplier(tie)))[0]), unit_of(tie)))
+    if not rows:
+        return Step("forces", lesson.say("forces.none"), ())
     table = lesson.table(("symbol", "value", "unit"), rows)
     return Step("forces", lesson.say("forces"), (table,), lesson.say("forces.reason"), show=("reactions", "forces"))
 
 
-def tied_power_step(lesson: Constrained, page: Printable, chosen: Chosen) -> Step:
-    """Return d/dt (K + P) = Σ (drive + Q) u + Σ λ_k ḟ_k, whose last sum vanishes; `page` has no multipliers."""
+def tied_power_step(lesson: Constrained, right: Sequence[Form], chosen: Chosen) -> Step:
+    """Return d/dt (K + P) = Σ (drive + Q) u + Σ λ_k ḟ_k, whose last sum vanishes; no multiplier is in `right`."""
     state = lesson.state
     total = lesson.energy.K + lesson.energy.P
     (rate,) = tangents([total], state.acceleration)
     lesson.name("E:", "E", node=total)
     symbol = lesson.rate("E:", rate)
-    power = [signed_product(force, named(u)) for force, u in zip(page.right, state.qd, strict=True) if terms_of(force)]
+    power = [signed_product(force, named(u)) for force, u in zip(right, state.qd, strict=True) if terms_of(force)]
     held = [product_of((multiplier(tie), Symbol(tie.rate))) for tie in lesson.ties]
     left, *parts = chosen.of(rate, *(valued(lesson, form) for form in (*power, *held)))
-    assert abs(left - sum(parts)) <= SMALL * (1 + sum(map(abs, parts))), "the power of all forces is not d/dt (K + P)"
-    assert sum(map(abs, parts[len(power) :])) <= SMALL * (1 + abs(left)), "a condition does work"
+    moved = zip(gradient(lesson.energy.K, state.qd), state.qdd, strict=True)
+    size = SMALL * (1 + sum(map(abs, (*parts, *chosen.of(*(p * a for p, a in moved))))))
+    assert abs(left - sum(parts)) <= size, "the power of all forces is not d/dt (K + P)"
+    assert sum(map(abs, parts[len(power) :])) <= size, "a condition does work"
+    value, done = (0.0 if abs(x) <= size else x for x in (left, sum(parts[: len(power)])))
     idle = any(lesson.scene.drives[k] is None for k in lesson.partition.independent)  # then only in its own motion
     whole = sum_of([*power, *held])
     blocks: list[Block] = [
         Formula("E:", sum_of((Symbol("K:"), Symbol("P:")))),
         Words((symbol, " = ", whole)) if idle else Formula(symbol.name, whole),
-        lesson.say("tied.power.numbers", left=symbol, value=equals(left), done=about(sum(parts[: len(power)]))),
+        lesson.say("tied.power.numbers", left=symbol, value=lesson.equals(value), done=lesson.about(done)),
     ]
-    return Step("power", lesson.say("tied.power"), tuple(blocks), lesson.say("tied.power.reason"), show=("energies",))
+    reason = lesson.say("tied.power.reason" if lesson.ties else "power.reason")
+    return Step("power", lesson.say("tied.power"), tuple(blocks), reason, show=("energies",))

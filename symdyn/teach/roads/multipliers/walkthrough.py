@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.document import Document
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
@@ -45,7 +47,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         sections.append(lesson.section("lagrangian", [lagrangian]))
     if last >= 3:
         open_page = name_coefficients(lesson)
-        page = name_forces(lesson, open_page)
+        page = replace(open_page, right=name_forces(lesson, open_page.right))
         steps = equation_steps(lesson, page)  # names what the principle is made of
         sections.append(lesson.section("principle.multipliers", principle_steps(lesson, open_page)))
         sections.append(lesson.section("equations", steps))
@@ -53,7 +55,11 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 4:
         sections.append(lesson.section("system", [system_step(lesson), *reduced_steps(lesson, open_page)]))
     if last >= 5:
-        steps = [state_step(lesson, chosen), forces_step(lesson, chosen), tied_power_step(lesson, open_page, chosen)]
+        steps = [
+            state_step(lesson, chosen),
+            forces_step(lesson, chosen),
+            tied_power_step(lesson, open_page.right, chosen),
+        ]
         sections.append(lesson.section("numbers", steps))
     title = lesson.text("title.multipliers", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "multipliers")

@@ -1,0 +1,1 @@
+"""Rotations by quaternions: their kinematics, momenta in turning axes, Euler's equations."""
