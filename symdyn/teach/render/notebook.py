@@ -16,6 +16,7 @@ from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.exercises import answer_of
 from symdyn.teach.practice.solutions import solutions_last
+from symdyn.teach.render.derivation_cells import Cells, derivable
 from symdyn.teach.render.markdown import Page
 
 Cell = dict[str, Any]
@@ -30,6 +31,11 @@ def check(text):
     """Compare formulas, plain text or LaTeX, with those of the scene."""
     for answer in check_derivation(text, scene):
         print("\\n".join(in_words(answer, {language!r})))'''
+
+DERIVED = """from symdyn.teach.practice.derived import Derived
+
+derived = Derived(scene, {language!r})
+"""
 
 EXERCISES = """
 
@@ -64,10 +70,44 @@ def _cells(document: Document) -> Iterator[Cell]:
         scene=in_code(write_text(document.scene, "toml").text), language=document.language, road=document.road
     )
     yield _code("setup", setup)
+    keys = {section.key for section in document.sections}
+    derived = {} if asked or "questions" in keys else _derivation(document)
+    inside = "positions" in keys
     for section in document.sections:
         yield _text(f"section-{section.key}", f"## {in_markdown(section.title)}")
         for step in section.steps:
             yield from _step(page, step)
+        yield from derived.get(section.key, []) if inside else []
+    if derived and not inside:
+        yield _text("section-derive", f"## {in_markdown(language_of(document.language).lesson['section.derive'])}")
+        yield from (cell for cells in derived.values() for cell in cells)
+
+
+def _derivation(document: Document) -> dict[str, list[Cell]]:
+    """Return the cells that derive the equations in SymPy, by the section that they follow; none of a large scene."""
+    if not derivable(document.scene):
+        return {}
+    texts, cells = language_of(document.language).lesson, Cells(document.scene)
+    bodies = ", ".join(f"{k} {body.name}" for k, body in enumerate(document.scene.bodies, 1))
+    places = in_markdown(texts["derive.places"].format(bodies=bodies))
+    found = {
+        "positions": [
+            _text("derive-letters", in_markdown(texts["derive.letters"])),
+            _code("derive-symbols", f"{DERIVED.format(language=document.language)}\n{cells.symbols()}"),
+            _text("derive-where", places),
+            _code("derive-places", cells.places()),
+        ],
+        "energies": [
+            _text("derive-energy", in_markdown(texts["derive.energies"])),
+            _code("derive-energies", cells.energies()),
+        ],
+        "lagrangian": [_code("derive-lagrangian", cells.lagrangian())],
+        "equations": [
+            _text("derive-equation", in_markdown(texts["derive.equations"])),
+            *(_code(f"derive-equation-{i + 1}", cells.equation(i)) for i in range(len(document.scene.velocities))),
+        ],
+    }
+    return found | {"coefficients": [_code("derive-coefficients", cells.coefficients())]}
 
 
 def _step(page: _Page, step: Step) -> Iterator[Cell]:
