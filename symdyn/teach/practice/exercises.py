@@ -78,7 +78,8 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
     """
     if grade not in GRADES:
         raise TeachError(f"there is no grade {grade}; give one of {', '.join(map(str, GRADES))}")
-    every = {step.key: (section, step) for section in document.sections for step in section.steps}
+    asked = [section for section in document.sections if section.key not in GIVEN]
+    every = {step.key: (section, step) for section in asked for step in section.steps}
     results = {key: found for key, (_, step) in every.items() if (found := _results(document, step))}
     if not results:
         raise TeachError(
