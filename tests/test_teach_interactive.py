@@ -189,7 +189,8 @@ def test_nothing_overlaps_and_nothing_is_wider_than_the_window(
     with opened(browser, saved(scene_of(name), tmp_path, language), width, scheme) as page:
         for group, x in (("qd", -1.23456), ("qdd", -12.3456)):
             move(page, group, 0, x)
-        page.check("[data-do=frames]")
+        page.click(".live-choice summary")
+        page.check("[data-word=frames]")
         page.evaluate("scrollTo(0, 0)")  # the picture stays in sight, and what is scrolled away lies under it
 
         assert page.evaluate(OVERLAPS) == []
@@ -198,7 +199,7 @@ def test_nothing_overlaps_and_nothing_is_wider_than_the_window(
         assert dark == (scheme == "dark")
         page.emulate_media(media="print")
         assert not page.is_visible("input[type=range]")
-        assert page.is_visible("input[type=number]")
+        assert page.is_visible("input[type=number][data-group]")
         assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
 
 

@@ -22,6 +22,7 @@ const moveOn = seconds => {
     lost.textContent = data.words.lost;
     return false;
   }
+  haunt(next.t - state.t);
   state = { ...next, qdd: call("forward_dynamics", next), turn: turnsOf(next) };
   show();
   return true;
@@ -68,9 +69,6 @@ play.addEventListener("click", () => run(!running));
 one("[data-do=step]").addEventListener("click", step);
 one("[data-do=reset]").addEventListener("click", reset);
 drives.addEventListener("change", () => { if (running) run(true); });
-one("[data-do=frames]").addEventListener("change", event => {
-  for (const group of all(".live-frame")) group.style.display = event.target.checked ? "" : "none";
-});
 one("[data-do=turn]")?.addEventListener("input", event => {
   const rows = call("drawn_points"), g = row(rows, data.gravity), r = Math.hypot(...g);
   const vertical = r > 0 ? [...g].map(x => -x / r) : data.view[1];

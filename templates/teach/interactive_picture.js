@@ -276,6 +276,6 @@ const draw = () => {
   fall([-215, -140], way, way[0] || way[1] ? 36 : 0);
   fallen(way[0] || way[1] ? [-198, -128] : null);
   for (const mark of marks) mark.move(mark.rows.map(k => row(rows, k)));
-  overlays();
+  overlays(rows);
   tellPage("state", state);
 };

@@ -80,11 +80,11 @@ const bend = (curve, tip, [x, y], about, size) => {
   tip.setAttribute("d", `${line([end[0] + 7 * c, end[1] + 7 * d], [end[0] - 4 * d, end[1] + 4 * c], [end[0] + 4 * d, end[1] - 4 * c])}Z`);
 };
 
-let words = [], focus = null, most = {};
+let words = ["energies"], focus = null, most = {};
 const pens = new Map();
 /** Draws the chosen kinds, or the one that stands out; arrows of one unit share a scale, which never grows as they move. */
 const vectors = () => {
-  const kinds = Object.keys(arrows).filter(kind => focus ? focus.kind === kind : words.includes(kind));
+  const kinds = Object.keys(arrows).filter(kind => focus ? focus.kind === kind : wanted(kind));
   const found = kinds.map(kind => [kind, arrows[kind].find(focus?.kind === kind ? focus.of : undefined)]);
   for (const [kind, rows] of found) {
     arrows[kind].units.forEach((unit, i) => {
@@ -112,36 +112,36 @@ const pointedAt = vector => {
   return kind === focus.kind && (!focus.body || owner === focus.body);
 };
 
-/** Lines of x, y and z of each mass, one after the other from the origin. */
-const dashes = [];
-const placeLines = () => {
-  const shownNow = words.includes("places"), found = shownNow ? motions() : [];
-  found.forEach(({ p }, i) => {
-    dashes[i] ??= add("path", "place");
-    const corners = [NONE, [p[0], 0, 0], [p[0], p[1], 0], p];
-    dashes[i].setAttribute("d", line(...corners.map(flat)));
-  });
-  for (const dash of dashes) dash.style.display = shownNow ? "" : "none";
-};
-
-const overlays = () => { vectors(); placeLines(); };
+/** Words that the reader has ticked, beside those of the step. */
+const ticks = all("[data-word]");
+const wanted = word => words.includes(word) || own.includes(word);
+let own = [];
 const tellPage = (name, detail) => root.dispatchEvent(new CustomEvent(`symdyn:${name}`, { detail }));
-/** Shows these words, and nothing of what was shown. Words that the figure does not know change nothing. */
+/** Shows these words, and nothing of what was shown but what the reader has ticked; unknown words change nothing. */
 compute.show = chosen => {
   words = [...chosen];
+  rearrange();
+};
+const rearrange = () => {
   most = {};
-  for (const group of all(".live-frame")) group.style.display = words.includes("frames") ? "" : "none";
+  for (const group of all(".live-frame")) group.style.display = wanted("frames") ? "" : "none";
   for (const group of picture.querySelectorAll("[data-mark]")) {
     const names = [`body:${group.dataset.body}`, `joint:${group.dataset.joint}`];
     group.classList.toggle("pointed", names.some(name => words.includes(name)));
   }
-  for (const [name, panel] of Object.entries(panels)) panel.hidden = !words.includes(name) || (name === "phase" && !data.pairs.length);
-  overlays();
+  for (const [name, panel] of Object.entries(panels)) panel.hidden = !wanted(name) || (name === "phase" && !data.pairs.length);
+  draw();
   plotted(true);
   tellPage("shown", { words });
 };
+for (const tick of ticks) {
+  tick.addEventListener("change", () => {
+    own = ticks.filter(one => one.checked).map(one => one.dataset.word);
+    rearrange();
+  });
+}
 /** Lets one vector stand out: { kind, body, of }, `of` the velocities, from 0, of a Coriolis or centrifugal part; null for none. */
-compute.focus = what => { focus = what; most = {}; overlays(); };
+compute.focus = what => { focus = what; most = {}; draw(); };
 /** Returns the state: q, qd, qdd, tau, params, t. */
 compute.state = () => state;
 /** Moves the state by some seconds, picture by picture; returns the drift of its energy, J, NaN where it gets lost. */

@@ -19,7 +19,7 @@ from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
-from symdyn.teach.interactive.marks import Mark, Sheet
+from symdyn.teach.interactive.marks import Mark, Measured, Sheet
 from symdyn.teach.interactive.reduced import ACTING, STATE, Held, function, held, reduced_functions
 from symdyn.teach.interactive.vectors import Vectors, vectors
 from symdyn.teach.languages import language_of
@@ -65,6 +65,7 @@ class Live:
             drives, "applied_forces", shape (nv,); the energies; "drawn_points", shape (K, 3); with quaternions
             "coordinate_rates"; with loops or rows what `reduced_functions` says.
         marks: in the order of drawing.
+        coordinates: those that are drawn.
         points: rows of `drawn_points` that are points and no directions.
         gravity: row of `drawn_points` that is the acceleration of free fall.
         rows: velocities that the rows are about.
@@ -78,6 +79,7 @@ class Live:
 
     program: Program
     marks: tuple[Mark, ...]
+    coordinates: tuple[Measured, ...]
     points: tuple[int, ...]
     gravity: int
     rows: tuple[int, ...]
@@ -132,7 +134,8 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None, named: Seq
     rows = tied.velocities if tied else tuple(range(workspace.state.n))
     terms = _lasting(equations, _terms(equations, rows))
     marks, points = tuple(sheet.marks), tuple(sheet.points)
-    return Live(lower(equations), marks, points, sheet.gravity, rows, terms, tied, led, arrows, stuck)
+    drawn = tuple(sheet.coordinates)
+    return Live(lower(equations), marks, drawn, points, sheet.gravity, rows, terms, tied, led, arrows, stuck)
 
 
 def by_hand(scene: Scene) -> Scene:

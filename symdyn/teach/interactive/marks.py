@@ -39,6 +39,22 @@ class Mark:
     joint: str = ""
 
 
+@dataclass(frozen=True)
+class Measured:
+    """A coordinate that is drawn: whether it slides, its name, and rows of `drawn_points`.
+
+    Attributes:
+        at, axis: a point, and a unit direction, that it turns about or slides along.
+        tips: points of the body that it moves, one of which its zero line is drawn for.
+    """
+
+    slides: bool
+    name: str
+    at: int
+    axis: int
+    tips: tuple[int, ...]
+
+
 class Sheet:
     """Rows of `drawn_points` and the marks that use them."""
 
@@ -61,6 +77,7 @@ class Sheet:
             for tip in tips[body.name]:
                 self.marks.append(self._made("link", (starts[body.name], tip), body.name))
         self.marks += [*masses, *joints, *acting]
+        self.coordinates = list(self._coordinates(scene, starts, tips))
 
     def _point(self, at: Sequence[Expr]) -> int:
         """Return the row of a point."""
@@ -103,6 +120,15 @@ class Sheet:
                 yield self._made(sign.shape, (place, way, at), joint.child, joint=joint.name)
             if not closes:
                 yield self._made("frame", (place, *self._axes(moved)), joint.child)
+
+    def _coordinates(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Measured]:
+        """Yield turns and slides that are a coordinate each."""
+        for joint in scene.moving:
+            for key, (_, *line) in self._found.items():
+                if key[:2] == ("step", joint.name) and key[4]:
+                    at, axis = self._direction(line[:3]), self._direction(line[3:])
+                    ends = tuple(tips[joint.child]) or (starts[joint.child],)
+                    yield Measured(bool(key[3]), str(key[4]), at, axis, ends)
 
     def _planes(self, scene: Scene) -> Iterator[Mark]:
         """Yield what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symdyn.draw.lettering import words
+from symdyn.draw.lettering import from_latex, words
 from symdyn.draw.pictures import spread, watched
 from symdyn.draw.places import places
 from symdyn.draw.pose import pose
@@ -24,6 +24,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.javascript import JS
 from symdyn.emit.escape import in_html, in_script, in_script_code
 from symdyn.emit.print.letters import Letters, head
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.render import render, verbatim
 from symdyn.graph import Expr
 from symdyn.scene import Scene
@@ -35,6 +36,12 @@ from symdyn.teach.interactive.plotted import pairs, plotted
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathml import inline
+
+CHOICE = (
+    *("frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis"),
+    *("centrifugal", "momenta", "reactions", "trails", "plots", "phase"),
+)
+"""Words of `Step.show` that the reader may tick, in their order."""
 
 
 class Interactive(NamedTuple):
@@ -88,7 +95,7 @@ def interactive(
     found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)
     extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
-    letters = Letters(scene)
+    letters, symbols = Letters(scene), latex_symbols(scene)
     body = {
         "letters": {key: inline(head(letters[key])) for key in ("K", "P")},
         "numbered": bool(named),
@@ -102,6 +109,8 @@ def interactive(
         "planar": seen.planar,
         "plotted": [in_html(one["unit"]) for one in plotted(scene)],
         "pairs": [in_html(f"{below}; {beside}") for *_, below, beside in pairs(scene)],
+        "ticks": _ticks(computed),
+        "ghosts": [in_html(from_latex(symbols[p.name]).plain) for p in scene.parameters],
         "stuck": in_html(stuck),
         "undriven": in_html(computed.held.undriven) if computed.held else "",
     }
@@ -128,6 +137,18 @@ def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None
     parts = interactive(scene, parameters, language)
     values = {"title": in_html(scene.name), "language": language, **parts._asdict(), "body": parts.body}
     return render("teach/interactive_page.html.jinja", values)
+
+
+def _ticks(computed: Live) -> list[str]:
+    """Return the words of what the reader may have shown."""
+    arrows = computed.arrows
+    lacking = {
+        "angles": computed.coordinates,
+        "coriolis": len(computed.rows) > 1,
+        "forces": arrows.actions,
+        "reactions": arrows.joints,
+    }
+    return [word for word in CHOICE if lacking.get(word, True)]
 
 
 # What the script is told
@@ -158,6 +179,10 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
             "actions": computed.arrows.actions,
             "joints": computed.arrows.joints,
         },
+        "coordinates": [
+            [c.slides, names.index(c.name), from_latex(latex_symbols(scene)[c.name]).svg(), c.at, c.axis, c.tips]
+            for c in computed.coordinates
+        ],
         "points": list(computed.points),
         "gravity": computed.gravity,
         "plotted": plotted(scene),
