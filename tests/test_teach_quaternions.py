@@ -72,13 +72,13 @@ def test_the_matrix_is_that_of_rodrigues() -> None:
 
 
 def test_the_equations_of_the_heavy_top_are_eulers_about_its_point() -> None:
-    """I_O ω̇ + ω × I_O ω = r × m Rᵀ g, typed in SymPy: the centre 1 m along y, Steiner's rule for both other axes."""
+    """I_O ω̇ + ω × I_O ω = h × Rᵀ g, typed in SymPy, with the letters that the lesson gives to numbers."""
     document = lesson("heavy_top")
     e0, e1, e2, e3, a, b, c = sp.symbols("e0 e1 e2 e3 a b c")
-    inertia = sp.diag(0.234375 + 15, 0.46875, 0.234375 + 15)
-    w = sp.Matrix([a, b, c])
+    inertia = sp.diag(*(value_of_symbol(f"I{axis}{axis}1") for axis in "xyz"))
+    first, w = sp.Matrix([0, value_of_symbol("my1"), 0]), sp.Matrix([a, b, c])
     up = sp.Matrix([2 * (e1 * e3 - e0 * e2), 2 * (e2 * e3 + e0 * e1), 1 - 2 * (e1**2 + e2**2)])
-    rest = w.cross(inertia * w) + sp.Matrix([0, 1, 0]).cross(15 * sp.Float("9.81", 20) * up)
+    rest = w.cross(inertia * w) + first.cross(value_of_symbol("g") * up)
     names = [f"point_w{axis}" for axis in "xyz"]
     at = {sp.Symbol(name): value for name, value in UNIT.items()}
     at |= {x: value_of_symbol(name) for x, name in zip((a, b, c), names, strict=True)}

@@ -70,6 +70,7 @@ FAMILIES = (
     Family("matrices of a system", "", (("B",), ("C",))),
     Family("ratios of velocities", r"\d+", (("Y",), ("i",))),
     Family("roots", r"|\d+", (("w",), ("chi",))),
+    Family("angular momenta", rf"{_TAG}{_AXIS}", (("H",), ("D",), ("Xi",))),
     Family("momenta", r"\d+", (("p",), ("pi",))),
 )
 

@@ -22,7 +22,8 @@ def task_step(lesson: Lesson) -> Step:
     moving = together([Symbol(q) for q in scene.coordinates])
     given = together([Symbol(p.name) for p in scene.parameters])
     driven = [Symbol(drive) for drive in scene.drives if drive]
-    passive = [named(q) for q, drive in zip(lesson.state.q, scene.drives, strict=True) if drive is None]
+    ways = lesson.state.q if len(lesson.state.q) == lesson.state.n else lesson.state.qd  # a quaternion has no drives
+    passive = [named(q) for q, drive in zip(ways, scene.drives, strict=True) if drive is None]
     blocks: list[Block] = [lesson.say("task.known", parameters=given, coordinates=moving) if scene.parameters
                            else lesson.say("task.known.numbers", coordinates=moving)]  # fmt: skip
     if driven:

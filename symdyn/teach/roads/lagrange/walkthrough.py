@@ -10,6 +10,7 @@ from symdyn.teach.document import Block, Document, Step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
 from symdyn.teach.roads.afterwards.afterwards import after_sections
+from symdyn.teach.roads.kane import kane_steps
 from symdyn.teach.roads.lagrange.energies import energy_steps
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.roads.lagrange.meaning import meaning_steps
@@ -50,7 +51,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     if last >= 1:
         sections.append(lesson.section("lagrangian", [lagrangian]))
     if last >= 2:
-        sections.append(lesson.section("equations", equation_steps(lesson, page)))
+        sections.append(lesson.section("equations", [*equation_steps(lesson, page), *kane_steps(lesson, chosen)]))
     if last >= 3:
         steps = coefficient_steps(lesson, page)
         meanings = meaning_steps(lesson, page, found)

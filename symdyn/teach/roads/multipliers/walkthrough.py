@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symdyn.scene import Scene, without_hidden_zeros
+from symdyn.teach.coordinates import coordinate_step
 from symdyn.teach.document import Document
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
+from symdyn.teach.roads.kane import kane_steps
 from symdyn.teach.roads.lagrange.energies import energy_steps
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
+from symdyn.teach.roads.lagrange.principle import task_step
+from symdyn.teach.roads.lagrange.shows import with_figures
 from symdyn.teach.roads.lagrange.velocities import position_steps, velocity_steps
 from symdyn.teach.roads.multipliers.balance import name_forces, principle_steps, reduced_steps, system_step
 from symdyn.teach.roads.multipliers.conditions import condition_steps, name_ties
@@ -32,8 +36,9 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     name_ties(lesson)
     chosen, found, last = choose_tied_motion(lesson), lesson.masses, UNTIL.index(until)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
+    first = [shown, task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [shown, *acting_steps(lesson), notation_step(lesson)]),
+        lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
         lesson.section("conditions", condition_steps(lesson)),
     ]
     if last >= 1:
@@ -50,7 +55,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         page = replace(open_page, right=name_forces(lesson, open_page.right))
         steps = equation_steps(lesson, page)  # names what the principle is made of
         sections.append(lesson.section("principle.multipliers", principle_steps(lesson, open_page)))
-        sections.append(lesson.section("equations", steps))
+        sections.append(lesson.section("equations", [*steps, *kane_steps(lesson, chosen)]))
         sections.append(lesson.section("coefficients.open", coefficient_steps(lesson, page)))
     if last >= 4:
         sections.append(lesson.section("system", [system_step(lesson), *reduced_steps(lesson, open_page)]))
@@ -61,5 +66,6 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
             tied_power_step(lesson, open_page.right, chosen),
         ]
         sections.append(lesson.section("numbers", steps))
+    sections = [with_figures(section, found) for section in sections]
     title = lesson.text("title.multipliers", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "multipliers")

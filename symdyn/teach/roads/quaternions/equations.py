@@ -63,8 +63,9 @@ def _kinetic(lesson: Turning, mass: Mass) -> tuple[Block, ...]:
     """Return K of one mass: ½ m v², ½ ω·I ω, and the mixed term of a first moment."""
     tag, terms, blocks = mass.tag, list[Form](), list[Block]()
     v, w = ([Symbol(f"{letter}:{tag}{axis}") for axis in AXES] for letter in ("v", "omega"))
-    if not mass.m.is_zero:
-        terms.append(product_of((HALF, lesson.short(mass.m), sum_of(power_of(one, 2) for one in v))))
+    squares = sum_of(power_of(one, 2) for one in v if terms_of(lesson.shape(lesson.node(one.name))))
+    if not mass.m.is_zero and terms_of(squares):
+        terms.append(product_of((HALF, lesson.short(mass.m), squares)))
     for a in range(3):
         for b in range(a, 3):
             if not mass.inertia[a][b].is_zero:

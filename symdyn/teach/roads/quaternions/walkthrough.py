@@ -7,6 +7,8 @@ from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.document import Document, Name, Section
 from symdyn.teach.notation import acting_steps, scene_step
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
+from symdyn.teach.roads.lagrange.principle import task_step
+from symdyn.teach.roads.lagrange.shows import with_figures
 from symdyn.teach.roads.multipliers.balance import meaning_step, name_forces, system_step
 from symdyn.teach.roads.multipliers.conditions import condition_steps, name_ties
 from symdyn.teach.roads.multipliers.motion import choose_tied_motion
@@ -38,7 +40,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     last, right = UNTIL.index(until), right_sides(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
     sections = [
-        lesson.section("scene", [shown, *acting_steps(lesson), symbols_step(lesson)]),
+        lesson.section("scene", [shown, task_step(lesson), *acting_steps(lesson), symbols_step(lesson)]),
         lesson.section("rotations.quaternion", rotation_steps(lesson)),
     ]
     if last >= 1:
@@ -49,6 +51,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 3:
         steps = [state_step(lesson, chosen), forces_step(lesson, chosen), tied_power_step(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
+    sections = [with_figures(section, lesson.masses) for section in sections]
     title = lesson.text("title.quaternions", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "quaternions")
 
