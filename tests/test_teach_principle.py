@@ -15,7 +15,7 @@ from symdyn.draw.places import places
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import read, read_text
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.document import Box, Formula, Step, Values, Words
+from symdyn.teach.document import Box, Formula, Matrix, Step, Values, Words
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.roads.lagrange.principle import ANY
 
@@ -190,3 +190,60 @@ def test_steps_say_what_the_figure_shows() -> None:
     assert shown["meaning:k_C"] == ("coriolis",)
     assert {word for words in shown.values() for word in words} <= known
     assert sum(not words for words in shown.values()) <= 8
+
+
+@pytest.mark.parametrize(
+    ("name", "count"), [("spatial_3r", 3), ("heavy_top_zyx", 1), ("two_link", 0), ("cart_pole", 0)]
+)
+def test_rotation_matrices_come_before_what_is_read_from_them(name: str, count: int) -> None:
+    document = lesson(name)
+    keys = [section.key for section in document.sections]
+    matrices = [b for s, b in document.blocks() if s.key.startswith("rotation:") and isinstance(b, Matrix)]
+    assert len(matrices) == count == keys.count("rotations") * count
+    if not count:
+        return
+    assert keys.index("principle") < keys.index("rotations") < keys.index("velocities")
+    for matrix in matrices:
+        entries = [document.value(entry) for entry in matrix.entries]
+        truth = [document.names[key].node for key in matrix.names]
+        found = np.reshape(floats([*entries, *truth]), (2, 3, 3))  # type: ignore[list-item]
+        assert found[0] == pytest.approx(found[1], abs=1e-12)
+        assert found[0].T @ found[0] == pytest.approx(np.eye(3), abs=1e-12)
+        assert np.linalg.det(found[0]) == pytest.approx(1)
+    last = step(document, "turning:3" if name == "spatial_3r" else "turning:1")
+    read = [block for block in last.blocks if isinstance(block, Formula) and block.right is not None]
+    assert len(read) == 3
+    for block in read:
+        left = document.names[block.left].node
+        assert left is not None
+        assert block.right is not None
+        first, second, third = floats([left, document.value(block.form), document.value(block.right)])
+        assert first == pytest.approx(second) == pytest.approx(third)
+
+
+PARTED = """
+name = "parted"
+[bodies.fan]
+inertia = ["J", "J", "J"]
+inertia_about = "com"
+[bodies.cart]
+mass = "J"
+inertia = ["J", "J", "J"]
+inertia_about = "com"
+[joints.rail]
+type = "prismatic"
+parent = "ground"
+child = "cart"
+[joints.hub]
+type = "revolute"
+parent = "ground"
+child = "fan"
+[parameters]
+J = {}
+"""
+
+
+def test_what_nothing_turns_is_said_to_stand() -> None:
+    document = walkthrough(read_text(PARTED, "parted"))
+    said = {s.key: str(s.reason.parts[0]) for section in document.sections for s in section.steps if "turning" in s.key}
+    assert sorted(text[:20] for text in said.values()) == ["Nothing turns it.", "The joints that turn"]

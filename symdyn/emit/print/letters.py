@@ -57,7 +57,7 @@ FAMILIES = (
     Family("sums of acting forces", r"\d+", (("S",), ("Sigma",))),
     Family("generalized forces", r"\d+|i", (("Q",), ("Z",))),
     Family("any coordinate", "i", (("q",), ("s",))),
-    Family("direction cosines of neighbours", r"\d+", (("C",), ("D",))),
+    Family("direction cosines of neighbours", rf"\d+(?:{_AXIS}{_AXIS})?", (("C",), ("D",))),
     Family("multipliers", r"\d+", (("lambda",), ("upsilon",))),
     Family("weights", _TAG, (("G",), ("W",))),
     Family("counts of bodies, freedoms, classes and joints", r"t?", (("n", "u", "t", "s"),)),

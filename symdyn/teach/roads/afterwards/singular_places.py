@@ -20,7 +20,7 @@ import numpy as np
 from symdyn.draw.places import Array
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.roads.lagrange.velocities import angular_velocity
+from symdyn.teach.roads.lagrange.rotations import angular_velocity
 from symdyn.teach.shown_state import Chosen
 
 BESIDE = 1e-5  # rad or m

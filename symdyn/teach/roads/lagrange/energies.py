@@ -31,7 +31,8 @@ from symdyn.teach.document import Block, Fold, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.roads.lagrange.forms import expanded_squares, is_rate, rate_of
-from symdyn.teach.roads.lagrange.velocities import MOST_TERMS, angular_velocity, folded, length
+from symdyn.teach.roads.lagrange.rotations import angular_velocity
+from symdyn.teach.roads.lagrange.velocities import MOST_TERMS, folded, length
 
 HALF = Number(Fraction(1, 2))
 

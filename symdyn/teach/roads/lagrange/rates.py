@@ -12,7 +12,8 @@ from symdyn.teach.document import Block, Formula, Name, Step, Words
 from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.masses import Mass
 from symdyn.teach.roads.lagrange.equation_steps import WIDEST, coefficient_key, node_of
-from symdyn.teach.roads.lagrange.velocities import angular_velocity, length
+from symdyn.teach.roads.lagrange.rotations import angular_velocity
+from symdyn.teach.roads.lagrange.velocities import length
 
 SHORT = 4
 """Terms of a coefficient that stands in a table."""

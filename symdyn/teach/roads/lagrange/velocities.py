@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from symdyn.algebra.form import ZERO, Form, Function, Power, Product, Sum, Symbol, parts_of, terms_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Body
+from symdyn.scene import GROUND
 from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Fold, Formula, Step
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.roads.lagrange.forms import rate_of
+from symdyn.teach.roads.lagrange.rotations import angular_velocity, read_from
 
 MOST_TERMS = 20
 """Terms of one formula from which it is shown folded."""
@@ -64,30 +65,39 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
         reference = _range([block for block in blocks if isinstance(block, Formula)])
         steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
         if mass.spins:
-            steps.append(_turning(lesson, mass))
+            steps.append(_turning(lesson, mass, found))
     return steps
 
 
-def _turning(lesson: Lesson, mass: Mass) -> Step:
+def _turning(lesson: Lesson, mass: Mass, found: list[Mass]) -> Step:
+    """Return ω in body axes, as it is read from the matrices of direction cosines where they are shown."""
     w, tag = angular_velocity(lesson, mass.body), mass.tag
     names = [lesson.name(f"omega:{tag}{axis}", "omega", tag, axis, node=node) for axis, node in _along(w)]
-    claim = lesson.say("turning", body=mass.body.name)
-    return Step(
-        f"turning:{tag}", claim, tuple(_components(lesson, names, w)), lesson.once("turning.reason", mass.body.name)
-    )
+    claim, read = lesson.say("turning", body=mass.body.name), read_from(lesson, mass.body, found)
+    key = "turning.plane" if read is None else "turning.sum" if mass.body.name in _carried(lesson) else "turning.reason"
+    key = "turning.still" if all(map(lesson.vanishes, w)) else key
+    blocks = _components(lesson, names, w, read or [ZERO] * 3)
+    return Step(f"turning:{tag}", claim, tuple(blocks), lesson.once(key, mass.body.name))
+
+
+def _carried(lesson: Lesson) -> set[str]:
+    """Return the bodies whose neighbour towards the ground moves."""
+    return {joint.child for joint in lesson.scene.joints if joint.parent != GROUND}
 
 
 def _along(v: Vec) -> Iterator[tuple[str, Expr]]:
     return zip(AXES, v, strict=True)
 
 
-def _components(lesson: Lesson, names: list[Symbol], v: Vec) -> list[Block]:
-    """Return the components of a vector, those that vanish last."""
+def _components(lesson: Lesson, names: list[Symbol], v: Vec, found: Sequence[Form] = (ZERO,) * 3) -> list[Block]:
+    """Return the components of a vector, each as it was found where that is not its short form; zeros last."""
     blocks: list[Block] = []
     absent = []
-    for name, node in zip(names, v, strict=True):
+    for name, node, read in zip(names, v, found, strict=True):
         form = lesson.short(node)
-        if terms_of(form):
+        if terms_of(form) and terms_of(read) and set(terms_of(read)) != set(terms_of(form)):
+            blocks.append(folded(lesson, Formula(name.name, read, lesson.number(name.name), form)))
+        elif terms_of(form):
             blocks.append(folded(lesson, Formula(name.name, form, lesson.number(name.name))))
         else:
             absent.append(name)
@@ -95,15 +105,6 @@ def _components(lesson: Lesson, names: list[Symbol], v: Vec) -> list[Block]:
         first, second, *absent = absent
         blocks.append(Formula(first.name, second, right=ZERO))
     return [*blocks, *(Formula(one.name, ZERO) for one in absent)]
-
-
-def angular_velocity(lesson: Lesson, body: Body) -> Vec:
-    """Return ω in body axes from ω̃ = Rᵀ Ṙ."""
-    R = lesson.placed[body.name].R
-    dR = [tangents(row, lesson.state.velocity) for row in R]
-    pairs = ((2, 1), (0, 2), (1, 0))
-    x, y, z = (lesson.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in pairs)
-    return x, y, z
 
 
 def folded(lesson: Prose, formula: Formula) -> Block:

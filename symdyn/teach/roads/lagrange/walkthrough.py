@@ -16,6 +16,7 @@ from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equati
 from symdyn.teach.roads.lagrange.meaning import meaning_steps
 from symdyn.teach.roads.lagrange.numbers import number_steps, power_step, scene_picture, weights_picture
 from symdyn.teach.roads.lagrange.principle import principle_steps, task_step
+from symdyn.teach.roads.lagrange.rotations import rotation_steps
 from symdyn.teach.roads.lagrange.shows import with_figures
 from symdyn.teach.roads.lagrange.velocities import position_steps, velocity_steps
 from symdyn.teach.shown_state import choose_state
@@ -42,6 +43,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     sections = [
         lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
         lesson.section("principle", principle_steps(lesson, page)),
+        *([lesson.section("rotations", turned)] if (turned := rotation_steps(lesson, found)) else []),
         lesson.section("positions", position_steps(lesson, found)),
         lesson.section("velocities", velocity_steps(lesson, found)),
     ]
