@@ -16,7 +16,8 @@ from symdyn.spatial import apply_transposed
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.masses import AXES
-from symdyn.teach.roads.lagrange.velocities import angular_velocity, folded
+from symdyn.teach.roads.lagrange.rotations import angular_velocity
+from symdyn.teach.roads.lagrange.velocities import folded
 from symdyn.teach.roads.quaternions.turning import Turning
 
 TWO, HALF = Number(Fraction(2)), Number(Fraction(1, 2))
