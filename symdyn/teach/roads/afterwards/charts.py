@@ -23,6 +23,7 @@ from symdyn.draw.titles import Title
 WIDE, HIGH = 420.0, 190.0  # of a panel, units of the picture
 GAP = 62.0  # between panels
 TICKS = 6  # at most, along an axis
+NARROW = 0.8  # of the width of a text that lettering reckons on the wide side
 SOLID, DASHED, DOTTED, FAINT = "link body0", "link body1 sense", "link body2 gap", "stem"
 """Looks of curves."""
 
@@ -103,8 +104,8 @@ def _panel(sheet: _Sheet, panel: Panel, top: float) -> float:
         y = top + k * 1.25 * FONT
         sheet.line(curve.look, (6.0, y), (44.0, y), size=curve.size)
         assert curve.name is not None, "those alone are listed"
-        sheet.text(curve.name, 54.0 + curve.name.width / 2, y)
-    top += len(named) * 1.25 * FONT + (8.0 if named else 0.0)
+        sheet.text(curve.name, 54.0 + NARROW * curve.name.width / 2, y)
+    top += len(named) * 1.25 * FONT + (14.0 if named else 0.0)
     low, high = np.array(panel.low), np.array(panel.high)
     size = np.array([WIDE, panel.high_units])
 
@@ -122,7 +123,7 @@ def _panel(sheet: _Sheet, panel: Panel, top: float) -> float:
         sheet.line("leader", (0.0, y), (WIDE, y), size=0.5)
         sheet.text(name, -8.0 - name.width / 2, y)
     sheet.line("stem", (0.0, top), (0.0, bottom), (WIDE, bottom))
-    sheet.text(panel.y, panel.y.width / 2 - 20, top - 0.8 * FONT)
+    sheet.text(panel.y, panel.y.width / 2 - 20, top - 1.1 * FONT)
     sheet.text(panel.x, WIDE + 10 + panel.x.width / 2, bottom)
     for curve in panel.curves:
         inside = np.all((curve.points >= low - 1e-9) & (curve.points <= high + 1e-9), axis=1)  # false where it is NaN

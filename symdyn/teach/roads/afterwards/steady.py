@@ -1,0 +1,141 @@
+"""Step: motions in which one coordinate rests while others turn on, relative equilibria: a hoop, a top, a governor.
+
+They are where W = P - K(ṙ = 0) is level along r, the rates of the others held: the weights against what turns. Which
+are stable is told by V of `reduced`, whose momenta, or prescribed rates, stay when r is pushed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    ZERO,
+    Form,
+    Function,
+    Power,
+    Symbol,
+    factors_of,
+    forms_in,
+    parts_of,
+    power_of,
+    product_of,
+    split_sign,
+    sum_of,
+    terms_of,
+    with_parts,
+)
+from symdyn.algebra.ratios import Ratios
+from symdyn.errors import DerivationError
+from symdyn.graph import Op, evaluate, gradient
+from symdyn.scene.units import coordinate_units
+from symdyn.teach.document import Block, Formula, Step
+from symdyn.teach.lesson import Lesson, named, together
+from symdyn.teach.roads.afterwards.reduced import Reduced
+from symdyn.teach.roads.lagrange.velocities import length
+
+LONGEST = 60
+"""Terms and factors of a formula that is shown."""
+
+
+def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
+    """Return the condition of steady motions, its solutions by factors, and in numbers; None where there are none."""
+    if not left.couples:
+        return None
+    r, others = named(left.q), [named(lesson.state.q[k]) for k in (*left.cyclic, *left.led)]
+    blocks: list[Block] = []
+    (slope,) = gradient(left.static, [left.q])
+    W = lesson.name("W:", "W", node=left.static)
+    try:
+        whole = lesson.short(left.static)
+        field = Ratios([slope])
+        factored = field.form(evaluate([slope], field, field.values())[0])
+    except (DerivationError, KeyError, OverflowError, ZeroDivisionError):
+        whole = factored = ZERO
+    if whole != ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
+        symbol = lesson.slope(W.name, r.name, slope)
+        blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
+        blocks += _solutions(lesson, factored, r)
+    blocks += _numbers(lesson, left)
+    key = "steady.led" if left.led else "steady.free"
+    claim = lesson.say(key, q=r, others=together(others))
+    reason = lesson.say(f"{key}.reason", W=W)
+    return Step("steady", claim, tuple(blocks), reason, show=("centrifugal", "weights", "phase"))
+
+
+def _solutions(lesson: Lesson, factored: Form, r: Symbol) -> list[Block]:
+    """Return what each factor that depends on an angle says: sin r = 0, or cos r is a quotient."""
+    found: list[Block] = []
+    for factor in factors_of(factored):
+        inner = factor.base if isinstance(factor, Power) else factor
+        if isinstance(factor, Power) and factor.exponent < 0:
+            continue
+        waves = {one for one in forms_in(inner) if isinstance(one, Function) and r in one.args}
+        if not waves or any(one == r for one in forms_in(_without(inner, r))):
+            continue
+        if len(waves) != 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
+            continue
+        (wave,) = waves
+        if inner == wave:
+            found.append(lesson.say("steady.zero", wave=wave))
+            continue
+        over = [term for term in terms_of(inner) if wave not in set(forms_in(term))]
+        under = [_divided(term, wave) for term in terms_of(inner) if wave in set(forms_in(term))]
+        if any(one is None for one in under):
+            continue
+        above = sum_of(product_of((MINUS_ONE, term)) for term in over)
+        below = sum_of(one for one in under if one is not None)
+        value = product_of((above, power_of(below, -1)))
+        if _negative(above) and _negative(below):
+            value = product_of((_turned(above), power_of(_turned(below), -1)))
+        found.append(lesson.say("steady.wave", wave=wave, value=value))
+    return found
+
+
+def _without(form: Form, r: Symbol) -> Form:
+    """Return a form with its waves of r taken as symbols of their own."""
+    if isinstance(form, Function) and r in form.args:
+        return ZERO
+    return with_parts(form, (_without(part, r) for part in parts_of(form)))
+
+
+def _divided(term: Form, wave: Form) -> Form | None:
+    """Return a term divided by a wave that is one of its factors, None where it is a power of it."""
+    rest = [factor for factor in factors_of(term) if factor != wave]
+    return None if wave in {one for factor in rest for one in forms_in(factor)} else product_of(rest)
+
+
+def _negative(form: Form) -> bool:
+    return all(split_sign(term)[0] < 0 for term in terms_of(form))
+
+
+def _turned(form: Form) -> Form:
+    return sum_of(product_of((MINUS_ONE, term)) for term in terms_of(form))
+
+
+def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
+    """Return the table of steady motions for the values of the lesson."""
+    if not left.turns:
+        here = left.chosen.values[left.q]
+        span = 2 * abs(here) + 1.0
+        found = left.level(here - span, here + span)
+    else:
+        found = left.level(-math.pi, math.pi)
+    if not found:
+        return [lesson.say("steady.nowhere")]
+    units = coordinate_units(lesson.scene)
+    unit = units[left.r]
+    rows = []
+    for place, curvature, m in found:
+        rates = [f"{lesson.written(x)} {units[k]}/s" for k, x in zip(left.cyclic, _rates(left, place), strict=True)]
+        root = math.sqrt(abs(curvature / m))
+        kind = lesson.text("equilibria.stable" if curvature > 0 else "equilibria.unstable")
+        time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
+        rows.append([f"{lesson.written(place)} {unit}", *rates, kind, time])
+    heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
+    key = "steady.numbers.led" if left.led else "steady.numbers.free"
+    return [lesson.say(key), lesson.table([*heads, "equilibria.kind", "steady.next"], rows)]
+
+
+def _rates(left: Reduced, place: float) -> list[float]:
+    return [float(x) for x in left.rates(place)] if left.cyclic else []

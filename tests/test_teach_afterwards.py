@@ -1,0 +1,256 @@
+"""What lessons say after the equations, against SymPy, against books, and where it may be false."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from math import acos, cos, pi, radians, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from lesson_by_sympy import Tree, at
+from scipy.special import ellipk
+
+from symdyn.algebra.numeric import Floats
+from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.scene import read, read_text
+from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.document import Formula, Matrix, Picture, Step, Values, Words
+from symdyn.teach.roads.afterwards.charts import contours
+
+ROOT = Path(__file__).parent.parent
+SCENES = {name: ROOT / f"examples/{name}.toml" for name in ("pendulum", "two_link", "cart_pole", "double_pendulum")}
+SCENES |= {name: ROOT / f"tests/data/found/{name}.toml" for name in ("hoop_driven", "elastic_pendulum")}
+TOP = """
+name = "top"
+gravity = [0, 0, "-g"]
+[parameters]
+m = { value = 1, unit = "kg", positive = true }
+l = { value = 0.3, unit = "m", positive = true }
+I1 = { value = 0.05, unit = "kg m^2", positive = true }
+I3 = { value = 0.02, unit = "kg m^2", positive = true }
+g = { value = 9.81, unit = "m/s^2", positive = true }
+[bodies.top]
+mass = "m"
+com = [0, 0, "l"]
+inertia = ["I1", "I1", "I3"]
+inertia_about = "com"
+[joints.point]
+type = "spherical"
+parent = "ground"
+child = "top"
+orientation = "zxz"
+coordinates = ["phi", "theta", "psi"]
+drive = false
+start = [0, 0.5, 0]
+start_rates = [2, 0, 60]
+"""
+
+
+@cache
+def lesson(name: str, language: str = "en") -> Document:
+    return walkthrough(read_text(TOP, "top") if name == "top" else read(SCENES[name]), language)
+
+
+def step(document: Document, key: str) -> Step:
+    return next(step for section in document.sections for step in section.steps if step.key == key)
+
+
+def keys(document: Document) -> set[str]:
+    return {step.key for section in document.sections for step in section.steps}
+
+
+def said(one: Step) -> str:
+    parts = [*one.claim.parts, *(part for block in one.blocks if isinstance(block, Words) for part in block.parts)]
+    return " ".join(part for part in parts if isinstance(part, str))
+
+
+def table(one: Step) -> list[list[str]]:
+    (values,) = (block for block in one.blocks if isinstance(block, Values))
+    return [["".join(str(part) for part in cell.parts) for cell in row] for row in values.rows]
+
+
+def number(text: str) -> float:
+    found = re.search(r"−?[\d.]+(?: · 10\^−?\d+)?", text)
+    assert found, text
+    return float(found[0].replace("−", "-").replace(" · 10^", "e"))
+
+
+def value(document: Document, node: Expr, **given: float) -> float:
+    symbols = {x: 0.3 + (sum(map(ord, str(x.value))) % 97) / 97 for x in reachable([node]) if x.op is Op.SYMBOL}
+    return float(evaluate([node], Floats(), {x: given.get(str(x.value), v) for x, v in symbols.items()})[0])
+
+
+@pytest.mark.parametrize("name", ["pendulum", "two_link", "cart_pole", "double_pendulum", "elastic_pendulum"])
+def test_inertia_and_stiffness_at_a_rest_are_second_derivatives_by_sympy(name: str) -> None:
+    document = lesson(name)
+    tree = Tree(document.scene)
+    K, P, n = tree.values["K:"], tree.values["P:"], len(tree.q)
+    names = [p.name for p in document.scene.parameters]
+    point = {name: 0.3 + (sum(map(ord, name)) % 97) / 97 for name in names}
+    seen = 0
+    for kind, tag in (("stable", "s"), ("unstable", "u")):
+        rows = [row for row in step(document, "equilibria").blocks if isinstance(row, Values)]
+        head = ["".join(getattr(part, "name", str(part)) for part in cell.parts) for cell in rows[0].head]
+        (row,) = [row for row in rows[0].rows if row[-2].parts == (kind,)][:1]
+        place = {q: document.value(cell.parts[0]) for q, cell in zip(head[:-2], row, strict=False)}
+        here = dict.fromkeys(map(str, tree.u), 0.0) | dict.fromkeys(map(str, tree.q), 0.4)
+        here |= {q: value(document, node) for q, node in place.items()} | point
+        for i in range(n):
+            for j in range(n):
+                for letter, energy, by in (("A", K, tree.u), ("C", P, tree.q)):
+                    key = f"near:{tag}:{letter}:{i + 1},{j + 1}"
+                    node = document.names[key].node
+                    assert node is not None
+                    (mine,) = at([sp.diff(energy, by[i], by[j])], here)
+                    assert value(document, node, **here) == pytest.approx(mine, abs=1e-9), key
+                    seen += 1
+    assert seen == 4 * n * n
+
+
+@pytest.mark.parametrize("name", ["pendulum", "two_link", "cart_pole", "double_pendulum", "elastic_pendulum"])
+def test_formulas_of_frequencies_are_roots_of_the_determinant(name: str) -> None:
+    document, n = lesson(name), len(lesson(name).scene.velocities)
+    for tag in "su":
+        nodes = {key: one.node for key, one in document.names.items() if key.startswith(f"near:{tag}:") and one.node}
+        found = {key: value(document, node) for key, node in nodes.items()}
+        A, C = (
+            np.array([[found[f"near:{tag}:{letter}:{i + 1},{j + 1}"] for j in range(n)] for i in range(n)])
+            for letter in "AC"
+        )
+        squares = sorted(np.linalg.eigvals(np.linalg.solve(A, C)).real)
+        told = [found[key] for key in found if re.fullmatch(rf"near:{tag}:omega:\d", key)]
+        for key, b in found.items():
+            if key.endswith(":b"):
+                d = found[key[:-1] + "d"]
+                told += [(b - sqrt(b * b - 4 * d)) / 2, (b + sqrt(b * b - 4 * d)) / 2]
+        told += [0.0] * (n - len(told))  # what drifts has no formula
+        assert sorted(told) == pytest.approx(squares, rel=1e-7, abs=1e-9)
+
+
+def test_frequencies_of_books() -> None:
+    by_hand = {
+        ("pendulum", "near:s:omega:1"): "g/l",
+        ("cart_pole", "near:u:omega:2"): "-6*g*(mc + mp)/(l*(4*mc + mp))",
+        ("elastic_pendulum", "near:s:omega:1"): "k/m",
+        ("elastic_pendulum", "near:s:omega:2"): "g*k/(m*g + k*l0)",
+    }
+    for (name, key), text in by_hand.items():
+        document = lesson(name)
+        node = document.names[key].node
+        assert node is not None
+        values = {str(x): 0.3 + (sum(map(ord, str(x))) % 97) / 97 for x in sp.sympify(text).free_symbols}
+        assert value(document, node) == pytest.approx(float(sp.sympify(text).subs(values)))
+
+
+def test_a_rest_that_springs_hold_is_told_exactly() -> None:
+    document = lesson("elastic_pendulum")
+    assert {row[-1] for row in table(step(document, "equilibria"))} == {"exactly"}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_cyclic_coordinates_are_those_that_sympy_finds(name: str) -> None:
+    document = lesson(name)
+    tree, led = Tree(document.scene), [joint.motion is not None for joint in document.scene.moving]
+    L = tree.values["K:"] - tree.values["P:"]
+    led = [one for joint, one in zip(document.scene.moving, led, strict=True) for _ in joint.coordinates]
+    points = [{str(x): 0.2 + k * sum(map(ord, str(x))) % 97 / 97 for x in L.free_symbols} for k in (1, 2, 3)]
+    slopes = [[abs(at([sp.diff(L, q)], point)[0]) for point in points] for q in tree.q]
+    cyclic = [k + 1 for k, slope in enumerate(slopes) if not led[k] and max(slope) < 1e-12]
+    assert [int(key[7:]) for key in sorted(keys(document)) if key.startswith("cyclic:")] == cyclic
+    for k in cyclic:
+        node = document.names[f"p:{k}"].node
+        assert node is not None
+        momentum = sp.diff(L, tree.u[k - 1])
+        values = {str(x): 0.3 + (sum(map(ord, str(x))) % 97) / 97 for x in momentum.free_symbols}
+        assert value(document, node) == pytest.approx(at([momentum], values)[0])
+
+
+def test_a_bead_on_a_turning_hoop_rests_where_books_say() -> None:
+    document = lesson("hoop_driven")
+    one = step(document, "steady")
+    theta = acos(9.81 / (0.4 * 64))
+    rows = table(one)
+    assert [number(row[0]) for row in rows] == pytest.approx([-theta, 0, theta, pi], abs=5e-4)
+    assert [row[1] for row in rows] == ["stable", "unstable", "stable", "unstable"]
+    assert number(rows[2][2]) == pytest.approx(8 * sin(theta), abs=5e-4)
+    assert "no momentum" in said(step(document, "cyclic"))
+    assert "K + P" not in said(step(document, "energy"))  # letters are the lesson's
+    jacobi = document.names["h:"].node
+    assert jacobi is not None
+    m, R, J, W, g = (0.3 + (sum(map(ord, x)) % 97) / 97 for x in ("m", "R", "J", "Omega", "g"))
+    u, q = 0.7, 0.4
+    by_hand = m * R * R * u * u / 2 - m * g * R * cos(q) - m * R * R * W * W * sin(q) ** 2 / 2 - J * W * W / 2
+    assert value(document, jacobi, theta=q, theta_dot=u) == pytest.approx(by_hand)
+
+
+def test_a_heavy_top_precesses_as_its_momenta_ask() -> None:
+    """Goldstein, 5.7: m g l = φ̇ (I₃ (ψ̇ + φ̇ cos θ) - I cos θ φ̇), with I about the point; no rest at the poles."""
+    assert {"cyclic:1", "cyclic:3"} <= keys(lesson("top"))
+    rows = table(step(lesson("top"), "steady"))
+    assert [row[3] for row in rows] == ["stable", "stable"]
+    theta, phi, psi = (number(cell) for cell in rows[1][:3])
+    spin = psi + phi * cos(theta)
+    weight = phi * (0.02 * spin - (0.05 + 0.09) * phi * cos(theta))
+    assert weight == pytest.approx(1 * 9.81 * 0.3, rel=2e-3)
+
+
+def test_periods_of_a_pendulum_are_elliptic_integrals() -> None:
+    for row in table(step(lesson("pendulum"), "swings")):
+        amplitude, ratio = radians(number(row[0])), number(row[2])
+        assert ratio == pytest.approx(2 / pi * ellipk(sin(amplitude / 2) ** 2), abs=6e-4)
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole", "double_pendulum", "top"])
+def test_all_terms_hold_the_energy_and_a_forgotten_one_does_not(name: str) -> None:
+    first, *others = table(step(lesson(name), "compare"))
+    assert first[1:] == ["0 J", "–"]
+    assert others
+    assert all(number(row[1]) != 0 and number(row[2]) > 0.01 for row in others)
+
+
+def test_limits_are_those_of_simpler_mechanisms() -> None:
+    one = step(lesson("two_link"), "limits")
+    rows = {row[0][:2]: row for row in table(one)}
+    assert len(rows) == 5 or len(table(one)) == 5
+    assert "never mounted" in said(one)
+
+
+def test_a_name_of_ours_is_none_of_the_scene() -> None:
+    document = walkthrough(read(ROOT / "tests/data/found/collide.toml"))
+    assert {"near:stable", "landscape", "compare", "limits"} <= keys(document)
+
+
+def test_what_is_driven_otherwise_has_no_steady_motion() -> None:
+    text = SCENES["hoop_driven"].read_text(encoding="utf-8").replace("Omega*t", "sin(Omega*t)")
+    document = walkthrough(read_text(text, "swinging"))
+    assert not {"steady", "phase", "compare"} & keys(document)
+    assert "equilibria" in keys(document)
+
+
+@pytest.mark.parametrize("language", ["en", "sk"])
+def test_every_picture_is_a_curve_with_axes_that_can_be_read(language: str) -> None:
+    document = lesson("hoop_driven", language)
+    shown = next(block for s, block in document.blocks() if s.key == "phase" and isinstance(block, Picture))
+    assert "nan" not in shown.svg
+    assert shown.svg.count("<path") > 10
+    assert ">π/2<" in shown.svg
+    assert "\\pdfliteral" in str(next(iter(rendered(document, "latex").values())))
+
+
+def test_contours_of_a_bowl_are_circles() -> None:
+    x = np.linspace(-2, 2, 41)
+    z = x[:, None] ** 2 + x[None, :] ** 2
+    (line,) = contours(x, x, z, 1.0)
+    assert np.hypot(line[:, 0], line[:, 1]) == pytest.approx(1, abs=5e-3)
+    assert line[0] == pytest.approx(line[-1])
+    assert contours(x, x, z, 99.0) == []
+
+
+def test_formulas_and_matrices_are_named() -> None:
+    for name in SCENES:
+        for one, block in lesson(name).blocks():
+            if one.key.startswith(("near:", "cyclic", "steady", "energy")) and isinstance(block, (Formula, Matrix)):
+                assert block.left in lesson(name).names
