@@ -14,6 +14,7 @@ from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange.second_kind import driving_forces, energies, mass_matrix, momenta
 from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import State
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, Graph, evaluate, tangents
@@ -36,6 +37,8 @@ class Derived:
         """Put the scene on a graph."""
         self.scene, self.words = scene, language_of(language).lesson
         self.graph = Graph()
+        for parameter in scene.parameters:  # first, which is the order that forms print
+            self.graph.symbol(parameter.name)
         self.energies = energies(scene, self.graph)
         self.state = self.energies.state
 
@@ -67,16 +70,16 @@ class Derived:
         finding = prove([Claim(name, "yours", "symdyn's", (mine,), (right,))])[1][0]
         key = {PROVED: "derived.proved", NUMERICAL: "derived.numerical"}.get(finding.verdict, "derived.different")
         print(self.words[key].format(name=name))
-        if key == "derived.different" and (more := self._short(mine - right)) is not None:
+        if key == "derived.different" and (more := shortest(mine - right, self.scene, self.state)) is not None:
             text = text_of(more)
             print(self.words["derived.more"].format(difference=text if len(text) <= LONGEST else f"{text[:LONGEST]} …"))
 
-    def _short(self, node: Expr) -> Form | None:
-        """Return a node as short as the ring of sines writes it; None where it is none of that ring."""
-        state = self.state
-        try:
-            parallel = angle_groups(self.scene, self.graph)
-            ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), total_angles(parallel))
-            return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
-        except DerivationError:
-            return None
+
+def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
+    """Return a node as short as the ring of sines of a scene writes it; None where it is none of that ring."""
+    try:
+        parallel = angle_groups(scene, node.graph)
+        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+        return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
+    except DerivationError:
+        return None

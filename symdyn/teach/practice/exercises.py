@@ -18,6 +18,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
 from symdyn.teach.document import Blank, Block, Braced, Document, Formula, Matrix, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
+from symdyn.teach.practice.given import with_given
 from symdyn.teach.practice.hidden import Told, follows, own_symbols, plain, written_out
 from symdyn.teach.shown_state import shown_state
 from symdyn.teach.student.statements import read_formula
@@ -44,7 +45,7 @@ class Grade:
 GRADES: Mapping[int, Grade] = {
     1: Grade(()),  # every step to the equations and coefficients, each from the one before it
     2: Grade(RESULTS),
-    3: Grade(("energies", "equation", "solved"), alone=True),
+    3: Grade(("energies", "lagrangian", "equation", "solved"), alone=True),
 }
 
 ASIDE = ("meaning", "power")
@@ -78,7 +79,7 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
     """
     if grade not in GRADES:
         raise TeachError(f"there is no grade {grade}; give one of {', '.join(map(str, GRADES))}")
-    asked = [section for section in document.sections if section.key not in GIVEN]
+    asked = [section for section in document.sections if not is_given(section)]
     every = {step.key: (section, step) for section in asked for step in section.steps}
     results = {key: found for key, (_, step) in every.items() if (found := _results(document, step))}
     if not results:
@@ -98,7 +99,12 @@ def with_exercises(document: Document, grade: int = 2, ask: Collection[str] = ()
     alone = GRADES[grade].alone and not ask
     sections = [_asked(document, part, results, chosen, alone) for part in document.sections]
     sections = _joined(sections) if alone else sections
-    return replace(document, sections=tuple(_gated(document, sections)))
+    return with_given(replace(document, sections=tuple(_gated(document, sections))))
+
+
+def is_given(section: Section) -> bool:
+    """Whether a section says what is known."""
+    return section.key.partition(".")[0] in GIVEN
 
 
 def _kind(key: str) -> str:
@@ -161,7 +167,7 @@ def _with_blanks(document: Document, step: Step, results: Results, alone: bool) 
             solution.append(block)
             kept.append(_blank(document, step, results[k], one, solution, alone))
             solution = []
-        elif _names_only(block, own):
+        elif not alone and _names_only(block, own):
             kept.append(block)
         else:
             solution.append(block)
@@ -204,7 +210,7 @@ def _joined(sections: Sequence[Section]) -> list[Section]:
         steps = []
         for step in section.steps:
             blanks = [k for k, block in enumerate(step.blocks) if isinstance(block, Blank)]
-            if section.key in GIVEN:
+            if is_given(section):
                 steps.append(step)
             elif blanks:
                 blocks = list(step.blocks)
@@ -235,7 +241,7 @@ def _gated(document: Document, sections: Sequence[Section]) -> Iterator[Section]
             own = [(step.key, block.key) for block in step.blocks if isinstance(block, Blank)]
             before += own
             needs = {key for source, key in before if follows(step.key, source)} if not own else set()
-            if not own and section.key not in GIVEN:
+            if not own and not is_given(section):
                 needs |= set(told.by(step))
             steps.append(replace(step, needs=tuple(blank.key for _, blank in blanks if blank.key in needs)))
         yield replace(section, steps=tuple(steps))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from symdyn.teach.document import Blank, Block, Document, Room, Section, Step, Words
 from symdyn.teach.languages import language_of
-from symdyn.teach.practice.exercises import GIVEN
+from symdyn.teach.practice.exercises import is_given
 
 FEWEST, MOST = 3, 18
 """Lines of room below a question."""
@@ -21,7 +21,7 @@ def sheet(document: Document, solutions: bool = False) -> Document:
         solutions: in place of the room to write, each question's solution.
     """
     texts = language_of(document.language).lesson
-    given = [section for section in document.sections if section.key in GIVEN]
+    given = [section for section in document.sections if is_given(section)]
     known = [replace(part, steps=tuple(x for x in part.steps if not x.needs)) for part in given]
     steps: list[Step] = []
     for section in document.sections:
