@@ -13,7 +13,7 @@ from symdyn.draw.corner import with_corner
 from symdyn.draw.force_arrows import Wrench, wrench
 from symdyn.draw.ground import pushes
 from symdyn.draw.label_places import Label, put
-from symdyn.draw.lettering import words
+from symdyn.draw.lettering import lettered, words
 from symdyn.draw.picture_files import File, check_picture
 from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, watched
 from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
@@ -44,8 +44,11 @@ def free_body(
     scheme: str = "auto",
     file: File | None = None,
     titles: Mapping[str, str] = ENGLISH,
+    points: Mapping[str, Sequence[float]] | None = None,
 ) -> SvgText:
     """Return one moving body with `wrenches`, or with what is `acting_on` it, as SVG text; the rest is as of `picture`.
+
+    `points` are marked and named: places by their names in LaTeX, ground frame, m; shape (3,).
 
     Raises:
         DrawError: as of `picture`, and for a name that is no moving body.
@@ -70,6 +73,12 @@ def free_body(
             spot = dot("joint", at, seen.size * 0.6)
             drawn.append(Item(f"cut-{row.name}", Title("contact {name}", name=row.name), 2, np.zeros(1), (spot,)))
             labels.append(Label(f"label-joint-{row.name}", words(row.name), at, seen.size))
+    for k, (name, place) in enumerate((points or {}).items(), 1):
+        at = seen.flat(np.array([place], dtype=np.float64))
+        drawn.append(
+            Item(f"point-{k}", Title("point {name}", name=name), 2, np.zeros(1), (dot("mass", at, seen.size * 0.45),))
+        )
+        labels.append(Label(f"label-point-{k}", lettered(name), at, seen.size))
     acting = acting_on(scene, body, q, parameters) if wrenches is None else wrenches
     forced: list[Label] = []
     for k, one in enumerate(_visible(acting, seen) if wrenches is None else acting):

@@ -23,6 +23,7 @@ from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.loop_numbers import in_words
 from symdyn.dynamics.loops.reduction import solve_normal
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
+from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
 from symdyn.dynamics.reactions.hanging import Hanging
@@ -59,6 +60,8 @@ class Cut:
 
     Attributes:
         m: mass, kg.
+        dw: angular acceleration, axes of frame j.
+        centre, origin: place, velocity and acceleration of T_j and of O_j, axes of the ground.
         misread: F̄^D_jj as (5.16) of the text would have it, with a position in place of an acceleration.
     """
 
@@ -70,11 +73,15 @@ class Cut:
     F: Vec
     F_star: Vec
     misread: Wrench
+    dw: Vec
+    centre: tuple[Vec, Vec, Vec]
+    origin: tuple[Vec, Vec, Vec]
 
     @property
     def nodes(self) -> list[Expr]:
         """Everything that is written of it."""
-        return [x for row in (*self.P, *self.r, *self.I) for x in row] + [*self.w, *self.F, *self.F_star]
+        vectors = (self.w, self.dw, self.F, self.F_star, *self.centre, *self.origin)
+        return [self.m, *(x for row in (*self.P, *self.r, *self.I, *vectors) for x in row)]
 
 
 def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
@@ -85,10 +92,17 @@ def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
         return None
     centre = centre_of_mass(workspace.scene, workspace.scene.bodies[j].name, workspace.graph)
     place = T.point(sub(centre, system.hanging.joints[j].place_on_child))
-    x, y, z = tangents(tangents(place, state.velocity), state.acceleration)
+    moved = [_differentiated(one, state) for one in (place, T.p)]
     misread = inertia_bivector(known.body, motion.w, motion.dw, apply_transposed(T.R, T.p))
-    force, force_star = neg(scale(m, (x, y, z))), neg(scale(m, motion.a))
-    return Cut(m, T.R, skew(T.p), motion.w, known.body.I, force, force_star, misread)
+    force, force_star = neg(scale(m, moved[0][2])), neg(scale(m, motion.a))
+    return Cut(m, T.R, skew(T.p), motion.w, known.body.I, force, force_star, misread, motion.dw, *moved)
+
+
+def _differentiated(place: Vec, state: State) -> tuple[Vec, Vec, Vec]:
+    """Return a place with its velocity and its acceleration."""
+    x, y, z = tangents(place, state.velocity)
+    a, b, c = tangents((x, y, z), state.acceleration)
+    return place, (x, y, z), (a, b, c)
 
 
 @dataclass

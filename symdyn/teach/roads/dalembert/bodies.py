@@ -9,12 +9,10 @@ from collections.abc import Sequence
 
 from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, form_of, product_of, sum_of
 from symdyn.draw import Wrench, free_body
-from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.letters import body_number, head
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import apply, cross, sub, zero_vector
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
@@ -23,11 +21,11 @@ from symdyn.teach.roads.dalembert.balance import Balance, Cut
 from symdyn.teach.roads.lagrange.velocities import length
 from symdyn.teach.shown_state import Chosen
 
+NEAR = 1e-9
+"""m: points that are one."""
+
 WIDEST, GAP = 130, 18
 """Characters of a row from which a matrix is folded, and of the room between two of its columns."""
-
-ABOUT_CENTRE = "_T"
-"""Index of a couple about the centre of mass."""
 
 
 def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
@@ -36,9 +34,9 @@ def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
     steps = [_free(lesson, j, chosen)]
     if one is not None:
         steps.append(_frame(lesson, j, one))
-        steps.append(_motion(lesson, j, one))
+        steps += [_acceleration(lesson, j, one), _motion(lesson, j, one)]
         if j == _misread(lesson, chosen):
-            steps.append(_acceleration(lesson, j, one, chosen))
+            steps.append(_misprint(lesson, j, one, chosen))
     return [*steps, *_bivectors(lesson, j)]
 
 
@@ -51,36 +49,47 @@ def numbered(first: int, j: int) -> tuple[str, ...]:
 def _free(lesson: Balance, j: int, chosen: Chosen) -> Step:
     body, drawn = lesson.scene.bodies[j].name, _wrenches(lesson, j, chosen)
     prefix, titles = f"free{body_number(j)}-", lesson.titles
-    svg = free_body(lesson.scene, body, chosen.q, drawn, chosen.parameters, prefix=prefix, titles=titles)
+    points, parameters = _points(lesson, j, chosen), chosen.parameters
+    svg = free_body(lesson.scene, body, chosen.q, drawn, parameters, prefix=prefix, titles=titles, points=points)
     alt = lesson.text("free.caption", body=body)
     picture = Picture(svg, lesson.say("free.caption", body=body), alt, f"free-{body}")
     joint, number = lesson.system.hanging.joints[j].joint.name, str(body_number(j))
     parts = [lesson.say("free.reason", joint=joint, number=number)]
-    if any(one.couple_name.endswith(ABOUT_CENTRE) and any(one.couple) for one in drawn):
-        parts.append(lesson.say("free.centre", number=number))
+    if lesson.cuts[j] is not None:
+        parts.append(lesson.say("free.points", number=number))
     reason = Words(tuple(part for one in parts for part in one.parts))
     return Step(f"free:{body}", lesson.say("free", body=body, number=str(body_number(j))), (picture,), reason)
 
 
-def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
-    """Return what acts on body j, ground frame: A and D at the centre of mass T, every unknown at its joint.
+def _points(lesson: Balance, j: int, chosen: Chosen) -> dict[str, tuple[float, float, float]]:
+    """Return O_j and T_j as they are written and where they are, ground frame; one point where they are one."""
+    one, number = lesson.cuts[j], body_number(j)
+    O, T = (f"{head(lesson.letters[letter])}_{{{number}}}" for letter in "OT")  # noqa: E741  the book's name
+    x, y, z = chosen.of(*frames(lesson.workspace.hanging)[j].p)
+    if one is None:
+        return {O: (x, y, z)}
+    a, b, c = chosen.of(*one.centre[0])
+    if max(abs(a - x), abs(b - y), abs(c - z)) < NEAR:
+        return {f"{O} = {T}": (x, y, z)}
+    return {O: (x, y, z), T: (a, b, c)}
 
-    Couples of A and D are about T, another quantity than the moments about O_j of the formulas, so they have an index.
+
+def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
+    """Return what acts on body j, ground frame: A and D at O_j with their moments about it, as the formulas have them.
+
+    Every unknown is at its joint, with its own name.
     """
-    hanging, body = lesson.workspace.hanging, lesson.scene.bodies[j]
+    hanging = lesson.workspace.hanging
     T, origin = frames(hanging)[j], hanging.joints[j].place_on_child
-    try:
-        centre, about = sub(centre_of_mass(lesson.scene, body.name, lesson.graph), origin), ABOUT_CENTRE
-    except DerivationError:  # no mass
-        centre, about = zero_vector(lesson.graph), ""
+    here, still = "".join(numbered(body_number(j), j)), zero_vector(lesson.graph)
     known = lesson.system.bodies[j]
     spelled = latex_symbols(lesson.scene) | {
         key: letter(name.look) for key, name in lesson.names.items() if isinstance(name.look, Letter)
     }
     F, M = (head(lesson.letters[letter]) for letter in "FM")
     acting = [
-        (f"{F}^A", f"{M}^A{about}", centre, known.action),
-        (f"{F}^D", f"{M}^D{about}", centre, known.inertia),
+        (f"{F}_{{{here}}}^A", f"{M}_{{{here}}}^A", still, known.action),
+        (f"{F}_{{{here}}}^D", f"{M}_{{{here}}}^D", still, known.inertia),
     ]
     for u, one in enumerate(lesson.system.unknowns):
         if (j, u) in lesson.system.blocks:
@@ -116,29 +125,64 @@ def _frame(lesson: Balance, j: int, one: Cut) -> Step:
     return Step(f"frame:{body}", claim, blocks, _once(lesson, j, "frame.reason"), "(5.2)-(5.5)", "full")
 
 
+def _acceleration(lesson: Balance, j: int, one: Cut) -> Step:
+    """Return places of the centre of mass and of the origin, differentiated twice; one alone where both are one."""
+    body, number = lesson.scene.bodies[j].name, str(body_number(j))
+    points = {f"T{number}": one.centre, f"O{number}": one.origin}
+    places: dict[str, str | Form] = {"body": body}
+    for point, key in zip(points, ("centre", "origin"), strict=True):
+        places[key] = lesson.called(f"point:{point}", Letter(point[0], (number,)))
+    blocks: list[Block] = []
+    if one.centre[0] == one.origin[0]:
+        points.pop(f"O{number}")
+        blocks.append(lesson.say("accelerated.one", **places))
+    for point, moved in points.items():
+        if all(x.is_zero for x in moved[1]):
+            at = places["centre" if point.startswith("T") else "origin"]
+            blocks.append(lesson.say("accelerated.still", point=at))
+            continue
+        for dots, vector in enumerate(moved):
+            blocks.append(_matrix(lesson, Letter("r", ("0", point), dots), [[x] for x in vector], ""))
+    reason = _once(lesson, j, "accelerated.reason")
+    claim = lesson.say("accelerated", **places)
+    return Step(f"accelerated:{body}", claim, tuple(blocks), reason, "(5.11)", show=(f"body:{body}", "accelerations"))
+
+
 def _motion(lesson: Balance, j: int, one: Cut) -> Step:
     """Return what the inertia forces are made of."""
     body, index, here = lesson.scene.bodies[j].name, numbered(0, j), numbered(body_number(j), j)
     blocks = (
-        _matrix(lesson, Letter("omega", index, accent="bar"), [[x] for x in one.w], ""),
+        _matrix(lesson, Letter("omega", index), [[x] for x in one.w], ""),
+        _matrix(lesson, Letter("omega", index, 1), [[x] for x in one.dw], ""),
         _matrix(lesson, Letter("I", here), one.I, "5.15"),
-        _matrix(lesson, Letter("F", index, above="D", accent="bar"), [[x] for x in one.F], "5.11"),
-        _matrix(lesson, Letter("F", here, above="*D", accent="bar"), [[x] for x in one.F_star], "5.16"),
+        _matrix(lesson, Letter("F", index, above="D"), [[x] for x in one.F], "5.11", _weighed(lesson, j, one)),
+        _matrix(lesson, Letter("F", here, above="*D"), [[x] for x in one.F_star], "5.16"),
     )
     claim, reason = lesson.say("moved", body=body), _once(lesson, j, "moved.reason")
     return Step(f"moved:{body}", claim, blocks, reason, "(5.11)-(5.16)", "full")
 
 
-def _matrix(lesson: Balance, look: Letter, rows: Sequence[Sequence[Expr]], number: str) -> Block:
-    """Return a matrix of the graph, or a column of x, y and z, with a name for each entry."""
+def _weighed(lesson: Balance, j: int, one: Cut) -> list[Form]:
+    """Return -m r̈ by the names that the step before gave to the acceleration of T_j."""
+    names = (f"ddr:0,T{body_number(j)}:{axis}" for axis in "xyz")
+    pairs = zip(names, one.F, strict=True)
+    minus = (MINUS_ONE, lesson.short(one.m))
+    return [ZERO if force.is_zero else product_of((*minus, Symbol(name))) for name, force in pairs]
+
+
+def _matrix(
+    lesson: Balance, look: Letter, rows: Sequence[Sequence[Expr]], number: str, forms: Sequence[Form] | None = None
+) -> Block:
+    """Return a matrix of the graph, or a column of x, y and z, with a name for each entry; `forms` may be given."""
     entries, width = [x for row in rows for x in row], len(rows[0])
     places = list("xyz") if width == 1 else [f"{r}{c}" for r in "123" for c in "123"]
-    left, names = f"{look.letter}{look.above}{look.accent}:{','.join(look.index)}", []
+    left, names = f"{'d' * look.dots}{look.letter}{look.above}{look.accent}:{','.join(look.index)}", []
     lesson.called(left, look)
     for place, node in zip(places, entries, strict=True):
         names.append(f"{left}:{place}")
-        lesson.called(names[-1], Letter(look.letter, (*look.index, place), above=look.above), node)
-    return _folded(lesson, Matrix(left, tuple(map(lesson.short, entries)), tuple(names), number, width))
+        lesson.called(names[-1], Letter(look.letter, (*look.index, place), look.dots, above=look.above), node)
+    shown = tuple(map(lesson.short, entries)) if forms is None else tuple(forms)
+    return _folded(lesson, Matrix(left, shown, tuple(names), number, width))
 
 
 # Where the text is wrong
@@ -159,7 +203,7 @@ def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
     return lesson.equals(wrong), lesson.equals(right)
 
 
-def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
+def _misprint(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
     """Return the box about (5.16), a position in place of an acceleration."""
     body, number = lesson.scene.bodies[j].name, str(body_number(j))
     place = lesson.name(f"r:{number}", "r", number, f"O{number}", node=None)
@@ -168,7 +212,7 @@ def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
     wrong, right = _moments(lesson, j, chosen)
     blocks: list[Block] = [
         lesson.say("erratum.5.16"),
-        lesson.say("erratum.reads", left=Symbol(f"F*Dbar:{here}"), form=product_of((MINUS_ONE, form_of(one.m), place))),
+        lesson.say("erratum.reads", left=Symbol(f"F*D:{here}"), form=product_of((MINUS_ONE, form_of(one.m), place))),
     ]
     if wrong != right:
         moment = Symbol(f"{head}D:{here}:{axis}")
