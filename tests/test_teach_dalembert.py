@@ -14,9 +14,10 @@ from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, walkthrough
-from symdyn.teach.document import Formula, Matrix
+from symdyn.teach.document import Formula, Matrix, Values
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.shown_motion import choose_motion
+from symdyn.teach.roads.dalembert.side_by_side import terms_of_both
 
 ROOT = Path(__file__).parent
 EXAMPLES = ROOT.parent / "examples"
@@ -121,3 +122,30 @@ def circular(form: Form) -> list[Form]:
         return circular(form.base)
     inner = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else ()
     return [x for part in inner for x in circular(part)]
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole", "double_pendulum", "spatial_3r"])
+def test_each_term_of_lagrange_is_what_the_bodies_of_dalembert_add_up_to(name: str) -> None:
+    document = walkthrough(read(EXAMPLES / f"{name}.toml"), until="energies")
+    terms = terms_of_both(document.scene)
+    assert {term.velocity for term in terms} == set(range(len(document.scene.velocities)))
+    for term in terms:
+        values = [value(document, form, DefaultState()) for form in (term.coefficient, *term.shares)]
+        assert sum(values[1:]) == pytest.approx(values[0], rel=1e-9, abs=1e-12), term
+
+
+@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
+@pytest.mark.parametrize("language", ["en", "sk"])
+def test_both_roads_end_in_the_table_that_sets_them_side_by_side(road: str, language: str) -> None:
+    document = walkthrough(read(EXAMPLES / "cart_pole.toml"), language, road=road)
+    step = next(step for section in document.sections for step in section.steps if step.key == "side")
+    tables = [block for block in step.blocks if isinstance(block, Values)]
+    rows = [[len(table.rows), {len(row) for row in table.rows}] for table in tables]
+    assert rows == [[3, {3}], [3, {3}]]
+
+
+class DefaultState(dict[str, float]):
+    """A number for any symbol, no two alike."""
+
+    def __missing__(self, key: str) -> float:
+        return 0.3 + sum(ord(letter) * (k + 3) for k, letter in enumerate(key)) % 89 / 60

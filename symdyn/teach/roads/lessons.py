@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.errors import EmitError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
@@ -11,8 +11,9 @@ from symdyn.scene.values.signals import as_parameters
 from symdyn.scene.values.texts import in_language
 from symdyn.teach.document import Document
 from symdyn.teach.languages import languages
-from symdyn.teach.lesson import SMALL_SCENE
+from symdyn.teach.lesson import SMALL_SCENE, Prose
 from symdyn.teach.roads.dalembert import walkthrough as dalembert
+from symdyn.teach.roads.dalembert.side_by_side import side_by_side
 from symdyn.teach.roads.lagrange import walkthrough as lagrange
 from symdyn.teach.roads.multipliers import walkthrough as multipliers
 from symdyn.teach.roads.quaternions import walkthrough as quaternions
@@ -31,8 +32,20 @@ class Road:
     walkthrough: Callable[[Scene, str, str], Document]
 
 
+def _compared(scene: Scene, language: str, until: str) -> Document:
+    """Return Lagrange's walkthrough; a whole one has D'Alembert's terms beside its own, before what is an appendix."""
+    document = lagrange.lagrange_walkthrough(scene, language, until)
+    prose = Prose(document.scene, language, dict(document.names))
+    table = side_by_side(prose) if until == lagrange.UNTIL[-1] else None
+    if table is None:
+        return document
+    place = next((k for k, one in enumerate(document.sections) if one.key == "errata"), len(document.sections))
+    both = prose.section("roads", [table])
+    return replace(document, sections=(*document.sections[:place], both, *document.sections[place:]))
+
+
 ROADS: Mapping[str, Road] = {
-    "lagrange": Road(lagrange.UNTIL, lagrange.lagrange_walkthrough),
+    "lagrange": Road(lagrange.UNTIL, _compared),
     "multipliers": Road(multipliers.UNTIL, multipliers.multipliers_walkthrough),
     "quaternions": Road(quaternions.UNTIL, quaternions.quaternions_walkthrough),
     "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough),

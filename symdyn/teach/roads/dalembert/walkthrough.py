@@ -13,6 +13,7 @@ from symdyn.teach.roads.dalembert.laws import law_errata, law_steps
 from symdyn.teach.roads.dalembert.loops import loop_steps
 from symdyn.teach.roads.dalembert.reactions import numbers_step, roads_step, solved_steps
 from symdyn.teach.roads.dalembert.shown_motion import choose_motion
+from symdyn.teach.roads.dalembert.side_by_side import side_by_side
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
 
 UNTIL = ("count", "bodies", "reactions", "roads")
@@ -42,7 +43,8 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
         steps = [*solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
         sections.append(lesson.section("reactions", steps))
     if last >= 3 and (proof := roads_step(lesson, chosen)) is not None:
-        sections.append(lesson.section("roads", [proof]))
+        table = side_by_side(lesson)
+        sections.append(lesson.section("roads", [proof, *([table] if table else [])]))
     title = lesson.text("title.dalembert", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
 
