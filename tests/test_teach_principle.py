@@ -12,12 +12,15 @@ import pytest
 from symdyn.algebra.form import Symbol, express_form, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.draw.places import places
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
+from symdyn.dynamics.mechanism.state import state_symbols
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import read, read_text
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach.document import Box, Formula, Matrix, Step, Values, Words
+from symdyn.teach.document import Box, Formula, Matrix, Picture, Step, Values, Words
 from symdyn.teach.mathematics import Spelling
+from symdyn.teach.picture_letters import picture_letters
 from symdyn.teach.roads.lagrange.principle import ANY
+from symdyn.teach.shown_state import choose_state
 
 ROOT = Path(__file__).parent.parent
 SCENES = {name: ROOT / f"examples/{name}.toml" for name in ("two_link", "cart_pole", "spatial_3r", "pendulum")}
@@ -247,3 +250,18 @@ def test_what_nothing_turns_is_said_to_stand() -> None:
     document = walkthrough(read_text(PARTED, "parted"))
     said = {s.key: str(s.reason.parts[0]) for section in document.sections for s in section.steps if "turning" in s.key}
     assert sorted(text[:20] for text in said.values()) == ["Nothing turns it.", "The joints that turn"]
+
+
+def test_masses_and_lengths_have_their_letters_in_the_picture() -> None:
+    def lettered(name: str) -> dict[str, list[float]]:
+        scene, graph = read(SCENES[name]), Graph()
+        chosen = choose_state(scene, state_symbols(scene, graph), graph)
+        return {one.latex: list(one.at) for one in picture_letters(scene, graph, chosen)}
+
+    arm = lettered("two_link")
+    assert list(arm) == ["m_1", "m_2", "h_1", "h_2"]
+    assert arm["h_1"] == pytest.approx([x / 2 for x in arm["m_1"]])
+    assert arm["h_2"] == pytest.approx([(x + y) / 2 for x, y in zip(arm["m_1"], arm["m_2"], strict=True)])
+    assert set(lettered("spatial_3r")) == {"m_1", "m_2", "m_3", "h", "l_2", "l_3"}
+    picture = next(block for s, block in lesson("two_link").blocks() if s.key == "scene" and isinstance(block, Picture))
+    assert picture.svg.count("label-letter-") == 4

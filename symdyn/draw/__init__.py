@@ -4,10 +4,11 @@ from symdyn.draw.animate import animation, moving_picture
 from symdyn.draw.films import Reel, check_film, film
 from symdyn.draw.force_arrows import Wrench
 from symdyn.draw.free_body import acting_on, free_body
-from symdyn.draw.pictures import picture
+from symdyn.draw.pictures import Lettered, picture
 from symdyn.draw.pose import pose
 
 __all__ = [
+    "Lettered",
     "Reel",
     "Wrench",
     "acting_on",

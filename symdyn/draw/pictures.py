@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from symdyn.draw.force_arrows import Wrench, links, wrench
 from symdyn.draw.ground import ground, patches, planes
 from symdyn.draw.joint_symbols import symbol, triad
 from symdyn.draw.label_places import Label, put
-from symdyn.draw.lettering import words
+from symdyn.draw.lettering import lettered, words
 from symdyn.draw.picture_files import File, check_picture, write_picture
 from symdyn.draw.places import Array, Places, places
 from symdyn.draw.pose import pose, values_of
@@ -32,6 +33,16 @@ JOINT = {
     "loop": "{type} loop joint {name}",
     "led": "{type} joint {name}, follows {leader}",
 }
+
+
+@dataclass(frozen=True)
+class Lettered:
+    """A letter to be drawn, LaTeX such as m_1, and the point that it stands at, ground frame, m; shape (3,)."""
+
+    latex: str
+    at: Sequence[float]
+
+
 LABELS = ("coordinates", "bodies", "joints", "points")
 
 
@@ -47,6 +58,7 @@ def picture(
     scheme: str = "auto",
     file: File | None = None,
     titles: Mapping[str, str] = ENGLISH,
+    letters: Sequence[Lettered] = (),
 ) -> SvgText:
     """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
 
@@ -70,6 +82,7 @@ def picture(
         scheme: "auto" follows the reader's preference; "light" and "dark" use plain colours.
         file: where the picture is written to as well: .svg, .pdf or .png (those two by matplotlib; "auto" is light).
         titles: what parts are called in another language, from the English of `symdyn.draw.titles`.
+        letters: more letters, of masses and lengths, each beside its point.
 
     Raises:
         DrawError: q of another shape, an unknown name, loops that do not close, no real value at q, or a file of
@@ -77,7 +90,7 @@ def picture(
     """
     if file is not None:
         check_picture(file)
-    shown = drawing(scene_of(scene), q, parameters, view, frames, labels, wrenches)
+    shown = drawing(scene_of(scene), q, parameters, view, frames, labels, wrenches, letters)
     return delivered(shown, prefix, scheme, file, titles)
 
 
@@ -98,6 +111,7 @@ def drawing(
     frames: bool = False,
     labels: Collection[str] = ("coordinates", "bodies"),
     wrenches: Sequence[Wrench] = (),
+    letters: Sequence[Lettered] = (),
 ) -> Drawing:
     """Return what `picture` writes, as shapes and placed labels."""
     for kind in labels:
@@ -117,6 +131,10 @@ def drawing(
     items, names = items + more, forced + names
     if frames:
         items += _triads(found, seen)
+    names += tuple(
+        Label(f"label-letter-{k}", lettered(one.latex), seen.flat(np.array([one.at])), seen.size * 0.8)
+        for k, one in enumerate(letters, 1)
+    )
     names += _names(found, seen, labels)
     segments = lines(items, 1)
     return with_corner(Drawing(scene.name, items, put(names, segments)), scene, found, seen, segments)

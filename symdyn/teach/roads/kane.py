@@ -16,7 +16,8 @@ from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Formula, Step
 from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.masses import AXES, Mass
-from symdyn.teach.roads.lagrange.velocities import angular_velocity, folded
+from symdyn.teach.roads.lagrange.rotations import angular_velocity
+from symdyn.teach.roads.lagrange.velocities import folded
 from symdyn.teach.shown_state import Chosen
 
 SMALL = 1e-9

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from symdyn.algebra.form import MINUS_ONE, Form, Symbol, express_form, product_of, signed_product, sum_of, terms_of
-from symdyn.draw import Wrench, picture
+from symdyn.draw import Lettered, Wrench, picture
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.emit.print.letters import head
@@ -118,9 +120,10 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
 # Pictures
 
 
-def scene_picture(lesson: Prose, chosen: Chosen) -> Picture:
-    """Return the mechanism with its frames and coordinates."""
-    svg = picture(lesson.scene, chosen.q, chosen.parameters, frames=True, prefix="scene-", titles=lesson.titles)
+def scene_picture(lesson: Prose, chosen: Chosen, letters: Sequence[Lettered] = ()) -> Picture:
+    """Return the mechanism with its frames, coordinates, and letters of masses and lengths."""
+    q, given, titles = chosen.q, chosen.parameters, lesson.titles
+    svg = picture(lesson.scene, q, given, frames=True, prefix="scene-", titles=titles, letters=letters)
     caption = lesson.say("picture.caption", scene=lesson.scene.name)
     return Picture(svg, caption, lesson.text("picture.caption", scene=lesson.scene.name), "scene")
 

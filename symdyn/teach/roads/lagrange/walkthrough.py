@@ -9,6 +9,7 @@ from symdyn.teach.coordinates import coordinate_step
 from symdyn.teach.document import Block, Document, Step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
+from symdyn.teach.picture_letters import picture_letters
 from symdyn.teach.roads.afterwards.afterwards import after_sections
 from symdyn.teach.roads.kane import kane_steps
 from symdyn.teach.roads.lagrange.energies import energy_steps
@@ -38,7 +39,8 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     found = lesson.masses
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
     page = name_coefficients(lesson)
-    shown = scene_step(lesson, scene_picture(lesson, chosen))
+    letters = picture_letters(lesson.scene, lesson.graph, chosen)
+    shown = scene_step(lesson, scene_picture(lesson, chosen, letters))
     first = [shown, task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
         lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
