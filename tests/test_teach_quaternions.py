@@ -137,6 +137,8 @@ def test_other_scenes_are_told_their_road() -> None:
         walkthrough(read(EXAMPLES / "two_link.toml"), road="quaternions")
     with pytest.raises(DerivationError, match="--road multipliers"):
         walkthrough(read(EXAMPLES / "four_bar.toml"), road="quaternions")
+    with pytest.raises(DerivationError, match="18 velocities, and 9 is the limit; --format sliders"):
+        walkthrough(read(EXAMPLES / "quadruped.toml"), road="quaternions")
 
 
 @pytest.mark.long

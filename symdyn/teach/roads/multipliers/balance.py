@@ -87,7 +87,7 @@ def _principle(lesson: Constrained, page: Printable) -> Step:
     lesson.called("delta:W", Letter(r"\delta W"), node)
     blocks: list[Block] = [Formula("delta:W", sum_of(terms)), lesson.say("principle.allowed")]
     for tie in lesson.ties:
-        letter = head(lesson.letters["s" if tie.residual is None else "f"])
+        letter = head(lesson.letters["c" if tie.residual is None else "f"])
         moved = graph.total(a * graph.symbol(way.name) for a, way in zip(tie.slopes, ways, strict=True))
         key = lesson.called(f"delta:f{tie.number}", Letter(rf"\delta {letter}", (tie.number,)), moved).name
         form = sum_of(signed_product(_long(lesson, tie, i), way) for i, way in enumerate(ways))
@@ -172,7 +172,7 @@ def system_step(lesson: Constrained) -> Step:
     if n + m <= WIDEST:
         blocks.append(lesson.say("system.sorted", **places))
         lesson.names["0:"] = Name(None, lesson.graph.zero)
-        lesson.name("B:", "B", node=None)
+        lesson.name("B:", r"\mathcal{B}", node=None)
         cells: list[tuple[Form, str]] = []
         for i in range(n):
             cells += [_inertia(lesson, i, j) for j in range(n)]

@@ -17,7 +17,7 @@ def name_ties(lesson: Constrained) -> None:
     """Name every condition, its derivatives and its slopes, each with its value on the graph."""
     graph, state = lesson.graph, lesson.state
     for tie in lesson.ties:
-        letter, k = ("s" if tie.residual is None else "f"), tie.number
+        letter, k = ("c" if tie.residual is None else "f"), tie.number
         if tie.residual is not None:
             lesson.name(tie.key, letter, k, node=tie.residual)
         along = graph.total(a * u for a, u in zip(tie.slopes, state.qd, strict=True))
@@ -26,7 +26,7 @@ def name_ties(lesson: Constrained) -> None:
         lesson.name(tie.rate, letter, k, node=along, dots=dots)
         lesson.name(tie.acceleration, letter, k, node=pushed, dots=dots + 1)
         for i, slope in enumerate(tie.slopes, 1):
-            lesson.name(f"A:{k},{i}", "A", f"{k}{i}" if max(i, len(lesson.ties)) < 10 else f"{k} {i}", node=slope)
+            lesson.name(f"A:{k},{i}", "J", f"{k}{i}" if max(i, len(lesson.ties)) < 10 else f"{k} {i}", node=slope)
 
 
 def multiplier(tie: Tie) -> Symbol:
@@ -107,7 +107,7 @@ def _accelerations(lesson: Constrained) -> Step:
 
 def _matrix(lesson: Constrained) -> Step:
     """Return the matrix of all A_ki."""
-    lesson.name("A:", "A", node=None)
+    lesson.name("A:", "J", node=None)
     cells = [(slope(lesson, tie, i), f"A:{tie.number},{i + 1}") for tie in lesson.ties for i in range(lesson.state.n)]
     forms, names = zip(*cells, strict=True)
     matrix = Matrix("A:", tuple(forms), tuple(names), width=lesson.state.n)

@@ -1,7 +1,8 @@
 """A mechanism with loops, rolling or other conditions while its lesson is being written.
 
-    f_k, s_k     what a loop keeps zero; the slip of a contact, which belongs to no f
-    A_ki u_i     ḟ_k, or s_k: what a condition says of the velocities
+    f_k, c_k     what a loop keeps zero; the slip of a contact, which belongs to no f
+    A_ki u_i     ḟ_k, or c_k: what a condition says of the velocities
+    J_ki         in print, A_ki here
     λ_k          multiplier: the force or moment that keeps condition k, on the child, along its direction
 
 A joint that only keeps two points together is written in the axes of the ground, as one does by hand; other conditions

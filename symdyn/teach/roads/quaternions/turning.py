@@ -30,6 +30,9 @@ from symdyn.teach.roads.lagrange.rotations import angular_velocity
 from symdyn.teach.roads.multipliers.constrained import Constrained, Tie
 from symdyn.teach.roads.quaternions.wheels import WAYS, in_letters, name_normal, normal, rolls
 
+MOST_VELOCITIES = 9
+"""Of a scene with quaternions that has a lesson: beyond, its formulas fill books."""
+
 
 class Turning(Constrained):
     """One mechanism with quaternions, tied by conditions or not."""
@@ -38,8 +41,15 @@ class Turning(Constrained):
         """Say what this road does not take.
 
         Raises:
-            DerivationError: no joint turns by a quaternion.
+            DerivationError: no joint turns by a quaternion, or there are more velocities than anyone reads.
         """
+        n = len(self.scene.velocities)
+        if n > MOST_VELOCITIES:
+            raise DerivationError(
+                f"{self.scene.name}: a lesson would be longer than anyone reads: there are {n} velocities, and "
+                f"{MOST_VELOCITIES} is the limit; --format sliders is a page that moves it, and symdyn "
+                "generate writes the code"
+            )
         if not self.spheres:
             raise DerivationError(
                 f"{self.scene.name}: no joint turns by a quaternion, so there are none to explain; --road "
