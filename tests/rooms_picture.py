@@ -24,10 +24,10 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "linear": ["simulation"],
     "bench": ["simulation"],
     "transcription": ["simulation"],
-    "teach": ["simulation"],
-    "notebook": ["teach", "transcription", "linear"],
+    "teach": ["linear"],
+    "notebook": ["teach", "transcription"],
     "watch": ["notebook"],
-    "cli": ["watch", "bench", "teach", "linear"],
+    "cli": ["watch", "bench", "teach"],
 }
 
 FOLDERS = {  # room: folder: the folders of the same room that it may import; "" are the room's own files

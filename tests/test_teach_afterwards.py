@@ -254,3 +254,30 @@ def test_formulas_and_matrices_are_named() -> None:
         for one, block in lesson(name).blocks():
             if one.key.startswith(("near:", "cyclic", "steady", "energy")) and isinstance(block, (Formula, Matrix)):
                 assert block.left in lesson(name).names
+
+
+@pytest.mark.long
+def test_a_governor_opens_as_far_as_its_speed_asks() -> None:
+    """By hand, by virtual work of centrifugal forces, weights and spring; s = -2 l cos α, balls at 2 l sin α."""
+    from symdyn.teach.lesson import Prose
+    from symdyn.teach.roads.afterwards.closed import closed_sections
+
+    (section,) = closed_sections(Prose(read(ROOT / "examples/governor.toml"), "en"))
+    one = next(step for step in section.steps if step.key == "steady")
+    found = {row[0]: number(row[1]) for row in table(one)}
+    alpha, rate = (next(x for name, x in found.items() if letter in name) for letter in ("alpha", "phi_dot"))
+    length, ball, arm, inertia, sleeve, k, s0, g = 0.15, 0.8, 0.1, 8e-4, 1.5, 400, 0.29, 9.80665
+    turning = (ball * 4 + arm) * length**2 + inertia  # of an arm with its ball, about the spindle, over sin² α
+    outwards = 2 * turning * sin(alpha) * cos(alpha) * rate**2
+    weights = 2 * (2 * ball + arm) * g * length * sin(alpha) + sleeve * g * 2 * length * sin(alpha)
+    spring = k * (s0 - 2 * length * cos(alpha)) * 2 * length * sin(alpha)
+    assert rate == 12
+    assert outwards == pytest.approx(weights + spring, rel=2e-3)
+    assert "oscillates" in said(one) + str(one.blocks)
+
+
+@pytest.mark.long
+def test_a_closed_lesson_tells_where_it_rests() -> None:
+    document = walkthrough(read(ROOT / "examples/four_bar.toml"), road="multipliers")
+    rows = table(step(document, "equilibria"))
+    assert [row[-2] for row in rows] == ["oscillates", "oscillates", "unstable", "unstable"]

@@ -8,6 +8,7 @@ from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.coordinates import coordinate_step
 from symdyn.teach.document import Document
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
+from symdyn.teach.roads.afterwards.closed import closed_sections
 from symdyn.teach.roads.kane import kane_steps
 from symdyn.teach.roads.lagrange.energies import energy_steps
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equation_steps, name_coefficients
@@ -65,7 +66,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
             forces_step(lesson, chosen),
             tied_power_step(lesson, open_page.right, chosen),
         ]
-        sections.append(lesson.section("numbers", steps))
+        sections += [*closed_sections(lesson), lesson.section("numbers", steps)]
     sections = [with_figures(section, found) for section in sections]
     title = lesson.text("title.multipliers", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "multipliers")

@@ -1,0 +1,106 @@
+"""Steps for mechanisms with loops or rolling: rests, and the steady motion next to the start, both in numbers.
+
+What is found is what `symdyn linearize` finds: eigenvalues of the motion that loops and rolling leave free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symdyn.algebra.form import Form, Symbol
+from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
+from symdyn.linear import Equilibria, Linearization, linearize_at_rest, stability
+from symdyn.linear.prepared import prepared
+from symdyn.linear.steady import settled, steady_next_to
+from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.forces import Forces
+from symdyn.teach.document import Block, Section, Step, Words
+from symdyn.teach.lesson import Prose
+
+FAULTS = (LinearizeError, SimulateError, DerivationError, DrawError, ArithmeticError)
+"""What says that there is no one linear motion, such as at a parameter without a value."""
+
+MOVES = 1e-9
+"""Rates, rad/s or m/s, that are none."""
+
+
+def closed_sections(lesson: Prose) -> list[Section]:
+    """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is."""
+    steps = [step for step in (_rests(lesson), _steady(lesson)) if step is not None]
+    return [lesson.section("after.rests", steps)] if steps else []
+
+
+def _rests(lesson: Prose) -> Step | None:
+    try:
+        systems, found = linearize_at_rest(lesson.scene)
+    except FAULTS:
+        return None
+    searched = lesson.say("closed.search", starts=str(found.starts))
+    blocks: list[Block] = [_places(lesson, systems, found), searched] if systems else [lesson.say("equilibria.none")]
+    blocks += [] if systems else [searched]
+    if found.idle:
+        names = ", ".join(found.idle)
+        blocks.append(lesson.say("closed.idle", names=names))
+    if any(place.family for place in found.places):
+        blocks.append(lesson.say("closed.family"))
+    reason = lesson.say("closed.reason")
+    return Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
+
+
+def _places(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) -> Block:
+    """Return the table of places with what their eigenvalues say."""
+    scene = lesson.scene
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in found.idle]
+    heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), "equilibria.kind", "closed.values"]
+    units = coordinate_units(scene)
+    rows: list[list[str | Form | Words]] = []
+    for one in systems:
+        place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
+        rows.append([*place, lesson.say(f"closed.{stability(one).verdict}"), _values(lesson, one)])
+    return lesson.table(heads, rows)
+
+
+def _steady(lesson: Prose) -> Step | None:
+    """Return the steady motion next to the start, None where it starts at rest or there is none."""
+    scene = lesson.scene
+    try:
+        asked, start = prepared(scene, Forces(), (), ()), read_start(scene)
+        if np.abs(start.u).max(initial=0.0) <= MOVES:
+            return None
+        here = asked.at(start.q, start.u)
+        near = steady_next_to(asked, here)
+        one = None if near is None else settled(asked, near)
+    except FAULTS:
+        return None
+    if one is None or one.kind != "steady":
+        return None
+    units, rates = coordinate_units(scene), velocity_units(scene)
+    moving = np.abs(asked.kinematics(one.point.q)[1] @ one.point.u) > MOVES
+    free = {*one.dropped, *one.cyclic}
+    q = [k for k, name in enumerate(scene.coordinates) if not (name in free or moving[k] or units[k] == "1")]
+    u = [k for k, x in enumerate(one.point.u) if abs(x) > MOVES]
+    rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
+    rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
+    verdict = lesson.say(f"closed.{stability(one).verdict}")
+    told = lesson.say("closed.next", kind=verdict, values=_values(lesson, one))
+    blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
+    return Step(
+        "steady", lesson.say("closed.steady"), blocks, lesson.say("closed.steady.reason"), show=("centrifugal",)
+    )
+
+
+def _with_unit(lesson: Prose, x: float, unit: str) -> str:
+    return lesson.written(x) if unit == "1" else f"{lesson.written(x)} {unit}"
+
+
+def _values(lesson: Prose, one: Linearization) -> str:
+    """Return the eigenvalues that are not zero, a pair as one."""
+    told = []
+    for mode in one.modes:
+        size = abs(mode.value)
+        real = "" if abs(mode.value.real) <= 1e-9 * size else lesson.written(mode.value.real)
+        told.append(f"{real} ± {lesson.written(mode.value.imag)} i".strip() if mode.oscillates else real)
+    return "; ".join(told) or "0"
