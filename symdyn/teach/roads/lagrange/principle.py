@@ -24,13 +24,13 @@ def task_step(lesson: Lesson) -> Step:
     driven = [Symbol(drive) for drive in scene.drives if drive]
     ways = lesson.state.q if len(lesson.state.q) == lesson.state.n else lesson.state.qd  # a quaternion has no drives
     passive = [named(q) for q, drive in zip(ways, scene.drives, strict=True) if drive is None]
-    blocks: list[Block] = [lesson.say("task.known", parameters=given, coordinates=moving) if scene.parameters
-                           else lesson.say("task.known.numbers", coordinates=moving)]  # fmt: skip
+    known = lesson.say("task.known", parameters=given) if scene.parameters else lesson.say("task.known.numbers")
+    blocks: list[Block] = [known]
     if driven:
         blocks.append(lesson.say("task.wanted", drives=together(driven), coordinates=moving))
     if passive:
         blocks.append(lesson.say("task.passive", coordinates=together(passive)))
-    return Step("task", lesson.say("task"), tuple(blocks), lesson.say("task.reason"))
+    return Step("task", lesson.say("task"), tuple(blocks), lesson.say("task.reason") if driven else Words(()))
 
 
 def principle_steps(lesson: Lesson, page: Printable) -> list[Step]:
