@@ -240,13 +240,13 @@ const kinds = {
 add("rect", "sheet");
 for (const [name, value] of Object.entries({ x: -240, y: -170, width: 480, height: 340 })) picture.lastChild.setAttribute(name, value);
 const marks = data.marks.map(([kind, rows, body, letters, joint]) => {
-  into = add("g", "mark", picture);
+  const group = into = add("g", "mark", picture);
   into.dataset.mark = kind;
   if (body >= 0) into.dataset.body = data.bodies[body];
   if (joint) into.dataset.joint = joint;
   const move = kinds[kind](body, letters);
   into = picture;
-  return { rows, move };
+  return { kind, group, rows, move };
 });
 const fall = arrow("gravity", 1.6), fallen = label('<tspan class="i">g</tspan>');
 

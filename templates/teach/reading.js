@@ -70,7 +70,7 @@ for (const [flow, shown] of byFlow) {
 }
 figure.addEventListener("symdyn:state", due);
 
-// The step that is read: the last that begins above the reader's line
+// The step that is read: the first that begins in the upper part of what is seen of the text, else the last above it
 
 const steps = every(".step");
 let now = null;
@@ -84,20 +84,20 @@ const read = step => {
   while (shown && !shown.dataset.show) shown = steps[steps.indexOf(shown) - 1];
   if (shown) live.show(shown.dataset.show.split(" "));
 };
-const line = () => {
-  const top = matchMedia("(min-width: 64rem)").matches ? 0 : figure.querySelector("svg.symdyn").getBoundingClientRect().bottom;
-  return top + 0.4 * (innerHeight - top);
-};
+const wide = matchMedia("(min-width: 64rem)"), picture = figure.querySelector("svg.symdyn");
+const UPPER = 0.4;
 let scrolled = 0;
 const look = () => {
   scrolled = 0;
-  const at = line();
+  const top = wide.matches ? 0 : picture.getBoundingClientRect().bottom, at = top + UPPER * (innerHeight - top);
+  const begins = k => steps[k].getBoundingClientRect().top;
   let low = 0, high = steps.length;
   while (high - low > 1) {
     const middle = (low + high) >> 1;
-    if (steps[middle].getBoundingClientRect().top <= at) low = middle;
+    if (begins(middle) <= at) low = middle;
     else high = middle;
   }
+  while (low > 0 && begins(low - 1) >= top) low -= 1;
   read(steps[low]);
 };
 const followed = () => { scrolled ||= requestAnimationFrame(look); };

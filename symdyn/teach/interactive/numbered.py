@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Union
 
-from symdyn.algebra.form import ZERO, Form, product_of, symbols_of, terms_of
+from symdyn.algebra.form import ZERO, Form, Symbol, product_of, symbols_of, terms_of
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.emit.escape import in_html
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import acceleration_name
 from symdyn.teach.document import Braced, Document, Formula, Step
-from symdyn.teach.interactive.shown import pointed
+from symdyn.teach.interactive.shown import BY_STEP, Owners, pointed
 from symdyn.teach.masses import masses
 
 MOST = 6000
@@ -38,7 +38,11 @@ class Numbered:
         self._places: dict[Expr, int] = {}
         graph = Graph()
         found = masses(scene, graph, body_placements(scene, graph))
-        self._masses = {one.tag: one.body.name for one in found}
+        self._owners = Owners(
+            {one.tag: one.body.name for one in found},
+            tuple(body.name for body in scene.bodies),
+            {joint.child: joint.name for joint in scene.joints},
+        )
         shown = [block for _, block in document.blocks() if isinstance(block, (Formula, Braced))]
         self._pieces = {block: list(self._terms(block)) for block in shown}
         wanted = [value for terms in self._pieces.values() for _, value in terms if value is not None]
@@ -54,35 +58,37 @@ class Numbered:
             return ""
         places = [str(self._place(value)) if value is not None else "-" for _, value in terms]
         about = [self._about(form) for form, _ in terms]
-        left = pointed(_key(block), self._masses)
+        left = pointed(_key(block), self._owners)
         about = [one or left or "-" for one in about]
         return _attribute("n", places) + _attribute("at", about)
 
     def shown(self, step: Step) -> tuple[str, ...]:
-        """Return what the figure shows while a step is read: what its terms speak of where the step does not say it."""
-        if step.show:
-            return step.show
+        """Return what the figure shows while a step is read; what its terms speak of where nobody says it."""
+        for known in (step.show, BY_STEP.get(step.key), BY_STEP.get(step.key.partition(":")[0])):
+            if known:
+                return known
         found: dict[str, None] = {}
         for block in step.blocks:
             if isinstance(block, (Formula, Braced)):
                 for form, _ in self._pieces[block]:
-                    about = self._about(form) or pointed(_key(block), self._masses)
+                    about = self._about(form) or pointed(_key(block), self._owners)
                     found[about.partition(":")[0].partition("/")[0]] = None
         return tuple(word for word in found if word)
 
     def _terms(self, block: Shown) -> Iterator[tuple[Form | None, Expr | None]]:
-        """Yield form and value of each piece that is printed; no value where there is none to be shown."""
+        """Yield of each piece that is printed what it speaks of and its value, None where none is to be shown."""
         if isinstance(block, Braced):
             yield None, self._named(block.value) if block.left != ZERO else None
             if not block.terms:
                 yield None, None
             for brace in block.terms:
-                yield product_of((brace.form, brace.rate)), self._value(product_of((brace.form, brace.rate)))
+                about = Symbol(brace.under) if brace.under else brace.form
+                yield about, self._value(product_of((brace.form, brace.rate)))
             return
-        terms = terms_of(block.form)
+        terms = _terms_or_zero(block.form)
         if block.left:
             yield None, self._named(block.left) if len(terms) > 1 else None
-        for term in (*terms, *(terms_of(block.right) if block.right is not None else ())):
+        for term in (*terms, *(_terms_or_zero(block.right) if block.right is not None else ())):
             yield term, self._value(term)
 
     def _named(self, key: str) -> Expr | None:
@@ -105,7 +111,11 @@ class Numbered:
 
     def _about(self, form: Form | None) -> str:
         keys = symbols_of(form) if form is not None else []
-        return next((found for key in keys if (found := pointed(key, self._masses))), "")
+        return next((found for key in keys if (found := pointed(key, self._owners))), "")
+
+
+def _terms_or_zero(form: Form) -> tuple[Form, ...]:
+    return tuple(terms_of(form)) or (ZERO,)
 
 
 def _key(block: Shown) -> str:
