@@ -238,5 +238,9 @@ def test_names_speak_of_vectors() -> None:
         assert pointed(key, owners) == about
 
 
-def test_a_lesson_of_too_many_terms_has_no_numbers() -> None:
-    assert 'data-n="' not in html_page(lesson("puma560"))
+def test_a_lesson_of_too_many_terms_has_no_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert 'data-n="' in html_page(lesson("cart_pole"))
+    monkeypatch.setattr("symdyn.teach.interactive.numbered.MOST", 50)
+    page = html_page(lesson("cart_pole"))
+    assert 'data-n="' not in page
+    assert 'data-do="numbers"' not in page
