@@ -302,7 +302,9 @@ def test_nothing_speaks_while_it_plays_but_faults(browser: Any, tmp_path: Path) 
     """Numbers change sixty times a second: none of them is a live region."""
     with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
         loud = "output, [aria-live], [role=status], [role=alert], [role=log]"
-        assert page.eval_on_selector_all(loud, "all => all.map(x => x.dataset.out)") == ["lost"]
+        assert page.eval_on_selector_all(loud, "all => all.map(x => x.dataset.out)") == ["chosen", "lost"]
+        page.evaluate("symdyn.two_link.advance(0.5)")
+        assert page.text_content("[data-out=chosen]") == ""  # it tells what a key has moved
         order = "all => all.filter(x => x.tabIndex >= 0).map(x => x.dataset.do ?? x.dataset.group)"
         reached = page.eval_on_selector_all(".live button, .live select, .live input", order)
         assert reached[:3] == ["play", "step", "reset"]
