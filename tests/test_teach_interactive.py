@@ -260,6 +260,98 @@ def test_energy_is_held_to_a_billionth_over_a_minute(browser: Any, tmp_path: Pat
     assert drift <= 1e-9 * size
 
 
+def test_coriolis_and_centrifugal_forces_are_what_the_coefficients_say(browser: Any, tmp_path: Path) -> None:
+    """The power of each part is that of its coefficients: -Σ q̇_i k_C q̇_j q̇_k, and likewise; all masses are points."""
+    scene = scene_of("two_link")
+    with opened(browser, saved(scene, tmp_path)) as page:
+        q, qd, qdd, params = (
+            np.array(x)
+            for x in page.evaluate(
+                "(({q, qd, qdd, params}) => [q, qd, qdd, params].map(x => [...x]))(symdyn.two_link.state())"
+            )
+        )
+
+        def power(kind: str, of: str = "undefined") -> float:
+            forces, rates = (
+                np.array(page.evaluate(f"symdyn.two_link.arrows({what}).map(x => x[3])"))
+                for what in (f"'{kind}', {of}", "'velocities'")
+            )
+            return float((forces * rates).sum())
+
+        found = [power(kind) for kind in ("inertia", "coriolis", "centrifugal", "weights")]
+        single = [power("coriolis", "[0, 1]"), power("centrifugal", "[1]")]
+    module = run_python(emit(lower(derive(freed(scene), ["mass_matrix", "k_C", "k_D", "k_G"]))))
+    C, D = module.k_C(q, params), module.k_D(q, params)
+    coriolis, centrifugal = qd @ C[:, 0] * qd[0] * qd[1], qd @ D @ qd**2
+    inertia = qd @ module.mass_matrix(q, params) @ qdd + coriolis + centrifugal
+    wanted = [-inertia, -coriolis, -centrifugal, -qd @ module.k_G(q, params)]
+    np.testing.assert_allclose(found, wanted, rtol=1e-10)
+    np.testing.assert_allclose(single, [-coriolis, -qd @ D[:, 1] * qd[1] ** 2], rtol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["scara", "cart_pole", "heavy_top", "free_body", "everything"])
+def test_the_motion_of_the_masses_is_that_of_the_whole(name: str) -> None:
+    """Momentum and angular momentum about the centre of mass, and their rates, by the centroidal outputs."""
+    scene = freed(scene_of(name))
+    names = ["centroidal_momentum_matrix", "centroidal_momentum_bias"]
+    program, truth = live(scene_of(name)).program, run_python(emit(lower(derive(scene, names))))
+    module, rng = run_python(emit(program)), np.random.default_rng(3)
+    n, params = len(scene.velocities), rng.uniform(0.5, 1.5, len(scene.parameters))
+    q = rng.uniform(-1, 1, len(scene.coordinates))
+    if name == "free_body":
+        q[3:] /= np.linalg.norm(q[3:])
+    qd, qdd = rng.uniform(-1, 1, n), rng.uniform(-1, 1, n)
+    given = [params] if len(params) else []
+    masses = module.mass_motions(q, qd, qdd, *given)
+    p, v, a, L, dL = (masses[:, 3 * k : 3 * k + 3] for k in range(5))
+    m = masses[:, 15:]
+    arm = p - (m * p).sum(0) / m.sum()
+
+    found = [(m * v).sum(0), (L + np.cross(arm, m * v)).sum(0), (m * a).sum(0), (dL + np.cross(arm, m * a)).sum(0)]
+
+    A, bias = truth.centroidal_momentum_matrix(q, *given), truth.centroidal_momentum_bias(q, qd, *given)
+    np.testing.assert_allclose(np.concatenate(found), [*(A @ qd), *(A @ qdd + bias)], rtol=1e-9, atol=1e-11)
+
+
+def test_a_link_keeps_the_state_and_a_strange_one_changes_nothing(browser: Any, tmp_path: Path) -> None:
+    path = saved(scene_of("two_link"), tmp_path)
+    with opened(browser, path) as page:
+        before = page.evaluate("[...symdyn.two_link.state().q]")
+        for strange in ("q=1,2", "q=1,NaN&qd=0,0&qdd=0,0&params=1,1,1,1,1&t=0", "q=<script>", ""):
+            page.evaluate(f"location.replace('#live-two_link?{strange}')")
+            page.wait_for_timeout(50)
+            assert page.evaluate("[...symdyn.two_link.state().q]") == before
+        page.evaluate("symdyn.two_link.advance(0.3)")
+        state = page.evaluate("(({q, qd, params, t}) => [[...q], [...qd], [...params], t])(symdyn.two_link.state())")
+        page.click("[data-do=link]")
+        kept = page.evaluate("location.hash")
+        page.click("[data-do=reset]")
+        page.evaluate("location.replace('#other')")
+        page.evaluate("hash => location.replace(hash)", kept)
+        page.wait_for_function("symdyn.two_link.state().t > 0.2")
+        again = page.evaluate("(({q, qd, params, t}) => [[...q], [...qd], [...params], t])(symdyn.two_link.state())")
+    assert again == state
+
+
+def test_the_phase_portrait_starts_where_it_is_pointed_at_and_a_ghost_moves_otherwise(
+    browser: Any, tmp_path: Path
+) -> None:
+    with opened(browser, saved(scene_of("pendulum"), tmp_path)) as page:
+        page.evaluate("symdyn.pendulum.show(['phase', 'ghost', 'trails', 'angles'])")
+        portrait = page.locator("[data-panel=phase] svg")
+        box = portrait.bounding_box()
+        portrait.click(position={"x": box["width"] * (46 + 306 * 0.75) / 360, "y": box["height"] * 69 / 150})
+        page.wait_for_function("symdyn.pendulum.state().t > 0.3")
+        page.click("[data-do=play]")
+        values_ = page.evaluate("symdyn.pendulum.state().q[0]")
+        ghost, own = (
+            page.eval_on_selector(f"svg.symdyn {where}", "x => x.getAttribute('d')")
+            for where in (".live-ghost path.link", ".mark path.link")
+        )
+    assert 0 < values_ < np.pi / 2  # it began at a quarter turn, at rest, and falls
+    assert ghost != own
+
+
 def test_the_keyboard_is_enough(browser: Any, tmp_path: Path) -> None:
     with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
         before = values(page, "coefficient")

@@ -1,13 +1,24 @@
 // Controls
 
-const show = except => { draw(); tables(); energies(); follow(except); };
+let seen = true; // whether the panel of sliders and tables is in the window, or near it
+const nearPanel = new IntersectionObserver(found => { seen = found.some(one => one.isIntersecting); if (seen && running) tables(); }, { rootMargin: "20%" });
+const show = except => {
+  draw();
+  energies();
+  if (running && !seen) return;
+  tables();
+  follow(except);
+};
 let running = false, before = null;
 const play = one("[data-do=play]"), speed = one("[data-do=speed]"), drives = one("[data-do=drives]"), lost = one("[data-out=lost]");
 const run = on => {
   running = on;
   before = null;
   play.textContent = on ? data.words.pause : data.words.play;
-  if (!on) return;
+  if (!on) {
+    show();
+    return;
+  }
   lost.textContent = "";
   state = { ...state, tau: drives.value === "held" ? call("inverse_dynamics") : new Float64Array(n) };
   rebase();
@@ -76,4 +87,33 @@ one("[data-do=turn]")?.addEventListener("input", event => {
   fit();
   draw();
 });
+
+// A link that keeps the state: its address holds all numbers, with all digits
+
+const KEPT = ["q", "qd", "qdd", "params", "t"], link = one("[data-do=link]");
+const address = () => `#${root.id}?${KEPT.map(key => `${key}=${[state[key]].flatMap(x => [...(x.length === undefined ? [x] : x)]).join()}`).join("&")}`;
+/** Takes the state that the page's address holds; returns whether it holds one of this mechanism. */
+const followed = () => {
+  const [name, text] = location.hash.slice(1).split("?");
+  if (name !== root.id || !text) return false;
+  const given = Object.fromEntries(text.split("&").map(part => [part.split("=")[0], (part.split("=")[1] ?? "").split(",").map(Number)]));
+  const fits = KEPT.every(key => given[key]?.every(Number.isFinite) && given[key].length === (key === "t" ? 1 : state[key].length));
+  if (!fits) return false;
+  const at = { ...state, t: given.t[0] };
+  for (const key of KEPT.slice(0, 4)) at[key] = Float64Array.from(given[key]);
+  const next = closed(regular({ ...at, turn: turnsOf(regular(at)) }));
+  if (!next) return false;
+  state = fitted(obeyed(next));
+  fit();
+  rebase();
+  show();
+  return true;
+};
+link.addEventListener("click", () => {
+  location.replace(address()); // no new entry to go back through
+  navigator.clipboard?.writeText(location.href).catch(() => {});
+});
 reset();
+followed();
+addEventListener("hashchange", followed);
+nearPanel.observe(one(".live-torques").parentElement);

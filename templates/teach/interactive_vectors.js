@@ -1,7 +1,13 @@
 // Vectors: what the figure shows beside the mechanism. symdyn.NAME.show(["velocities", "body:arm", …]) chooses.
 
 const MASS = { p: 0, v: 3, a: 6, L: 9, dL: 12 }; // entries of a row of mass_motions; its mass is the last
+let moving = [null, null]; // the state and how its masses move: asked for by many in one picture
 const motions = at => {
+  if (at) return motionsOf(at);
+  if (moving[0] !== state) moving = [state, motionsOf(state)];
+  return moving[1];
+};
+const motionsOf = at => {
   const found = call("mass_motions", at);
   return data.arrows.masses.map((body, k) => {
     const part = first => [...found.subarray(16 * k + first, 16 * k + first + 3)];
@@ -12,11 +18,16 @@ const times = (x, v) => v.map(one => x * one);
 const minus = (a, b) => a.map((x, i) => x - b[i]);
 /** Returns the state with only some of its velocities, and accelerations zero but for what those demand. */
 const alone = kept => fitted({ ...state, qd: state.qd.map((x, k) => kept.includes(k) ? x : 0), qdd: new Float64Array(n) });
+let lone = [null, []];
+const lonely = k => {
+  if (lone[0] !== state) lone = [state, []];
+  return lone[1][k] ??= motions(alone([k]));
+};
 /** Returns b(u) of the kept velocities, less that of each of the subtracted ones, mass by mass. */
 const bias = (kept, subtracted) => {
-  const whole = motions(alone(kept));
+  const whole = kept.length === 1 ? lonely(kept[0]) : motions(alone(kept));
   for (const k of subtracted) {
-    motions(alone([k])).forEach((one, i) => {
+    lonely(k).forEach((one, i) => {
       whole[i] = { ...whole[i], a: minus(whole[i].a, one.a), dL: minus(whole[i].dL, one.dL) };
     });
   }
@@ -80,7 +91,7 @@ const bend = (curve, tip, [x, y], about, size) => {
   tip.setAttribute("d", `${line([end[0] + 7 * c, end[1] + 7 * d], [end[0] - 4 * d, end[1] + 4 * c], [end[0] + 4 * d, end[1] - 4 * c])}Z`);
 };
 
-let words = ["energies"], focus = null, most = {};
+let words = ["energies"], focus = null, most = {}, faded = null;
 const pens = new Map();
 /** Draws the chosen kinds, or the one that stands out; arrows of one unit share a scale, which never grows as they move. */
 const vectors = () => {
@@ -103,6 +114,8 @@ const vectors = () => {
     });
   }
   for (const [key, pen] of pens) if (!used.has(key)) pen(NONE, NONE, 0, NONE, 0);
+  if (focus === faded) return;
+  faded = focus;
   for (const group of picture.querySelectorAll(".vector")) {
     group.classList.toggle("faint", focus !== null && !pointedAt(group.dataset.vector));
   }
@@ -155,3 +168,5 @@ compute.advance = seconds => {
 };
 /** Returns the numbers under the terms of a lesson. */
 compute.named = () => has("named_values") ? call("named_values") : [];
+/** Returns the vectors of a kind: owner, body, place, m, what is along and what is about; `of` as for focus. */
+compute.arrows = (kind, of) => arrows[kind].find(of);
