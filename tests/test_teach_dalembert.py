@@ -149,3 +149,41 @@ class DefaultState(dict[str, float]):
 
     def __missing__(self, key: str) -> float:
         return 0.3 + sum(ord(letter) * (k + 3) for k, letter in enumerate(key)) % 89 / 60
+
+
+def skew(v: np.ndarray) -> np.ndarray:
+    x, y, z = v
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "two_link"])
+def test_what_is_displayed_of_each_body_obeys_the_laws(name: str) -> None:
+    """(5.11), (5.13), (5.14), (5.16) of what a lesson displays, which is worth its names, give its bivector (5.17)."""
+    document, state = lesson(name), state_of(name)
+    laws = {block.left for step, block in document.blocks() if isinstance(block, Formula) and step.key == "law:inertia"}
+    assert {f"law:{key}" for key in ("F_D0", "F_D", "M_D", "F_star")} <= laws
+
+    def shown(left: str, places: str = "xyz") -> np.ndarray:
+        keys = [f"{left}:{place}" for place in places.split(" ")] if " " in places else [f"{left}:{x}" for x in places]
+        names = [document.names.get(key) for key in keys]  # none for a point that stays where it is
+        return np.array(
+            [0.0 if one is None else value(document, Symbol(k), state) for k, one in zip(keys, names, strict=True)]
+        )
+
+    square = " ".join(f"{r}{c}" for r in "123" for c in "123")
+    for j, body in enumerate(document.scene.bodies, 1):
+        P, I = (shown(left, square).reshape(3, 3) for left in (f"P:0{j}", f"I:{j}{j}"))  # noqa: E741  the book's names
+        w, dw, F, star = (shown(left) for left in (f"omega:0{j}", f"domega:0{j}", f"FD:0{j}", f"F*D:{j}{j}"))
+        (m,) = (state.get(f"m{j}"),)
+        assert m is not None, body.name
+        assert pytest.approx(-m * shown(f"ddr:0,T{j}"), abs=1e-9) == F
+        way = shown(f"r:0,T{j}") - shown(f"r:0,O{j}")
+        if f"ddr:0,O{j}:x" in document.names:
+            assert pytest.approx(-m * P.T @ shown(f"ddr:0,O{j}"), abs=1e-9) == star
+            force, moment = P.T @ F, -(I @ dw + skew(w) @ I @ w) + skew(P.T @ way) @ star
+            found = [*(shown(f"FD:{j}{j}", "xy")), *shown(f"MD:{j}{j}", "z")]
+            assert pytest.approx([force[0], force[1], moment[2]], abs=1e-9) == found
+        else:
+            (step,) = (one for part in document.sections for one in part.steps if one.key == f"accelerated:{body.name}")
+            one_point = "are one point" in str(step.blocks)
+            assert star == pytest.approx(P.T @ F if one_point else np.zeros(3), abs=1e-9)

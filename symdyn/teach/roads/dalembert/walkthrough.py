@@ -14,6 +14,7 @@ from symdyn.teach.roads.dalembert.loops import loop_steps
 from symdyn.teach.roads.dalembert.reactions import numbers_step, roads_step, solved_steps
 from symdyn.teach.roads.dalembert.shown_motion import choose_motion
 from symdyn.teach.roads.dalembert.side_by_side import side_by_side
+from symdyn.teach.roads.dalembert.system_picture import system_step
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
 
 UNTIL = ("count", "bodies", "reactions", "roads")
@@ -40,7 +41,7 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
         steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]
         sections.append(lesson.section("bodies", steps))
     if last >= 2:
-        steps = [*solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
+        steps = [system_step(lesson), *solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
         sections.append(lesson.section("reactions", steps))
     if last >= 3 and (proof := roads_step(lesson, chosen)) is not None:
         table = side_by_side(lesson)
