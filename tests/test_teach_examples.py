@@ -16,6 +16,8 @@ CASES = [
     ("examples/cart_pole.toml", "cart_pole.md", ()),
     ("examples/spatial_3r.toml", "spatial_3r.md", ()),
     ("examples/four_bar.toml", "four_bar-dalembert.md", ("--road", "dalembert")),
+    ("examples/four_bar.toml", "four_bar-multipliers.md", ("--road", "multipliers")),
+    ("examples/heavy_top.toml", "heavy_top-quaternions.md", ("--road", "quaternions")),
     ("examples/two_link.toml", "two_link.html", ("--format", "html")),
     ("examples/two_link.toml", "two_link-sk.html", ("--format", "html", "--language", "sk")),
     ("examples/two_link.toml", "two_link-exercises.html", ("--format", "html", "--exercises")),
