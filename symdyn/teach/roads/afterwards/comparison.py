@@ -31,6 +31,9 @@ from symdyn.teach.shown_state import Chosen
 SECONDS, MOMENTS = 2.0, 161
 """How long the motions are, at most, and how many moments are drawn."""
 
+MOST_CALLS = (650, 300)
+"""Evaluations of the equations, of up to two freedoms and of more; longer motions are shown as far as that goes."""
+
 SHORTEST = 0.1
 """s: motions that run away sooner are not compared."""
 
@@ -52,6 +55,14 @@ class Runs:
     q: Array
     balance: Array
     energy: float
+
+
+class _TooLongError(Exception):
+    """A motion that takes too many evaluations, and the time that it reached, s."""
+
+    def __init__(self, reached: float) -> None:
+        super().__init__(f"too many evaluations at t = {reached:g} s")
+        self.reached = reached
 
 
 def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | None:
@@ -123,7 +134,13 @@ def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tup
     switch = np.array([[kind not in out for out in left_out] for kind in ("k_C", "k_D")], dtype=np.float64)
     lanes = len(left_out)
 
-    def rates(_: float, y: Array) -> Array:
+    calls = 0
+
+    def rates(t: float, y: Array) -> Array:
+        nonlocal calls
+        calls += 1
+        if calls > MOST_CALLS[n > 2]:
+            raise _TooLongError(t)
         z = y.reshape(2 * n + 1, lanes)
         fixed.update(zip(state.q, z[:n], strict=True))
         fixed.update(zip(state.qd, z[n : 2 * n], strict=True))
@@ -138,11 +155,15 @@ def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tup
 
     start = [chosen.values[x] for x in (*state.q, *state.qd)]
     first = np.repeat(np.array([*start, 0.0])[:, None], lanes, axis=1).ravel()
-    last = SECONDS
+    last = SECONDS if n < 3 else SECONDS / 2
     while last >= SHORTEST:
+        calls = 0
         with np.errstate(all="ignore"):
             try:
                 run = solve_ivp(rates, (0, last), first, "DOP853", np.linspace(0, last, MOMENTS), rtol=1e-8, atol=1e-9)
+            except _TooLongError as long:
+                last = 0.05 * int(16 * long.reached)  # four fifths, a round number
+                continue
             except (np.linalg.LinAlgError, ValueError):
                 run = None
         if run is not None and run.success and np.isfinite(run.y).all() and np.abs(run.y[: n * lanes]).max() < 1e3:
