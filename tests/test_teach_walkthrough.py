@@ -259,8 +259,10 @@ def test_parts_of_the_other_road(name: str) -> None:
         until: walkthrough(scene(name), until=until, road="dalembert").sections for until in ROADS["dalembert"].until
     }
     before = 4 if scene(name).loops else 3  # scene, method, loops
-    assert [len(sections) for sections in parts.values()] == [before, before + 1, before + 2, before + 3]
-    assert all(sections[-1].key == until for until, sections in parts.items())
+    assert [len(sections) for sections in parts.values()] == [before, before + 1, before + 2, before + 4]
+    ends = {until: [one.key for one in sections if one.key != "errata"][-1] for until, sections in parts.items()}
+    assert all(end == until for until, end in ends.items())
+    assert parts["roads"][-1].key == "errata"
     with pytest.raises(EmitError, match="'energies' is no part of the road dalembert; give one of count, bodies"):
         walkthrough(scene(name), until="energies", road="dalembert")
 
@@ -352,7 +354,7 @@ origin = [0.5, 0, 0]
 def test_joints_of_several_freedoms_go_both_roads() -> None:
     one = read_text(BALL, "ball")
     document = walkthrough(one, road="dalembert")  # proves that both roads give the same drives
-    assert document.sections[-1].key == "roads"
+    assert "roads" in [section.key for section in document.sections]
     drives = [key for key in document.names if key.startswith("tau")]
     assert drives == [f"tau{i}" for i in range(1, 6)]
 
@@ -381,7 +383,7 @@ def test_every_type_of_joint_goes_dalemberts_road(kind: str) -> None:
     one = read_text(ROD, "rod") if kind == "rod" else jointed(kind, orientation="zyx")
     document = walkthrough(one, road="dalembert")  # which proves itself
     closed = ["loops"] if one.is_closed else []
-    keys = ["scene", "method", *closed, "count", "bodies", "reactions", "roads"]
+    keys = ["scene", "method", *closed, "count", "bodies", "reactions", "roads", "errata"]
     assert [section.key for section in document.sections] == keys
 
 

@@ -16,6 +16,7 @@ from symdyn.teach.roads.dalembert.shown_motion import choose_motion
 from symdyn.teach.roads.dalembert.side_by_side import side_by_side
 from symdyn.teach.roads.dalembert.system_picture import system_step
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
+from symdyn.teach.textbook import with_appendix
 
 UNTIL = ("count", "bodies", "reactions", "roads")
 """The parts that it may end with."""
@@ -43,9 +44,11 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     if last >= 2:
         steps = [system_step(lesson), *solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
         sections.append(lesson.section("reactions", steps))
-    if last >= 3 and (proof := roads_step(lesson, chosen)) is not None:
-        table = side_by_side(lesson)
-        sections.append(lesson.section("roads", [proof, *([table] if table else [])]))
+    if last >= 3:
+        if (proof := roads_step(lesson, chosen)) is not None:
+            table = side_by_side(lesson)
+            sections.append(lesson.section("roads", [proof, *([table] if table else [])]))
+        sections = with_appendix(lesson, sections)
     title = lesson.text("title.dalembert", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
 
