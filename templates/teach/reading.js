@@ -72,7 +72,7 @@ figure.addEventListener("symdyn:state", due);
 
 // The step that is read: the first that begins in the upper part of what is seen of the text, else the last above it
 
-const steps = every(".step");
+const all = every(".step");
 let now = null;
 const read = step => {
   if (!step || step === now) return;
@@ -81,7 +81,7 @@ const read = step => {
   now.classList.add("now");
   point(null);
   let shown = step;
-  while (shown && !shown.dataset.show) shown = steps[steps.indexOf(shown) - 1];
+  while (shown && !shown.dataset.show) shown = all[all.indexOf(shown) - 1];
   if (shown) live.show(shown.dataset.show.split(" "));
 };
 const wide = matchMedia("(min-width: 64rem)"), picture = figure.querySelector("svg.symdyn");
@@ -89,6 +89,8 @@ const UPPER = 0.4;
 let scrolled = 0;
 const look = () => {
   scrolled = 0;
+  const steps = all.filter(step => step.getClientRects().length); // what waits for an answer is not there yet
+  if (!steps.length) return;
   const top = wide.matches ? 0 : picture.getBoundingClientRect().bottom, at = top + UPPER * (innerHeight - top);
   const begins = k => steps[k].getBoundingClientRect().top;
   let low = 0, high = steps.length;
