@@ -6,6 +6,7 @@ loops by Newton's method and integrates the motion by Runge and Kutta.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -36,6 +37,9 @@ from symdyn.teach.interactive.plotted import pairs, plotted
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathml import inline
+
+DOCUMENTED = re.compile(r"^/\*\*\n(?: \*.*\n)+?(?=const )", re.MULTILINE)
+"""What generated code says above each of its functions, which a page has no reader for."""
 
 CHOICE = (
     *("frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis"),
@@ -120,7 +124,7 @@ def interactive(
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, JS.name, command=command).texts[f"{name}.js"]
     script = {
-        "code": in_script_code("\n".join(line.lstrip() for line in code.splitlines())),
+        "code": in_script_code("\n".join(line.lstrip() for line in DOCUMENTED.sub("", code).splitlines() if line)),
         "data": in_script(data),
         "name": name,
     }
