@@ -79,7 +79,7 @@ const read = step => {
   now?.classList.remove("now");
   now = step;
   now.classList.add("now");
-  if (pointed && !step.contains(pointed.term)) point(null); // a focus that scrolls the page keeps its term
+  if (pointed && document.activeElement !== pointed.term) point(null); // a focus that scrolls the page keeps its term
   let shown = step;
   while (shown && !shown.dataset.show) shown = all[all.indexOf(shown) - 1];
   if (shown) live.show(shown.dataset.show.split(" "));
