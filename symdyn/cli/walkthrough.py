@@ -43,9 +43,10 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--road",
         choices=("lagrange", "multipliers", "quaternions", "dalembert"),
-        default="lagrange",
-        help="energies and Lagrange's equations, of open mechanisms (default); the same with multipliers, where loops "
-        "or rolling tie them; rotations by quaternions; or bodies cut free, with all reactions",
+        default="",
+        help="energies and Lagrange's equations, of open mechanisms; the same with multipliers, where loops or rolling "
+        "tie them; rotations by quaternions; or bodies cut free, with all reactions (default: the first of these that "
+        "the scene can take)",
     )
     verb.add_argument(
         "--exercises",

@@ -26,10 +26,12 @@ class Road:
     Attributes:
         until: the parts that its walkthrough may end with, in their order.
         walkthrough: (scene, language, until) to the document.
+        usual: whether it is the one for a scene where nobody asks for another.
     """
 
     until: tuple[str, ...]
     walkthrough: Callable[[Scene, str, str], Document]
+    usual: Callable[[Scene], bool]
 
 
 def _compared(scene: Scene, language: str, until: str) -> Document:
@@ -44,17 +46,25 @@ def _compared(scene: Scene, language: str, until: str) -> Document:
     return replace(document, sections=(*document.sections[:place], both, *document.sections[place:]))
 
 
+def _turns_by_quaternion(scene: Scene) -> bool:
+    return any(joint.velocities for joint in scene.joints)
+
+
 ROADS: Mapping[str, Road] = {
-    "lagrange": Road(lagrange.UNTIL, _compared),
-    "multipliers": Road(multipliers.UNTIL, multipliers.multipliers_walkthrough),
-    "quaternions": Road(quaternions.UNTIL, quaternions.quaternions_walkthrough),
-    "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough),
+    "lagrange": Road(lagrange.UNTIL, _compared, lambda scene: not scene.is_closed and not _turns_by_quaternion(scene)),
+    "quaternions": Road(
+        quaternions.UNTIL, quaternions.quaternions_walkthrough, lambda scene: _turns_by_quaternion(scene)
+    ),
+    "multipliers": Road(multipliers.UNTIL, multipliers.multipliers_walkthrough, lambda scene: scene.is_closed),
+    "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough, lambda scene: False),
 }
+"""The first whose lesson is the usual one of a scene is taken where nobody says which."""
+
 DETAILS = ("brief", "full")
 
 
 def walkthrough(
-    scene: SceneLike, language: str = "en", detail: str = "full", until: str = "", road: str = "lagrange"
+    scene: SceneLike, language: str = "en", detail: str = "full", until: str = "", road: str = ""
 ) -> Document:
     """Return the derivation of a scene's equations as a document.
 
@@ -67,14 +77,16 @@ def walkthrough(
             "numbers"; with multipliers "conditions", "energies", "lagrangian", "equations", "system" or "numbers"; with
             quaternions "rotations", "energies", "equations" or "numbers"; on D'Alembert's "count", "bodies",
             "reactions" or "roads".
-        road: a key of `ROADS`: "lagrange" (5.21)-(5.23), "multipliers", "quaternions" or
-            "dalembert" (5.1)-(5.20).
+        road: a key of `ROADS`: "lagrange" (5.21)-(5.23), "multipliers", "quaternions" or "dalembert" (5.1)-(5.20);
+            "" for the first of them that is usual for the scene.
 
     Raises:
         EmitError: an unknown choice, or a scene that is too large to be read.
         DerivationError: the scene has no closed form, or constraints that Lagrange's road does not take.
     """
-    scene = with_letters(in_language(as_parameters(scene_of(scene)), language))
+    scene = scene_of(scene)
+    road = road or usual_road(scene)
+    scene = with_letters(in_language(as_parameters(scene), language))
     for name, value, known in (("language", language, languages()), ("detail", detail, DETAILS), ("road", road, ROADS)):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
@@ -84,6 +96,11 @@ def walkthrough(
         raise EmitError(f"until {until!r} is no part of the road {road}; give one of {', '.join(chosen.until)}")
     document = chosen.walkthrough(scene, language, until)
     return document.brief() if detail == "brief" else document
+
+
+def usual_road(scene: Scene) -> str:
+    """Return the road that a scene's lesson takes where nobody asks for another."""
+    return next(name for name, road in ROADS.items() if road.usual(scene))
 
 
 def with_letters(scene: Scene) -> Scene:
