@@ -32,7 +32,7 @@ from symdyn.teach.mathematics import Spelling, written
 from symdyn.teach.roads.dalembert import reactions as reactions_room
 from symdyn.teach.roads.dalembert.laws import LAW
 from symdyn.teach.roads.lagrange import meaning as meaning_room
-from symdyn.teach.roads.lessons import ROADS
+from symdyn.teach.roads.lessons import ROADS, usual_road
 from symdyn.teach.textbook import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -625,7 +625,15 @@ def test_quaternions_are_told_what_would_work() -> None:
 
 def test_closed_mechanisms_are_told_the_other_roads() -> None:
     with pytest.raises(DerivationError, match=r"--road multipliers .*, --road dalembert"):
-        walkthrough(read(EXAMPLES / "four_bar.toml"))
+        walkthrough(read(EXAMPLES / "four_bar.toml"), road="lagrange")
+
+
+@pytest.mark.parametrize(
+    ("name", "road"),
+    [("cart_pole", "lagrange"), ("four_bar", "multipliers"), ("heavy_top", "quaternions"), ("rssr", "quaternions")],
+)
+def test_a_lesson_takes_the_road_that_fits_its_scene(name: str, road: str) -> None:
+    assert usual_road(read(EXAMPLES / f"{name}.toml")) == road
 
 
 def test_without_gravity_every_position_is_an_equilibrium() -> None:

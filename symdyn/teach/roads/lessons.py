@@ -52,9 +52,7 @@ def _turns_by_quaternion(scene: Scene) -> bool:
 
 ROADS: Mapping[str, Road] = {
     "lagrange": Road(lagrange.UNTIL, _compared, lambda scene: not scene.is_closed and not _turns_by_quaternion(scene)),
-    "quaternions": Road(
-        quaternions.UNTIL, quaternions.quaternions_walkthrough, lambda scene: _turns_by_quaternion(scene)
-    ),
+    "quaternions": Road(quaternions.UNTIL, quaternions.quaternions_walkthrough, _turns_by_quaternion),
     "multipliers": Road(multipliers.UNTIL, multipliers.multipliers_walkthrough, lambda scene: scene.is_closed),
     "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough, lambda scene: False),
 }
