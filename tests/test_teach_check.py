@@ -195,7 +195,8 @@ def test_one_mistake_is_told_once(two_link: Scene) -> None:
     text = "k_G1 = (m1 + m2) h1 g s1 - m2 h2 g s12"
 
     assert told(text, two_link).splitlines() == [
-        "k_G1: different",
+        "k_G1: different: the sign of gravity: P grows with the height, -∂P/∂q is what the weight does, and L = K - P "
+        "(mass 2)",
         "  wrong sign: -m2*h2*g*sin(q1 + q2) should be m2*h2*g*sin(q1 + q2)",
     ]
 

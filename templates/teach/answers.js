@@ -1,7 +1,8 @@
 "use strict";
 // Typed answers: a small reader of plain text and LaTeX, values in doubles, no evaluation of text as code.
 const Answers = (() => {
-  const {symbols, dotted, short, quantities, drawn, twins, free, points, values, words} = QUESTIONS;
+  const {symbols, dotted, short, quantities, free, points, values, words, spellings, speeds, balances, mistakes, marks, pairs} = QUESTIONS;
+  const {drawn, twins, bound} = QUESTIONS;
   const FUNCTIONS = {sin: Math.sin, cos: Math.cos, tan: Math.tan, sqrt: Math.sqrt, exp: Math.exp, log: Math.log, ln: Math.log, tanh: Math.tanh, abs: Math.abs};
   const GREEK = {α: "alpha", β: "beta", γ: "gamma", δ: "delta", ε: "epsilon", ζ: "zeta", η: "eta", θ: "theta", ι: "iota", κ: "kappa", λ: "lambda", μ: "mu", ν: "nu", ξ: "xi", π: "pi", ρ: "rho", σ: "sigma", τ: "tau", υ: "upsilon", φ: "phi", χ: "chi", ψ: "psi", ω: "omega", ϑ: "theta", ϕ: "phi"};
   const SILENT = /^\\(?:left|right|quad|qquad|[Bb]igg?[lr]?|displaystyle|[,;:! ])(?![A-Za-z])/;
@@ -19,9 +20,48 @@ const Answers = (() => {
     let out = text.normalize("NFD").replace(/\s+/g, " ");
     out = out.replace(/[⁰¹²³⁴⁵⁶⁷⁸⁹]+/g, run => "^{" + [...run].map(c => RAISED.indexOf(c)).join("") + "}");
     out = out.replace(/[₀₁₂₃₄₅₆₇₈₉]+/g, run => "_{" + [...run].map(c => LOWERED.indexOf(c)).join("") + "}");
-    out = out.replace(/[·×∙⋅]/g, "*").replace(/[−–]/g, "-").replace(/½/g, "(1/2)").replace(/[′’]/g, "'").replace(/″/g, "''");
+    out = out.replace(/[·×∙⋅]/g, "*").replace(/[−–]/g, "-").replace(/[½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞]/g, c => `(${c.normalize("NFKD").replace("⁄", "/")})`).replace(/[′’]/g, "'").replace(/″/g, "''");
     out = out.replace(/(\p{L})\u0308/gu, "\\ddot{$1}").replace(/(\p{L})\u0307\u0307/gu, "\\ddot{$1}").replace(/(\p{L})\u0307/gu, "\\dot{$1}");
     return out.replace(/[\u0370-\u03ff]/g, c => has(GREEK, c) ? "\\" + GREEK[c] + " " : c);
+  }
+
+  // Spellings of other programs and of blackboards, by the table that the shell reads too
+  function spelled(text) {
+    const by = name => {
+      const dots = 2 * name.split("\\ddot").length + name.split("\\dot").length + name.split("'").length - 4;
+      return name.replace(/\\d?dot(?![A-Za-z])|[\\{}_' ]/g, "") + "dot".repeat(dots);
+    };
+    const equated = (_, inside) => {
+      let depth = 0;
+      const at = [...inside].findIndex(c => { depth += "([{".includes(c) - ")]}".includes(c); return c === "," && depth === 0; });
+      return at < 0 ? inside : inside.slice(0, at) + "=" + inside.slice(at + 1);
+    };
+    const ways = {equation: equated, "": () => "", lower: found => found.toLowerCase(), $1: (_, inner) => inner, slope: (_, inner) => `slope${by(inner)} `, rate: (_, inner) => `rate${inner} `};
+    for (const [pattern, means] of spellings) text = text.replace(new RegExp(pattern, "gu"), (found, inner) => ways[means](found, inner));
+    return text;
+  }
+  const WRAPPED = /\$+|\\[[\]()]|\\(?:begin|end)\{[^{}]*\}|\\\\|\\(?:label|tag)\{[^{}]*\}|\\(?:nonumber|notag)/g;
+
+  // The members of a chain of "=" that does not stand in brackets
+  function members(source) {
+    let text = spelled(plain(source.replace(WRAPPED, " "))).replace(/[\s.;,]+$/, "");
+    const parts = [""];
+    let depth = 0;
+    for (const c of text) {
+      depth += "([{".includes(c) - ")]}".includes(c);
+      if (depth === 0 && c === "=") parts.push("");
+      else if (c !== "&") parts[parts.length - 1] += c;
+    }
+    return parts;
+  }
+  // Whether a member is the name of a result and nothing else
+  function label(text) {
+    const found = /^ *\\?([A-Za-z][A-Za-z0-9]*)((?:_(?:\{[^{}]*\}|[A-Za-z0-9]+))*) *(\^ *(?:2|\{ *2 *\}))? *$/.exec(text);
+    if (!found) return "";
+    const word = found[1] + bare(found[2]);
+    if (has(symbols, word)) return "";
+    const name = word + (found[3] ? "squared" : "");
+    return has(quantities, name) ? quantities[name] : "";
   }
 
   const bare = index => index.replace(/\\(?:mathrm|mathit|text)(?![A-Za-z])/g, "").replace(/[\\{}_, ]/g, "");
@@ -174,8 +214,7 @@ const Answers = (() => {
   }
 
   // A formula becomes a function of a point
-  function formula(source) {
-    const text = plain(source);
+  function formula(text) {
     let list = tokens(text);
     list = list.filter((t, i) => !(t.text === "{" && list[i + 1] && list[i + 1].text === "}") && !(t.text === "}" && i && list[i - 1].text === "{"));
     list = timeless(list);
@@ -206,7 +245,7 @@ const Answers = (() => {
           value = p => above(p) / below(p);
           divided = number ? null : slash;
         } else if (peek() && ["number", "word", "open", "command", "function"].includes(peek().kind)) {
-          if (divided) throw new Fault("fault.division", "", divided.at);
+          if (divided && peek().kind !== "function") throw new Fault("fault.division", "", divided.at);
           value = times(value, factor());
         } else return value;
       }
@@ -343,32 +382,92 @@ const Answers = (() => {
     return moved.some(x => Math.abs(x) > 1e-6 * size) && moved.every((x, k) => Math.abs(x - yours[k]) <= TOLERANCE * size);
   }
 
+  const said = (right, word, place = "") => ({right, text: words[word].replace("{text}", place).replace("{factor}", place)});
   function judge(key, source) {
-    let mine;
     try {
       if (source.length > 5000) throw new Fault("fault.deep", "", 0);
-      const value = formula(source.replace(/^[^=]*=(?!=)/, ""));
-      mine = points.map(value);
+      const parts = members(source), named = parts.map(label);
+      const last = parts.length - 1, formulas = [];
+      parts.forEach((part, k) => {
+        if (named[k] && parts.length > 1) return;
+        if (named[k]) throw new Fault("fault.quantity", named[k], 0);
+        try {
+          formulas.push(points.map(formula(part)));
+        } catch (fault) {
+          const onTheWay = fault instanceof Fault && fault.key === "fault.name" && k < last && (k === 0 || new RegExp(`^(?:${speeds})$`).test(fault.text));
+          if (!onTheWay) throw fault;
+        }
+      });
+      if (!formulas.length) throw new Fault("fault.quantity", named.find(Boolean) || parts[0].trim(), 0);
+      if (!formulas.every(mine => mine.every(Number.isFinite))) return said(false, "answer.undefined");
+      const told = has(balances, key) ? balanced(key, formulas) : formulas.map(mine => valued(key, mine));
+      return told.find(one => !one.right) || told.find(one => one.text !== words["answer.right"]) || told[0];
     } catch (fault) {
       if (!(fault instanceof Fault)) throw fault;
-      return {right: false, text: words[fault.key].replace("{text}", fault.text)};
+      return said(false, fault.key, fault.text);
     }
-    if (!mine.every(Number.isFinite)) return {right: false, text: words["answer.undefined"]};
+  }
+
+  // A quantity
+  function valued(key, mine) {
     const agrees = (factor, first, end, tolerance) => {
-      const right = values[key].slice(first, end), size = Math.max(...right.map(Math.abs), 1e-12);
+      const right = values[key].slice(first, end), size = Math.max(...right.map(Math.abs), 1e-4);
       return right.every((x, i) => Math.abs(mine[first + i] - factor * x) <= tolerance * size * Math.max(1, Math.abs(factor)));
     };
     const near = (factor, tolerance = TOLERANCE) => agrees(factor, 0, drawn, tolerance);
-    const wrong = (word, factor) => ({right: false, text: words[word].replace("{factor}", factor)});
-    if (near(1)) return {right: true, text: words["answer.right"]};
-    if (free.includes(key) && elsewhere(key, mine)) return {right: true, text: words["answer.shifted"]};
-    if (near(1, ROUNDED)) return wrong("answer.rounded");
-    if (near(-1)) return wrong("answer.turned");
+    if (near(1)) return said(true, "answer.right");
+    if (free.includes(key) && elsewhere(key, mine)) return said(true, "answer.shifted");
+    if (points.length > bound && agrees(1, bound, points.length, TOLERANCE)) return said(true, "answer.numbers");
+    if (near(1, ROUNDED)) return said(false, "answer.rounded");
+    const changes = free.includes(key), rule = mistaken(key, (changes ? marks.free : marks.plain).map(k => mine[k]), changes);
+    if (mine.every(x => x === 0) && !(rule && ["product", "slope"].includes(rule.rule))) return forgot(["nothing", "", ""]);
+    if (rule) return rule;
+    if (near(-1)) return said(false, "answer.turned");
     const size = Math.max(...values[key].slice(0, drawn).map(Math.abs)), k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
     const factor = mine[k] / values[key][k];
-    if (Math.abs(factor) > 1e-6 && near(factor)) return wrong("answer.factor", String(Number(factor.toPrecision(6))));
-    if (points.length > drawn + twins && agrees(1, drawn + twins, points.length, TOLERANCE)) return wrong("answer.numbers");
-    return wrong("answer.wrong");
+    if (Math.abs(factor) > 1e-6 && near(factor)) return said(false, "answer.factor", String(Number(factor.toPrecision(6))));
+    return united(key, mine) ? said(false, "answer.wrong") : forgot(["dimension", "", ""]);
   }
-  return {formula, judge};
+  const close = (a, b) => Math.abs(a - b) <= 1e-7 * Math.max(Math.abs(a), Math.abs(b), 1e-12);
+  const forgot = row => ({right: false, rule: row[0], text: words["answer.mistake"].replace("{rule}", () => words.mistakes[row[0]] + (row[1] ? words.mistakes.where.replace("{of}", () => row[1]) : "") + (row[2] ? words.mistakes.or + words.mistakes[row[2]] : ""))});
+  // Which rule a wrong value forgets, by what such a mistake is worth at a few points
+  function mistaken(key, at, changes) {
+    const mine = changes ? [at[0] - at[1], at[2] - at[3]] : at;
+    const row = (mistakes[key] || []).find(one => [3, 5].some(k => one.length > k + 1 && close(mine[k - 3], one[k]) && close(mine[k - 2], one[k + 1])));
+    return row && forgot(row);
+  }
+  // Whether lengths, masses and times in other units change a value as they change the result, where that can be told
+  function united(key, mine) {
+    const right = values[key], k = QUESTIONS.scaled;
+    return !QUESTIONS.united.includes(key) || close(mine[k] * right[0], mine[0] * right[k]);
+  }
+
+  // An equation, in any order of terms and times any factor that is free of rates; solved for an acceleration or not
+  function balanced(key, formulas) {
+    const {zero, drive, alone} = balances[key];
+    const sides = formulas.length > 1 ? formulas.slice(1).map(mine => mine.map((x, i) => formulas[0][i] - x))
+      : [formulas[0].map((x, i) => x - (drive ? points[i][drive] : 0))];
+    if (formulas.length === 1) {
+      const mine = formulas[0], right = values[key];
+      const size = Math.max(...right.map(Math.abs), 1e-12);
+      if (mine.every((x, i) => Math.abs(x - right[i]) <= TOLERANCE * size)) return [said(true, "answer.right")];
+      if (proportional(mine, zero, 0)) return [said(true, "answer.right")];
+      if (alone) sides.push(mine.map((x, i) => points[i][alone] - x));
+    }
+    return sides.map(mine => equation(key, mine, zero)).sort((a, b) => formulas.length === 1 ? b.right - a.right || !!b.rule - !!a.rule : 0).slice(0, formulas.length === 1 ? 1 : sides.length);
+  }
+  const PAIRS = [[0, 0], [1, 1], [2, 2]];
+  const proportional = (mine, zero, first) => (first ? [[0, 2], [1, 3]].map(([a, b]) => [first + a, first + b]) : PAIRS.map(([a, b]) => [a, drawn + twins + b]))
+    .every(([a, b]) => Math.abs(mine[a] * zero[b] - mine[b] * zero[a]) <= 1e-8 * Math.abs(mine[a] * zero[b]) && mine[a] * zero[b] !== 0);
+  function equation(key, mine, zero) {
+    if (mine.every(x => Math.abs(x) <= 1e-12)) return said(false, "answer.always");
+    const {drive} = balances[key];
+    if (drive && mine.every((x, i) => Math.abs(x) === Math.abs(points[i][drive]))) return forgot(["nothing", "", ""]);
+    if (proportional(mine, zero, 0)) return said(true, "answer.right");
+    if (points.length > bound && proportional(mine, zero, bound)) return said(true, "answer.numbers");
+    const held = (one, k) => [k, k + 2].every(j => mine[pairs[j - 3]] * one[j] !== 0 && close(mine[pairs[j - 3]] * one[j + 1], mine[pairs[j - 2]] * one[j]));
+    const row = (mistakes[key] || []).find(one => [3, 7].some(k => one.length > k + 3 && held(one, k)));
+    return row ? forgot(row) : said(false, "answer.wrong");
+  }
+  return {formula: text => formula(spelled(plain(text))), judge};
 })();

@@ -33,6 +33,7 @@ class Language:
         lesson: prose of lessons by key.
         page: words of the interactive page.
         answers: sentences to a student about an answer.
+        mistakes: by rule, what a student forgot.
         picture: what parts of pictures are called, from English.
         kinds: what a type of joint or a kind of force is called, where its own row does not say it in this language.
     """
@@ -43,6 +44,7 @@ class Language:
     lesson: Mapping[str, str]
     page: Mapping[str, str]
     answers: Mapping[str, str]
+    mistakes: Mapping[str, str]
     picture: Mapping[str, str]
     kinds: Mapping[str, str] = field(default_factory=dict)
 

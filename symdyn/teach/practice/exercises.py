@@ -6,21 +6,17 @@ the result itself.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from symdyn.algebra.form import ZERO, Form, Symbol, express_form, split_sign, symbols_of
-from symdyn.algebra.numeric import Floats
 from symdyn.errors import TeachError
-from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
+from symdyn.graph import Expr, Graph, gradient
 from symdyn.scene import Scene
 from symdyn.teach.document import Blank, Block, Braced, Document, Formula, Matrix, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.practice.given import with_given
 from symdyn.teach.practice.hidden import Told, follows, own_symbols, plain, written_out
-from symdyn.teach.shown_state import shown_state
 from symdyn.teach.student.statements import read_formula
 from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove
@@ -60,8 +56,6 @@ GIVEN = ("scene", "principle", "count")
 FREE = ("P:", "L:")
 """What keys of quantities begin with that hold a constant which is free."""
 
-POINTS = 6
-TWINS = 4  # further points, with the parameters of the first and another position
 LONGEST = 60  # symbols of an answer that anyone types
 MOST = 6  # results of one step that are asked for; the others stand with the solutions
 
@@ -291,55 +285,3 @@ def _lies_elsewhere(scene: Scene, blank: Blank, typed: Expr, right: Expr) -> boo
 def quantities(names: Names) -> dict[str, Target]:
     """Return what may be claimed and is no symbol of the scene, by plain name: y1, k_z21, K."""
     return {word: target for word, target in names.targets.items() if word not in names.symbols}
-
-
-# What a page is told
-
-
-def questions(document: Document) -> dict[str, Any]:
-    """Return what a page needs to check answers, as JSON takes it; empty for a document without blanks.
-
-    Returns:
-        symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
-        shorthands such as c12, quantities: names of results, points: values of all symbols: six drawn
-        ones, those of `twins` with the parameters of the first and another position, then parameters as declared;
-        values: for each blank its value at every point, free: blanks that a constant may be added to, words.
-    """
-    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
-    if not blanks:
-        return {}
-    names = Names(document.scene)
-    nodes = {key: document.value(blank.answer) for key, blank in blanks.items()}
-    every = list(dict.fromkeys(names.symbols.values()))
-    points = [dict(zip(every, _drawn(every, k), strict=True)) for k in range(POINTS)]
-    moving = {*document.scene.coordinates, *names.rates}
-    points += [
-        point | {name: value for name, value in zip(every, _drawn(every, POINTS + k), strict=True) if name in moving}
-        for k, point in enumerate(points[:TWINS])
-    ]
-    symbols = [x for x in reachable(list(nodes.values())) if x.op is Op.SYMBOL]
-    given = shown_state(document.scene).parameters
-    bound = {p.name: given[p.name] for p in document.scene.parameters if p.value is not None and p.name in every}
-    points += [point | bound for point in points[:2]] if bound else []
-    values = []
-    for point in points:
-        seeds = {x: point[str(x.value)] for x in symbols}
-        values.append(evaluate(list(nodes.values()), Floats(), seeds))
-    said = language_of(document.language).lesson
-    return {
-        "symbols": dict(names.symbols),
-        "dotted": {q: list(rates) for q, rates in names.dotted.items()},
-        "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
-        "quantities": {word: str(target) for word, target in quantities(names).items()},
-        "drawn": POINTS,
-        "twins": TWINS,
-        "free": [key for key, blank in blanks.items() if blank.left.startswith(FREE)],
-        "points": points,
-        "values": {key: [float(f"{value[i]:.12g}") for value in values] for i, key in enumerate(nodes)},
-        "words": {key: text for key, text in said.items() if key.startswith(("answer.", "fault."))},
-    }
-
-
-def _drawn(names: Sequence[str], k: int) -> list[float]:
-    """Return the values of a point: between 1/4 and 2, the same in every run."""
-    return [round(random.Random(f"{k}:{name}").uniform(0.25, 2.0), 6) for name in names]

@@ -35,7 +35,7 @@ from symdyn.teach.interactive.numbered import Numbered
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.mathml import PART, flow, inline, pieces
-from symdyn.teach.practice.exercises import questions
+from symdyn.teach.practice.questions import questions
 
 SHORT = 150.0  # of a formula between words
 

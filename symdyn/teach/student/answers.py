@@ -21,7 +21,8 @@ SAID = {ROUNDED: "digits", HOLDS: "holds", UNDEFINED: "undefined", EMPTY: "empty
 
 def in_words(answer: Answer, language: str = "en") -> list[str]:
     """Return an answer as lines: the verdict, then one indented line a difference."""
-    say = language_of(language).answers
+    spoken = language_of(language)
+    say = spoken.answers
     name = _named(answer.name, say)
     if answer.verdict in SAID:
         return [say[SAID[answer.verdict]].format(name=name)]
@@ -36,13 +37,23 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
         return [say["right"].format(name=name) + how]
     if answer.forgotten:
         return [say["forgotten"].format(name=name, q=answer.forgotten)]
+    rule = _rule(answer, spoken.mistakes)
     if answer.turned:
         hint = say["book"] if answer.name.startswith(("k_C", "k_D")) else ""
-        return [say["turned"].format(name=name) + hint]
+        return [say["turned"].format(name=name) + hint, *([f"  {rule}"] if rule else [])]
     told = [f"  {_difference(d, say)}" for d in answer.differences[:MOST]] or [f"  {say['unlisted']}"]
     if len(answer.differences) > MOST:
         told.append(f"  {say['more'].format(count=len(answer.differences) - MOST)}")
-    return [say["different"].format(name=name), *told]
+    return [say["different"].format(name=name) + (f": {rule}" if rule else ""), *told]
+
+
+def _rule(answer: Answer, say: Mapping[str, str]) -> str:
+    """Return which rule was forgotten, "" for none that is known."""
+    if answer.mistake is None:
+        return ""
+    of, other = answer.mistake.of, answer.mistake.other
+    where = say["where"].format(of=of) if of else ""
+    return say[answer.mistake.rule] + where + (say["or"] + say[other] if other else "")
 
 
 def _named(name: str, say: Mapping[str, str]) -> str:

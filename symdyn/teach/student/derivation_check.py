@@ -30,7 +30,9 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, gradient, reachable
 from symdyn.scene import Scene, SceneLike, acceleration_name, express, scene_of
 from symdyn.scene.values.signals import as_parameters
+from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.differences import Difference, differences
+from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.statements import Statement, read_statements
 from symdyn.teach.student.vocabulary import Names, Target
@@ -59,6 +61,7 @@ class Answer:
         scaled: whether an equation is the scene's times a factor.
         valued: parameters in whose place the formula has the scene's numbers.
         forgotten: the coordinate q whose -dK/dq is all that is missing; "" for none.
+        mistake: the rule that was forgotten, None for none.
     """
 
     line: int
@@ -71,6 +74,7 @@ class Answer:
     scaled: bool = False
     valued: tuple[str, ...] = ()
     forgotten: str = ""
+    mistake: Mistake | None = None
 
     @property
     def right(self) -> bool:
@@ -99,11 +103,12 @@ def check_derivation(
     others = tuple(row.multiplier for row in page.constraints.rows)
     names = Names(scene, others)
     read = read_statements(text, scene, name, target, others)
+    diagnosis = Diagnosis(scene)
     asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in symbols_of(f)}
     goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
     places = names.places
     known = {
-        name: form_of(places[goal.kind]) if goal.kind in places else expected(page, goal, book)
+        name: form_of(places[goal.kind]) if goal.kind in places else expected(page, goal, book, diagnosis)
         for name, goal in goals.items()
     }
     free = {name: form for name, form in known.items() if name not in names.symbols.values()}
@@ -120,10 +125,48 @@ def check_derivation(
             if goal.kind == "tau":
                 pairs = zip(compared, forms, strict=True)
                 compared = [_without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
-            answers += compared
-        if not statement.targets:
-            answers.append(_untitled(filled, page))
+            key = goal.course_key
+            answers += [_diagnosed(one, form, right, key, diagnosis) for one, form in zip(compared, forms, strict=True)]
+        if not statement.targets and not _names_only(statement, names, len(read)):
+            answers.append(_balanced(_untitled(filled, page), filled, diagnosis))
     return answers
+
+
+def _names_only(statement: Statement, names: Names, count: int) -> bool:
+    """Whether an equation, one of several statements, only says in names what the others carry out."""
+    results = {str(target) for target in names.targets.values()} - set(names.symbols.values())
+    named = {name for form in statement.forms for name in symbols_of(form)}
+    return count > 1 and bool(named) and named <= results
+
+
+def _diagnosed(answer: Answer, found: Form, right: Form, key: str, diagnosis: Diagnosis) -> Answer:
+    """Return the answer with the rule that was forgotten, if a wrong one is a mistake that is known."""
+    if answer.verdict != DIFFERENT or not key:
+        return answer
+    scene = diagnosis.scene
+
+    def equal(a: Form, b: Form) -> bool:
+        return _equal("mistake", a, b, scene).verdict in EQUAL
+
+    found_mistake = diagnosis.value(key, found, right, equal)
+    if found_mistake is None:
+        return answer
+    return replace(answer, mistake=found_mistake)
+
+
+def _balanced(answer: Answer, statement: Statement, diagnosis: Diagnosis) -> Answer:
+    """Return the answer to an equation with the rule that was forgotten."""
+    scene = diagnosis.scene
+    if answer.verdict != DIFFERENT or len(statement.forms) != 2 or scene.is_closed:
+        return answer
+    found = _less(*statement.forms)
+    named = set(symbols_of(found))
+    rows = [i for i, drive in enumerate(scene.drives) if drive in named]
+    rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
+    for i in rows:
+        if one := diagnosis.balance(i, found):
+            return replace(answer, mistake=one)
+    return answer
 
 
 def _says(
@@ -153,8 +196,18 @@ def _says(
     return True
 
 
-def expected(page: Printable, target: Target, book: bool = False) -> Form:
-    """Return what a quantity should be; τ_i is what drives joint i, with friction and loads on its side."""
+def expected(page: Printable, target: Target, book: bool = False, diagnosis: Diagnosis | None = None) -> Form:
+    """Return what a quantity should be; τ_i is what drives joint i, with friction and loads on its side.
+
+    Raises:
+        DerivationError: it stands on a way to the equations that this scene does not take.
+    """
+    if target.key:
+        course = (diagnosis or Diagnosis(page.scene)).course
+        node = course.value(target.key, course.right) if course is not None else None
+        if node is None:
+            raise DerivationError(f"{page.scene.name}: {target} is no step on the way to its equations")
+        return form_of(node)
     energies = {"K": page.K, "P": page.P, "L": _less(page.K, page.P)}
     if target.kind in energies:
         return energies[target.kind]
@@ -188,7 +241,7 @@ def _compared(line: int, name: str, found: Form, right: Form, scene: Scene, kind
     finding = _equal(name, found, right, scene)
     if finding.verdict != DIFFERENT:
         return Answer(line, name, finding.verdict, finding.error_log10)
-    if kind in ("P", "L") and (constant := _free(_less(found, right), scene)) is not None:
+    if kind.startswith(("P", "L")) and (constant := _free(_less(found, right), scene)) is not None:
         return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
     values = _values(found, right, scene)
     if values and _equal(name, found, in_place(right, values), scene).verdict in EQUAL:

@@ -73,6 +73,18 @@ def differences(found: Form, right: Form, scene: Scene) -> list[Difference]:
     return _Comparison(found, right, scene).run()
 
 
+def split_terms(form: Form, scene: Scene) -> list[Form]:
+    """Return the terms of a formula that is multiplied out: one for each product of what is no sine or cosine.
+
+    Raises:
+        DerivationError: it is no trigonometric polynomial, or too large to be multiplied out.
+    """
+    terms, degree = _expanded(form)
+    if terms > MOST_TERMS or degree > HIGHEST:
+        raise DerivationError(f"{scene.name}: the formula has too many terms to be taken apart")
+    return _Comparison(form, form, scene).parts()
+
+
 def _expanded(form: Form) -> tuple[int, int]:
     """Return upper bounds for the number of terms, and for the degree, of a form that is multiplied out."""
     if isinstance(form, Sum):
@@ -142,6 +154,10 @@ class _Comparison:
         result += [Difference("missing", right=term) for term in self._terms(missing)]
         result += [Difference("extra", term) for term in self._terms(extra)]
         return result
+
+    def parts(self) -> list[Form]:
+        """Return the terms of the right formula."""
+        return [self._form([item]) for item in self.b.items()]
 
     def _is_rounded(self, a: Polynomial, b: Polynomial) -> bool:
         found, right = self.ring.terms(a), self.ring.terms(b)

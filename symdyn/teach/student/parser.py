@@ -85,7 +85,7 @@ class _Parser(Cursor):
                 factors = product_of((factors, _inverse(below)))
                 divided = None if isinstance(below, Number) else slash
             elif self.starts_factor():
-                if divided is not None:
+                if divided is not None and not self.sees("command", *UNARY):  # g/l sin q is read in one way
                     raise self.fault(divided, "does this divide by one factor or by all? write a/(b c) or (a/b) c")
                 factors = product_of((factors, self.factor()))
             else:

@@ -12,14 +12,16 @@ from dataclasses import dataclass
 
 from symdyn.errors import TeachError
 from symdyn.scene.values.grammar import GREEK
+from symdyn.teach.student.spellings import replacements
 
 LONGEST = 50_000
 SHOWN = 100  # characters of a line that a message shows
 
 RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 LOWERED = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
-SIGNS = {"·": "*", "×": "*", "∙": "*", "⋅": "*", "−": "-", "–": "-", "½": "(1/2)", "⅓": "(1/3)", "¼": "(1/4)"}
+SIGNS = {"·": "*", "×": "*", "∙": "*", "⋅": "*", "−": "-", "–": "-", "″": "''"}
 SIGNS |= {"\u00a0": " ", "\u2009": " ", "\u202f": " ", "\t": " ", "′": "'", "″": "''", "\r": " "}
+SIGNS |= {one: f"({unicodedata.normalize('NFKD', one).replace(chr(0x2044), '/')})" for one in "½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞"}
 DOTS = {"\u0307": "dot", "\u0308": "ddot"}
 _PIECES = re.compile(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[₀₁₂₃₄₅₆₇₈₉]+|.", re.DOTALL)
 
@@ -85,7 +87,11 @@ def source(text: str, name: str = "text") -> Source:
     for piece, place in _pieces(kept):
         plain.append(piece)
         at += [place] * len(piece)
-    return Source(name, text, "".join(plain), (*at, len(text)), marked)
+    read = "".join(plain)
+    for begin, end, new in replacements(read):
+        at[begin:end] = [at[begin]] * len(new)
+        read = read[:begin] + new + read[end:]
+    return Source(name, text, read, (*at, len(text)), marked)
 
 
 def _without_comments(text: str) -> str:

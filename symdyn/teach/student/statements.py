@@ -8,6 +8,7 @@ A statement goes on over line ends until it has an "=" and the next line begins 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,9 @@ from symdyn.teach.student.source import Source, source
 from symdyn.teach.student.time_derivatives import without_time
 from symdyn.teach.student.tokens import Token, plain_index, tokens
 from symdyn.teach.student.vocabulary import Names, Target
+
+SPEEDS = re.compile(r"d?[xyzrv][0-9]*[a-h]?[xyz]?(?:dot)?|omega[0-9]*[xyz]?|I[0-9]*|J[0-9]*")
+"""Names that a member of a chain may use before the last one is written out: speeds, rates of places."""
 
 
 @dataclass(frozen=True)
@@ -191,6 +195,8 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
             continue
         if not part:
             raise from_text.fault(end, "nothing stands on this side of the =")
+        if targets and part is not parts[-1] and _on_the_way(part, names):
+            continue
         forms.append(parse(from_text, part, names, end))
     if not targets and len(forms) != 2:
         raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
@@ -200,7 +206,11 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
 def _moves(chunk: Sequence[Token], names: Names) -> bool:
     """Whether an acceleration occurs, as in an equation of motion."""
     accelerations = {names.symbols.get(token.text) for token in chunk} & {a for _, a in names.dotted.values()}
-    return bool(accelerations) or any(token.kind == "command" and token.text == "ddot" for token in chunk)
+    return (
+        bool(accelerations)
+        or any(token.dots == 2 for token in chunk)
+        or any(token.kind == "command" and token.text == "ddot" for token in chunk)
+    )
 
 
 def _ties(chunk: Sequence[Token], names: Names) -> bool:
@@ -214,6 +224,16 @@ def _lone(part: Sequence[Token]) -> bool:
     return len(part) == 1 and part[0].kind == "word"
 
 
+def _on_the_way(part: Sequence[Token], names: Names) -> bool:
+    """Whether a member of a chain, not its last, is written in speeds and rates that it has not introduced."""
+    words = {token.text for token in part if token.kind == "word" and not names.read(token.text)}
+    return bool(words) and all(SPEEDS.fullmatch(word) for word in words)
+
+
 def _target(part: Sequence[Token], names: Names) -> Target | None:
     """Return the quantity that one side names, if it does nothing else."""
+    texts = [token.text for token in part]
+    squared = len(part) > 2 and part[0].kind == "word" and texts[1:] in (["^", "2"], ["^", "{", "2", "}"])
+    if squared and not part[0].dots:
+        return names.targets.get(f"{part[0].text}squared")
     return names.targets.get(part[0].text) if _lone(part) and not part[0].dots else None

@@ -31,7 +31,7 @@ OPENING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}", "\\lvert": "\\rvert"}
 UPRIGHT = ("mathrm", "mathit", "mathbf", "mathsf", "mathtt", "text", "textrm", "operatorname", "textit", "boldsymbol")
 SAME = {"varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "dfrac": "frac"}
 SAME |= {"tfrac": "frac", "cfrac": "frac", "sgn": "sign", "ln": "log", "vert": "lvert"}
-KINDS = {"op": "+-*/^=", "open": "([{", "close": ")]}", "stop": ",."}
+KINDS = {"op": "+-*/^=", "open": "([{", "close": ")]}", "stop": ",.:"}
 CHARACTERS = {character: kind for kind, characters in KINDS.items() for character in characters}
 MOST_DIGITS, MOST_LETTERS = 40, 200
 

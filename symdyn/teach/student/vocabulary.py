@@ -37,10 +37,19 @@ class Target:
     Attributes:
         kind: "k_z", "k_C", "k_D", "k_G", "k_E", "tau", "K", "P" or "L"; "x", "y", "z" with the tag of a mass, as x1.
         index: numbers from 1; none of a place.
+        key: of a quantity on the way to the equations, as documents have it: "K:2", "dL:/dq1_dot"; "" for others.
     """
 
     kind: str
     index: tuple[int, ...] = ()
+    key: str = ""
+
+    @property
+    def course_key(self) -> str:
+        """Return the key of the quantity in a course of Lagrange's derivation, "" for none."""
+        if self.key or not (self.index or self.kind in ("K", "P", "L")):
+            return self.key
+        return f"{self.kind}:{','.join(map(str, self.index))}"
 
     def __str__(self) -> str:
         """Return k_z12, k_C1_12, tau2, L."""
@@ -174,6 +183,30 @@ class Names:
         found = masses(self.scene, graph, body_placements(self.scene, graph))
         return {f"{axis}{mass.tag}": node for mass in found for axis, node in zip(AXES, mass.place, strict=True)}
 
+    @property
+    def stages(self) -> Iterator[tuple[str, Target]]:
+        """Yield words for what stands on the way to the equations: K_2, P_2, v_2^2, dL/dq_1, d/dt dL/dq_1'."""
+        for tag in self.tags:
+            for letter, kind in (("K", "K"), ("T", "K"), ("Ek", "K"), ("P", "P"), ("V", "P"), ("U", "P"), ("Ep", "P")):
+                yield f"{letter}{tag}", Target(f"{kind}_{tag}", (), f"{kind}:{tag}")
+            yield f"v{tag}squared", Target(f"v_{tag}^2", (), f"v2:{tag}")
+        if len(self.tags) == 1:
+            yield "vsquared", Target("v^2", (), f"v2:{self.tags[0]}")
+        rates = dict(self.dotted.values())
+        for word, name in self.symbols.items():
+            ways = [(word, name), *([(f"{word}dot", self.dotted[name][0])] if name in self.dotted else [])]
+            for spelled, by in ways:
+                if by in self.dotted or by in rates:
+                    yield f"slope{spelled}", Target(f"dL/d{by}", (), f"dL:/d{by}")
+                if by in rates:
+                    yield f"rate{spelled}", Target(f"d/dt dL/d{by}", (), f"d/dt dL:/d{by}")
+
+    @cached_property
+    def tags(self) -> list[str]:
+        """Return the indices of masses in print."""
+        graph = Graph()
+        return [mass.tag for mass in masses(self.scene, graph, body_placements(self.scene, graph))]
+
     @cached_property
     def targets(self) -> Mapping[str, Target]:
         """Return what can be claimed, by plain name."""
@@ -198,6 +231,9 @@ class Names:
         for name in self.places:
             if name not in self.symbols:
                 found[name] = Target(name)
+        for word, target in self.stages:
+            if word not in self.symbols:
+                found.setdefault(word, target)
         energies = {"K": "K", "T": "K", "Ek": "K", "P": "P", "V": "P", "U": "P", "Ep": "P", "L": "L"}
         for name, kind in energies.items():
             found.setdefault(name, Target(kind))

@@ -1,0 +1,245 @@
+"""How well answers of students are judged, by the checker of the shell and by that of a page.
+
+    python benchmarks/student_answers.py [--list FILE ...] [--verbose]
+
+reads tests/data/student_answers/first.toml and second.toml, or other lists, judges every answer where it was typed
+(`file` by `check_derivation`, `page` by the page's own program in node) and prints how many are judged right, and of
+how many wrong ones the hint names the cause, by door, scene and spelling.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import subprocess
+import tomllib
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from symdyn.algebra.form import form_of
+from symdyn.errors import SymdynError
+from symdyn.graph import gradient
+from symdyn.resources import template_folder
+from symdyn.scene import Scene, acceleration_name, read
+from symdyn.teach.languages import language_of
+from symdyn.teach.practice.questions import questions_of
+from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.course import Course
+from symdyn.teach.student.derivation_check import EMPTY, check_derivation
+
+ROOT = Path(__file__).parent.parent
+LISTS = tuple(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml" for name in ("first", "second"))
+
+CAUSES: tuple[tuple[str, tuple[str, ...]], ...] = (
+    (r"says nothing|not a formula|restates", ("empty", "nothing")),
+    (r"dimension wrong", ("dimension",)),
+    (r"Steiner|wrong axis", ("steiner", "carried")),
+    (
+        r"rides along|also rises|also turns|crankpin moves|height of the elbow|at the end of link 1",
+        ("carried", "absolute"),
+    ),
+    (r"turned alone", ("relative", "carried")),
+    (r"accelerations? (?:and squares )?in a momentum|not squared", ("dimension",)),
+    (r"inner derivative", ("chain", "index")),
+    (r"gravity angle|is relative to|wrong angle", ("absolute",)),
+    (r"of the tip|to the tip|lever arm", ("arm", "cross")),
+    (r"rod instead of a point mass", ("inertia",)),
+    (r"second arm|share", ("body",)),
+    (r"factor 1/2|1/2 missing|kinetic energy's half", ("half", "factor")),
+    (r"power rule|factor 2|coefficient of the kinetic energy|twice", ("factor", "half", "cross")),
+    (r"product rule", ("product", "velocities", "convention")),
+    (r"dK/d", ("slope",)),
+    (r"Coriolis|centrifugal", ("slope", "product", "velocities", "chain")),
+    (r"without its minus|sign of the derivative|chain rule", ("chain", "slope", "gravity", "trig")),
+    (r"textbook's convention", ("convention", "gravity", "turned")),
+    (r"cross term|cosine", ("cross", "trig", "height", "clockwise", "index")),
+    (r"sine", ("trig", "height")),
+    (r"x coordinate|height|horizontal", ("height", "trig")),
+    (r"moment arm", ("height", "trig", "arm")),
+    (r"from the vertical|absolute angle|relative angle", ("absolute", "relative")),
+    (r"relative rate|absolute rate", ("relative",)),
+    (r"clockwise", ("clockwise", "cross")),
+    (r"sign of gravity|second term only|K \+ P", ("gravity", "energies")),
+    (r"forgot gravity|weight(?! at| in| does)", ("weightless", "gravity", "body")),
+    (r"friction", ("friction",)),
+    (r"coupling|reaction|simple inverted", ("coupling", "body")),
+    (r"moments? of inertia|rotation", ("inertia", "half", "body", "steiner")),
+    (r"point mass|distance|middle of|end of|l instead of|at the end", ("arm", "inertia", "steiner")),
+    (r"ind(?:ices|ex)|masses|mixed|swapped", ("index",)),
+    (r"not divided|divided", ("undivided",)),
+    (r"not differentiated", ("undifferentiated", "spring")),
+    (r"with respect to", ("variable", "index")),
+    (r"spring", ("spring", "undifferentiated")),
+    (r"rate squared", ("squared",)),
+    (r"along the axis|does no work", ("direction",)),
+    (r"sign", ("turned", "termsign", "gravity", "chain", "slope")),
+)
+"""What a cause is written with, and the rules of which a hint names it: every line that fits counts."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One answer of a list, and how it was judged: whether right, by which rules it is explained, in which words."""
+
+    scene: str
+    place: str
+    asked: str
+    typed: str
+    right: bool
+    cause: str
+    judged: bool | None = None
+    rules: tuple[str, ...] = ()
+    told: str = ""
+
+    @property
+    def spelling(self) -> str:
+        """What the text is written in."""
+        return "LaTeX" if "\\" in self.typed or "$" in self.typed else "plain" if self.typed.isascii() else "Unicode"
+
+    @property
+    def named(self) -> bool:
+        """Whether the hint names the cause."""
+        meant = {rule for pattern, rules in CAUSES if re.search(pattern, self.cause) for rule in rules}
+        return bool(meant & set(self.rules))
+
+
+def rows_of(path: Path) -> list[Row]:
+    """Return the answers of a list."""
+    return [Row(**row) for row in tomllib.loads(path.read_text(encoding="utf-8"))["answer"]]
+
+
+def scene_of(name: str) -> Scene:
+    """Return an example."""
+    return read(ROOT / "examples" / f"{name}.toml")
+
+
+# The shell
+
+
+def judged_in_shell(row: Row) -> Row:
+    """Return a row with what `check_derivation` says."""
+    try:
+        answers = check_derivation(row.typed, scene_of(row.scene))
+    except SymdynError as fault:
+        return replace(row, judged=False, rules=("empty",) if "symbol" in str(fault) else (), told=str(fault))
+    rules: list[str] = []
+    for one in answers:
+        rules += ["empty"] if one.verdict == EMPTY else []
+        rules += [one.mistake.rule, one.mistake.other] if one.mistake else []
+        rules += ["turned"] if one.turned else ["slope"] if one.forgotten else []
+    told = " / ".join(line for one in answers for line in in_words(one))
+    return replace(row, judged=all(one.right for one in answers), rules=tuple(filter(None, rules)), told=told)
+
+
+# The page
+
+
+def key_of(asked: str, scene: Scene) -> str:
+    """Return the key of what is asked, as documents have it."""
+    if found := re.match(r"v_(\d+)", asked):
+        return f"v2:{found[1]}"
+    if found := re.match(r"([KPL])(?:_(\d+))?(?= |$)", asked):
+        return f"{found[1]}:{found[2] or ''}"
+    if found := re.match(r"(k_[zCDGE])(\d+)(?:_(\d+))?", asked):
+        return f"{found[1]}:{','.join(found[2] + (found[3] or ''))}"
+    if found := re.match(r"(d/dt )?dL/d(\w+)", asked):
+        return f"{found[1] or ''}dL:/d{re.sub(r'^qd([0-9]+)$', r'q{}_dot'.format(chr(92) + '1'), found[2])}"
+    if "solved" in asked:
+        name = re.sub(r"^qdd([0-9]+)$", r"q\1_ddot", asked.split(maxsplit=1)[0])
+        return f"solved:{[acceleration_name(u) for u in scene.velocities].index(name) + 1}"
+    number = next((k for k, word in enumerate(("first", "second", "third", "fourth"), 1) if word in asked), 1)
+    return f"tau:{number}"
+
+
+def judged_on_page(rows: Sequence[Row]) -> Iterator[Row]:
+    """Yield rows with what a page's program says: those of one scene by one run of node."""
+    for name in dict.fromkeys(row.scene for row in rows):
+        own = [row for row in rows if row.scene == name]
+        scene = scene_of(name)
+        course = Course(scene)
+        asked = {}
+        for key in dict.fromkeys(key_of(row.asked, scene) for row in own):
+            node = course.value(key.replace("solved", "tau"), course.right)
+            assert node is not None, f"{name}: {key} is no step of the derivation"
+            if key.startswith("solved"):
+                i = int(key.partition(":")[2]) - 1
+                a = course.state.qdd[i]
+                M = gradient(node, [a])[0]
+                drive = scene.drives[i]
+                node = ((course.graph.symbol(drive) if drive else course.graph.zero) - (node - M * a)) / M
+            asked[key] = (key, form_of(node))
+        checker = (template_folder() / "teach" / "answers.js").read_text(encoding="utf-8")
+        program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
+        texts = json.dumps([[key_of(row.asked, scene), row.typed] for row in own])
+        program += f"\nconsole.log(JSON.stringify({texts}.map(([key, text]) => Answers.judge(key, text))));"
+        done = subprocess.run(["node", "-"], input=program, text=True, capture_output=True, check=True)
+        for row, told in zip(own, json.loads(done.stdout), strict=True):
+            yield replace(row, judged=told["right"], rules=_rules(told["text"]), told=told["text"])
+
+
+def _rules(text: str) -> tuple[str, ...]:
+    """Return the rules that a page's words tell."""
+    spoken = language_of("en")
+    said = {"answer.always": "empty", "answer.turned": "turned"}
+    found = [rule for key, rule in said.items() if text == spoken.lesson[key]]
+    begins = [spoken.lesson[key].partition("{text}") for key in ("fault.quantity", "fault.name")]
+    if (
+        any(text.startswith(head) and text.endswith(tail) for head, _, tail in begins)
+        or text == spoken.lesson["fault.empty"]
+    ):
+        found.append("empty")
+    return (*found, *(rule for rule, words in spoken.mistakes.items() if len(words) > 12 and words in text))
+
+
+# The report
+
+
+def judged(path: Path) -> list[Row]:
+    """Return the answers of a list as both checkers judge them."""
+    rows = rows_of(path)
+    shell = [judged_in_shell(row) for row in rows if row.place == "file"]
+    return [*shell, *judged_on_page([row for row in rows if row.place == "page"])]
+
+
+def rates(rows: Iterable[Row]) -> tuple[float, float]:
+    """Return the share judged right, and of wrong ones the share whose hint names the cause."""
+    found = list(rows)
+    wrong = [row for row in found if not row.right]
+    named = sum(row.named and row.judged is False for row in wrong)
+    right = sum(row.judged is row.right for row in found)
+    return right / len(found), named / len(wrong) if wrong else 1.0
+
+
+def report(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield the rates as lines: of all, by door, scene and spelling."""
+    groups = {"all": rows}
+    for name in ("place", "scene", "spelling"):
+        for value in sorted({getattr(row, name) for row in rows}):
+            groups[f"{name} {value}"] = [row for row in rows if getattr(row, name) == value]
+    for name, own in groups.items():
+        right, named = rates(own)
+        wrong = Counter(row.right for row in own)[False]
+        yield f"{name:24} {len(own):4} answers  judged right {right:6.1%}   {wrong:4} wrong, cause named {named:6.1%}"
+
+
+def main() -> None:
+    """Print the report, and with --verbose every answer that is misjudged or whose hint says something else."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--list", "--last", type=Path, action="append", help="a list in place of both")
+    options.add_argument("--verbose", action="store_true", help="every answer that is misjudged, or not explained")
+    given = options.parse_args()
+    rows = [row for path in given.list or LISTS for row in judged(path)]
+    print("\n".join(report(rows)))
+    for row in rows if given.verbose else ():
+        if row.judged is not row.right or (not row.right and not row.named):
+            what = (
+                "misjudged" if row.judged is not row.right else f"not explained ({row.cause}; {', '.join(row.rules)})"
+            )
+            print(f"\n{what}: {row.scene}, {row.place}, {row.asked}\n  {row.typed[:300]!r}\n  {row.told[:300]}")
+
+
+if __name__ == "__main__":
+    main()

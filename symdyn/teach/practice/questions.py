@@ -1,0 +1,123 @@
+"""What a page is told to check answers by value: never a result itself, nor a formula that a mistake gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import Any
+
+from symdyn.algebra.form import Form, express_form, form_of, symbols_of
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Scene, acceleration_name
+from symdyn.teach.document import Blank, Document
+from symdyn.teach.languages import language_of
+from symdyn.teach.practice.exercises import FREE, quantities
+from symdyn.teach.student.diagnosis import Diagnosis
+from symdyn.teach.student.mistakes import Mistake
+from symdyn.teach.student.points import BOUND, DRAWN, SCALED, TWINS, Points, points_of
+from symdyn.teach.student.spellings import SPELLINGS
+from symdyn.teach.student.statements import SPEEDS
+from symdyn.teach.student.vocabulary import Names
+
+FEW, BUDGET, SMALL = 300, 1000, 2
+"""Mistakes of one blank that a page knows, and of all its blanks where a scene has more than `SMALL` velocities."""
+
+
+def questions(document: Document) -> dict[str, Any]:
+    """Return what a page needs to check answers, as JSON takes it; empty for a document without blanks."""
+    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
+    if not blanks:
+        return {}
+    asked = {key: (blank.left, form_of(document.value(blank.answer))) for key, blank in blanks.items()}
+    return questions_of(document.scene, asked, document.language)
+
+
+def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: str) -> dict[str, Any]:
+    """Return what a page needs to check answers to some questions, as JSON takes it.
+
+    Args:
+        scene: the mechanism.
+        asked: by key of a question the key of its quantity, as documents have it, and its value.
+        language: of the answers.
+
+    Returns:
+        symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
+        shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.points`, values: of each
+        question at every point, free: questions that a constant may be added to, balances: of equations what vanishes
+        at every point, their drive, and the acceleration that they are solved for; mistakes: of each question rules
+        and what they give at a few points (marks, pairs), spellings: patterns, words.
+    """
+    names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
+    few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(asked)))
+    balances = {} if scene.is_closed else {key: left for key, (left, _) in asked.items() if left.startswith(BALANCED)}
+    values = {key: _shortened(points, form) for key, (_, form) in asked.items()}
+    lesson, mistakes = language_of(language).lesson, language_of(language).mistakes
+    return {
+        "symbols": dict(names.symbols),
+        "dotted": {q: list(rates) for q, rates in names.dotted.items()},
+        "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
+        "quantities": {word: str(target) for word, target in quantities(names).items()},
+        "drawn": DRAWN,
+        "twins": TWINS,
+        "bound": BOUND,
+        "scaled": SCALED,
+        "united": [key for key, row in values.items() if points.united([row[0], row[SCALED]])],
+        "free": [key for key, (left, _) in asked.items() if left.startswith(FREE)],
+        "points": [dict(point) for point in points.at],
+        "values": values,
+        "balances": {key: _balance(diagnosis, points, left) for key, left in balances.items()},
+        "mistakes": {
+            key: [_row(one, numbers) for one, numbers in _marked(diagnosis, points, left, form, key in balances, few)]
+            for key, (left, form) in asked.items()
+        },
+        "marks": {"plain": points.marks(), "free": points.marks(True)},
+        "pairs": points.pairs,
+        "spellings": [list(row) for row in SPELLINGS],
+        "speeds": SPEEDS.pattern,
+        "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
+        | {"mistakes": dict(mistakes)},
+    }
+
+
+BALANCED = ("tau:", "solved:")
+"""What keys of equations begin with: with a drive, or solved for the acceleration of its joint."""
+
+
+def _row(one: Mistake, numbers: Sequence[float]) -> list[str | float]:
+    return [one.rule, one.of, one.other, *(_digits(x, 9) for x in numbers)]
+
+
+def _digits(value: float, count: int = 12) -> float:
+    return float(f"{value:.{count}g}")
+
+
+def _shortened(points: Points, form: Form) -> list[float]:
+    return [_digits(row[0]) for row in points.values([express_form(form, Graph())])]
+
+
+def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
+    course, i = diagnosis.course, int(left.partition(":")[2]) - 1
+    assert course is not None, "an equation of a lesson has a course"
+    tau = course.value(f"tau:{i + 1}", course.right)
+    assert tau is not None, "every joint has a drive or none"
+    zero = [_digits(row[0]) for row in points.values([tau - diagnosis.drive(i)])]
+    alone = acceleration_name(diagnosis.scene.velocities[i]) if left.startswith("solved") else ""
+    return {"zero": zero, "drive": diagnosis.scene.drives[i] if not alone else None, "alone": alone}
+
+
+def _marked(
+    diagnosis: Diagnosis, points: Points, left: str, form: Form, balanced: bool, few: int
+) -> list[tuple[Mistake, Sequence[float]]]:
+    """Return the mistakes of a quantity with what marks them."""
+    key = f"tau:{left.partition(':')[2]}" if balanced else left
+    known = diagnosis.of(key, form, few)
+    if not known:
+        return []
+    rows: list[list[float]]
+    if balanced:
+        drive: Expr = diagnosis.drive(int(key.partition(":")[2]) - 1)
+        nodes = [one.node - drive for one in known]
+        rows = [list(row) for row in zip(*points.values(nodes, points.pairs), strict=True)]
+    else:
+        rows = points.marked([one.node for one in known], left.startswith(FREE))
+    return [(one, row) for one, row in zip(known, rows, strict=True) if all(map(isfinite, row))]

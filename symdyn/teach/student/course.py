@@ -1,0 +1,240 @@
+"""Lagrange's derivation of a scene, taken apart where students go wrong: one course is right, altered ones are not.
+
+    r = o_1 + (o_2 - o_1) + ... + arm         a mass, by the hinges that carry it
+    K = ½ m Σ v_a·v_b + ½ ω·I ω               own square, cross terms, square of what carries it, spin
+    d/dt ∂L/∂q̇ - ∂L/∂q = τ + Q
+
+Quantities go by the keys of documents: "K:2", "v2:2", "P:", "L:", "dL:/dq1_dot", "d/dt dL:/dq1_dot", "dL:/dq1",
+"tau:1", "k_z:1,2".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Union
+
+from symdyn.dynamics.lagrange.second_kind import energies, rotor_energy
+from symdyn.dynamics.mechanism.loads import generalized_forces
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import State, placement, quaternions, state_symbols, vector
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, gradient, substitute, tangents
+from symdyn.scene import GROUND, JOINTS, Joint, Scene
+from symdyn.spatial import Transform, Vec, apply, dot, sub
+from symdyn.teach.masses import Mass, masses
+
+Number = Union[int, Fraction]
+
+
+@dataclass(frozen=True)
+class Parts:
+    """One mass in parts.
+
+    Attributes:
+        tag: of the mass.
+        m: kg.
+        base: where the last hinge that carries it stands, and `arm`, the way from there; ground frame, m.
+        arm: see base.
+        spin: ½ ω·I ω, with the work of an offset.
+        relative: of `arm` and spin, with no rate but that of the last hinge: velocity of the arm, m/s, and spin, J.
+        rigid: whether it has a moment of inertia.
+    """
+
+    tag: str
+    m: Expr
+    base: Vec
+    arm: Vec
+    spin: Expr
+    relative: tuple[Vec, Expr]
+    rigid: bool
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Energies by what has them: v² and K by mass, P by mass ("E" for springs), Q beside the drives."""
+
+    square: Mapping[str, Expr]
+    K: Mapping[str, Expr]
+    P: Mapping[str, Expr]
+    Q: tuple[Expr, ...]
+
+
+class Course:
+    """Lagrange's derivation of one scene on one graph."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Take the scene apart; raises DerivationError where rates are not those of coordinates."""
+        if quaternions(scene) or len(scene.coordinates) != len(scene.velocities):
+            raise DerivationError(f"{scene.name}: rates are not those of coordinates")
+        self.scene, self.graph = scene, Graph()
+        for parameter in scene.parameters:
+            self.graph.symbol(parameter.name)
+        self.state: State = state_symbols(scene, self.graph)
+        self.placed = body_placements(scene, self.graph)
+        self.gravity = vector(scene.gravity, self.graph)
+        self.joints = {joint.child: joint for joint in scene.joints}
+
+    @cached_property
+    def parts(self) -> list[Parts]:
+        """Return every mass in parts."""
+        return [self._parts(mass) for mass in masses(self.scene, self.graph, self.placed)]
+
+    def _parts(self, mass: Mass) -> Parts:
+        hinge = self._hinge(self.joints.get(mass.body.name))
+        base: Vec = (self.graph.zero,) * 3
+        rates = dict(self.state.velocity)
+        alone = dict(rates)
+        if hinge is not None:
+            base = self._foot(hinge).p
+            own = set(hinge.coordinates)
+            alone = {q: u if str(q.value) in own else self.graph.zero for q, u in rates.items()}
+        arm = sub(mass.place, base)
+        spin, still = (self._spin(mass, seeds) for seeds in (rates, alone))
+        return Parts(mass.tag, mass.m, base, arm, spin, (_rate(arm, alone), still), mass.spins)
+
+    def _hinge(self, joint: Joint | None) -> Joint | None:
+        """Return the nearest joint that turns a body, at it or on the ground's side of it."""
+        while joint is not None and not (joint.moves and JOINTS[joint.type].velocities(joint)[0] == "rad"):
+            joint = self.joints.get(joint.parent)
+        return joint
+
+    def _foot(self, joint: Joint) -> Transform:
+        return self.placed[joint.parent] @ placement(joint.origin, self.graph)
+
+    def _spin(self, mass: Mass, seeds: Mapping[Expr, Expr]) -> Expr:
+        R = self.placed[mass.body.name].R
+        dR = [tangents(row, seeds) for row in R]
+        x, y, z = (self.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in ((2, 1), (0, 2), (1, 0)))
+        spin = dot((x, y, z), apply(mass.inertia, (x, y, z))) / 2
+        if mass.h is not None:
+            w = apply(R, (x, y, z))
+            v = _rate(mass.place, seeds)
+            spin = spin + dot(
+                v,
+                (
+                    w[1] * mass.h[2] - w[2] * mass.h[1],
+                    w[2] * mass.h[0] - w[0] * mass.h[2],
+                    w[0] * mass.h[1] - w[1] * mass.h[0],
+                ),
+            )
+        return spin
+
+    @cached_property
+    def right(self) -> Energies:
+        """Return the energies as they are."""
+        square, K, P = {}, {}, {}
+        for part, mass in zip(self.parts, masses(self.scene, self.graph, self.placed), strict=True):
+            square[part.tag] = self.squared(part)
+            K[part.tag] = self.kinetic(part)
+            P[part.tag] = self.weight(part) if mass.h is None else self.weight(part) - dot(self.gravity, mass.h)
+        for joint in self.scene.joints:
+            if joint.moves:
+                K[f"rotor {joint.name}"] = rotor_energy(joint, self.state.velocity, self.graph)
+        P["E"] = energies(self.scene, self.graph).E
+        return Energies(square, K, P, tuple(generalized_forces(self.scene, self.graph)))
+
+    # Parts put together, right or with factors of their own
+
+    def velocities(self, part: Parts) -> tuple[Vec, Vec]:
+        """Return the velocities of base and arm."""
+        return _rate(part.base, self.state.velocity), _rate(part.arm, self.state.velocity)
+
+    def squared(self, part: Parts, base: Number = 1, cross: Number = 1, own: Number = 1) -> Expr:
+        """Return v², each of its parts times a number."""
+        u, v = self.velocities(part)
+        number = self.graph.constant
+        return number(base) * dot(u, u) + number(2 * cross) * dot(u, v) + number(own) * dot(v, v)
+
+    def kinetic(self, part: Parts, base: Number = 1, cross: Number = 1, own: Number = 1, spin: Number = 1) -> Expr:
+        """Return K of a mass, each of its parts times a number."""
+        return part.m * self.squared(part, base, cross, own) / 2 + self.graph.constant(spin) * part.spin
+
+    def weight(self, part: Parts, base: Number = 1, arm: Number = 1) -> Expr:
+        """Return P of a mass, heights of hinge and arm times a number."""
+        g, number = self.gravity, self.graph.constant
+        return -(part.m * (number(base) * dot(g, part.base) + number(arm) * dot(g, part.arm)))
+
+    # What follows from energies
+
+    def value(self, key: str, e: Energies) -> Expr | None:
+        """Return what a quantity is worth with these energies; None for one that this course does not come to."""
+        kind, _, of = key.partition(":")
+        graph, state = self.graph, self.state
+        if kind == "v2":
+            return e.square.get(of)
+        if kind in ("K", "P") and of:
+            return (e.K if kind == "K" else e.P).get(of)
+        K, P = graph.total(e.K.values()), graph.total(e.P.values())
+        if key in ("K:", "P:", "L:"):
+            return {"K:": K, "P:": P, "L:": K - P}[key]
+        if key.startswith(("dL:/d", "d/dt dL:/d")):
+            by = {str(x.value): x for x in (*state.q, *state.qd)}.get(key.partition(":/d")[2])
+            if by is None:
+                return None
+            slope = gradient(K - P, [by])[0]
+            return tangents([slope], state.acceleration)[0] if kind == "d/dt dL" else slope
+        if kind == "tau":
+            return self.balance(int(of) - 1, K, P, e.Q)
+        indices = [int(x) - 1 for x in of.split(",") if x.isdigit()]
+        return self.coefficient(kind, indices, K, e.P) if kind.startswith("k_") and indices else None
+
+    def steps(self, i: int, K: Expr, P: Expr) -> tuple[Expr, Expr, Expr, Expr]:
+        """Return Σ M q̈, Ṁ q̇, ∂K/∂q_i and ∂P/∂q_i."""
+        state = self.state
+        p = gradient(K, [state.qd[i]])[0]
+        still = dict.fromkeys(state.q, self.graph.zero)
+        inertial = tangents([p], {**still, **dict(zip(state.qd, state.qdd, strict=True))})[0]
+        product = tangents([p], {**dict.fromkeys(state.qd, self.graph.zero), **state.velocity})[0]
+        return inertial, product, gradient(K, [state.q[i]])[0], gradient(P, [state.q[i]])[0]
+
+    def balance(self, i: int, K: Expr, P: Expr, Q: Sequence[Expr]) -> Expr:
+        """Return what drive i is."""
+        inertial, product, kinetic, potential = self.steps(i, K, P)
+        return inertial + product - kinetic + potential - Q[i]
+
+    def coefficient(self, kind: str, at: Sequence[int], K: Expr, P: Mapping[str, Expr]) -> Expr | None:
+        """Return a coefficient of an equation, with its own sign."""
+        state, i = self.state, at[0]
+        if kind in ("k_G", "k_E"):
+            total = self.graph.total(node for key, node in P.items() if (key == "E") == (kind == "k_E"))
+            return gradient(total, [state.q[i]])[0]
+        if kind == "k_z":
+            return gradient(gradient(K, [state.qd[i]])[0], [state.qd[at[1]]])[0]
+        _, product, kinetic, _ = self.steps(i, K, self.graph.zero)
+        second = [at[1], at[1]] if kind == "k_D" else list(at[1:3])
+        found = gradient(gradient(product - kinetic, [state.qd[second[0]]])[0], [state.qd[second[1]]])[0]
+        return found / 2 if kind == "k_D" else found
+
+    def with_part(self, of: Mapping[str, tuple[Expr | None, Expr | None, Expr | None]]) -> Energies:
+        """Return the energies with v², K and P of some masses replaced, None for those that stay."""
+        e = self.right
+        square, K, P = dict(e.square), dict(e.K), dict(e.P)
+        for tag, nodes in of.items():
+            for table, node in zip((square, K, P), nodes, strict=True):
+                if node is not None:
+                    table[tag] = node
+        return replace(e, square=square, K=K, P=P)
+
+    def replaced(self, e: Energies, values: Mapping[Expr, Expr]) -> Energies:
+        """Return energies with other symbols."""
+
+        def of(table: Mapping[str, Expr]) -> dict[str, Expr]:
+            return dict(zip(table, substitute(list(table.values()), values), strict=True))
+
+        return replace(e, square=of(e.square), K=of(e.K), P=of(e.P))
+
+    def ancestors(self, joint: Joint) -> list[Joint]:
+        """Return the joints on the ground's side of one that turn in it or against it, the nearest first."""
+        found = []
+        while joint.parent != GROUND:
+            joint = self.joints[joint.parent]
+            found.append(joint)
+        return [one for one in found if one.moves and JOINTS[one.type].velocities(one)[0] == "rad"]
+
+
+def _rate(v: Vec, seeds: Mapping[Expr, Expr]) -> Vec:
+    x, y, z = tangents(v, seeds)
+    return x, y, z

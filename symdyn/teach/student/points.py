@@ -1,0 +1,160 @@
+"""Points at which answers are compared by value, the same in every run and in both checkers.
+
+0 … 5      drawn       6 … 9      parameters of 0 … 3 at another position
+10 … 12    those of 0 … 2, parameters and position, with other rates, accelerations and drives
+13         the first, with lengths, masses and times in other units, where the scene says its units
+14 … 17    parameters as declared: with all else of 0, 1, 10 and 11; only where the scene has such
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra.numeric import Floats
+from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.units import coordinate_units, drives_with_units, velocity_units
+from symdyn.scene.values.value import known_value
+from symdyn.teach.student.vocabulary import Names
+
+DRAWN, TWINS, MOVERS = 6, 4, 3
+SCALED = DRAWN + TWINS + MOVERS
+BOUND = SCALED + 1
+UNITS = {
+    "kg": (1, 0, 0),
+    "m": (0, 1, 0),
+    "s": (0, 0, 1),
+    "N": (1, 1, -2),
+    "J": (1, 2, -2),
+    "W": (1, 2, -3),
+    "rad": (0, 0, 0),
+}
+SCALES = (1.7, 1.3, 0.6)
+"""How much larger numbers of kg, m and s become."""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Values of every symbol of a scene, point by point."""
+
+    at: tuple[Mapping[str, float], ...]
+    scaled: bool
+
+    def marks(self, free: bool = False) -> list[int]:
+        """Return the points that mark a value, two and two; where it goes to and from, if a constant is free."""
+        return [DRAWN, 0, DRAWN + 1, 1] if free else [0, 1, *range(BOUND, len(self.at))[:2]]
+
+    @property
+    def pairs(self) -> list[int]:
+        """Return the points that mark what vanishes, times a factor that is free of rates: two and two."""
+        first = DRAWN + TWINS
+        bound = BOUND
+        return [0, first, 1, first + 1, *([bound, bound + 2, bound + 1, bound + 3] if len(self.at) > bound else [])]
+
+    def marked(self, nodes: Sequence[Expr], free: bool = False) -> list[list[float]]:
+        """Return what marks each of some nodes."""
+        columns = [list(row) for row in zip(*self.values(nodes, self.marks(free)), strict=True)]
+        return [[x[0] - x[1], x[2] - x[3]] if free else x for x in columns]
+
+    def united(self, right: Sequence[float]) -> bool:
+        """Whether a value has a unit that can be told, from the first point and the scaled one."""
+        return self.scaled and 0 not in right and _is_product(right[1] / right[0])
+
+    def fits(self, mine: Sequence[float], right: Sequence[float]) -> bool:
+        """Whether a value changes as the right one when units do, or none can tell."""
+        return not self.united(right) or abs(mine[1] * right[0] - right[1] * mine[0]) <= 1e-7 * abs(right[1] * mine[0])
+
+    def values(self, nodes: Sequence[Expr], at: Sequence[int] | None = None) -> list[list[float]]:
+        """Return the values of nodes, point by point; nan where there is none."""
+        symbols = [x for x in reachable(list(nodes)) if x.op is Op.SYMBOL]
+        found = []
+        for k in range(len(self.at)) if at is None else at:
+            seeds = {x: self.at[k][str(x.value)] for x in symbols}
+            try:
+                found.append([float(value) for value in evaluate(list(nodes), Floats(), seeds)])
+            except (ArithmeticError, ValueError):
+                found.append([_value(node, seeds) for node in nodes])
+        return found
+
+
+def _is_product(ratio: float) -> bool:
+    """Whether a number is a product of small powers of the scales: what has a unit is."""
+    span = range(-4, 5)
+    return any(abs(_scale((a, b, c)) / ratio - 1) < 1e-9 for a in span for b in span for c in span)
+
+
+def _value(node: Expr, seeds: Mapping[Expr, float]) -> float:
+    try:
+        return float(evaluate([node], Floats(), seeds)[0])
+    except (ArithmeticError, ValueError):
+        return float("nan")
+
+
+def points_of(scene: Scene) -> Points:
+    """Return the points of a scene."""
+    names = Names(scene)
+    every = list(dict.fromkeys(names.symbols.values()))
+    parameters = {p.name for p in scene.parameters}
+    resting = {*parameters, *scene.coordinates}
+    drawn = [{name: _drawn(name, k) for name in every} for k in range(DRAWN)]
+    twins = [_mixed(point, k, parameters) for k, point in enumerate(drawn[:TWINS])]
+    movers = [_mixed(point, k, resting) for k, point in enumerate(drawn[:MOVERS])]
+    given = {p.name: known_value(p.value, {}) for p in scene.parameters if p.value is not None and p.name in every}
+    bound = {name: float(value) for name, value in given.items() if value is not None}
+    scales = _scales(scene)
+    scaled = {name: value * scales.get(name, 1.0) for name, value in drawn[0].items()}
+    declared = [{**point, **bound} for point in (*drawn[:2], *movers[:2])] if bound else []
+    return Points((*drawn, *twins, *movers, scaled, *declared), bool(scales))
+
+
+def _scales(scene: Scene) -> dict[str, float]:
+    """Return what the value of each symbol is times in other units; none if a unit is not known."""
+    found: dict[str, float] = {}
+    for parameter in scene.parameters:
+        powers = powers_of(parameter.unit)
+        if powers is None:
+            return {}
+        found[parameter.name] = _scale(powers)
+    rates = zip(scene.velocities, velocity_units(scene), strict=True)
+    second = SCALES[2]
+    for velocity, unit in rates:
+        found[velocity] = _scale(UNITS[unit]) / second if unit in UNITS else 1 / second
+        found[acceleration_name(velocity)] = found[velocity] / second
+    for coordinate, unit in zip(scene.coordinates, coordinate_units(scene), strict=True):
+        found[coordinate] = _scale(UNITS[unit]) if unit in UNITS else 1.0
+    for _, drive, unit in drives_with_units(scene):
+        found[drive] = _scale(UNITS["J" if unit == "N m" else "N"])
+    return found
+
+
+def _scale(powers: Sequence[int]) -> float:
+    kg, m, s = powers
+    return float(SCALES[0] ** kg * SCALES[1] ** m * SCALES[2] ** s)
+
+
+def powers_of(unit: str) -> tuple[int, int, int] | None:
+    """Return the powers of kg, m and s in a unit such as "N m s/rad" or "kg m^2", None for one that is not known."""
+    total = [0, 0, 0]
+    above, _, below = unit.partition("/")
+    for text, sign in ((above, 1), (below, -1)):
+        for factor in text.replace("*", " ").split():
+            name, _, power = factor.partition("^")
+            if name == "1":
+                continue
+            if name not in UNITS or not (power or "1").isdigit():
+                return None
+            for k in range(3):
+                total[k] += sign * UNITS[name][k] * int(power or 1)
+    return (total[0], total[1], total[2]) if unit else None
+
+
+def _mixed(point: Mapping[str, float], k: int, kept: set[str]) -> dict[str, float]:
+    """Return a point with other values of all but those that are kept."""
+    return {name: value if name in kept else _drawn(name, DRAWN + k) for name, value in point.items()}
+
+
+def _drawn(name: str, k: int) -> float:
+    """Return the value of a symbol at a point: between 1/4 and 2."""
+    return round(random.Random(f"{k}:{name}").uniform(0.25, 2.0), 6)

@@ -1,0 +1,192 @@
+"""Energies in which one rule is broken, for each mass that it concerns, then for all."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+from symdyn.graph import Expr
+from symdyn.spatial import dot
+from symdyn.teach.student.course import Course, Energies, Parts
+
+HALF = Fraction(1, 2)
+
+
+def wrong_energies(course: Course) -> Iterator[tuple[str, str, Energies]]:
+    """Yield energies in which one rule is broken, for each mass that it concerns, then for all."""
+    right, parts = course.right, course.parts
+    numbers = {part.tag: re.split("[a-z,]", part.tag)[0] for part in parts}
+    bodies = [[tag for tag, one in numbers.items() if one == n] for n in dict.fromkeys(numbers.values())]
+    bodies = [body for body in bodies if 1 < len(body) < len(parts)]
+    for rule, treat in TREATMENTS:
+        each = {part.tag: found for part in parts if (found := list(treat(course, part)))}
+        for tag, ways in each.items():
+            for way in ways:
+                yield rule, tag, course.with_part({tag: way})
+        for body in bodies:
+            for k in range(min((len(each.get(tag, ())) for tag in body), default=0)):
+                yield rule, "", course.with_part({tag: each[tag][k] for tag in body})
+        if len(each) > 1:
+            for k in range(min(map(len, each.values()))):
+                yield rule, "", course.with_part({tag: ways[k] for tag, ways in each.items()})
+    negative = {tag: -node for tag, node in right.P.items()}
+    yield "energies", "", replace(right, P=negative | {"E": right.P["E"]})
+    yield "energies", "", replace(right, P=negative)
+    zero = course.graph.zero
+    if not right.P["E"].is_zero:
+        yield "spring", "", replace(right, P={**right.P, "E": zero})
+        yield "spring", "", replace(right, P={**right.P, "E": -right.P["E"]})
+        yield "spring", "", replace(right, P={**right.P, "E": 2 * right.P["E"]})
+    if any(not node.is_zero for node in right.Q):
+        yield "friction", "", replace(right, Q=tuple(zero for _ in right.Q))
+        yield "friction", "", replace(right, Q=tuple(-node for node in right.Q))
+    for values in from_ground(course):
+        yield "absolute", "", course.replaced(right, values)
+        wrong = course.replaced(right, values)
+        yield "absolute", "", replace(right, P=wrong.P)
+        yield "absolute", "", replace(right, K=wrong.K, square=wrong.square)
+
+
+Way = tuple["Expr | None", "Expr | None", "Expr | None"]
+
+
+def _half(course: Course, part: Parts) -> Iterator[Way]:
+    K = course.kinetic(part)
+    yield None, 2 * K, None
+    if part.rigid:
+        yield None, K + part.spin, None
+        yield None, 2 * K - part.spin, None
+
+
+def _steiner(course: Course, part: Parts) -> Iterator[Way]:
+    if part.rigid:
+        yield None, course.kinetic(part, own=0), None
+        yield None, course.kinetic(part, own=0, cross=0), None
+        yield None, part.spin, None
+        yield None, course.kinetic(part, own=4), None
+        yield None, course.kinetic(part, own=-1), None
+        yield None, course.kinetic(part, own=2), None
+        yield None, course.kinetic(part, base=0, cross=0), None
+        yield None, course.kinetic(part, base=0), None
+
+
+def _inertia(course: Course, part: Parts) -> Iterator[Way]:
+    if part.rigid:
+        yield None, course.kinetic(part, spin=0), None
+        yield None, course.kinetic(part, spin=2), None
+        yield None, course.kinetic(part, spin=4), None
+        yield None, course.kinetic(part, spin=0, own=0), None
+        yield None, course.kinetic(part, own=0, cross=0, spin=0), None
+    else:
+        for rod in (Fraction(1, 3), Fraction(1, 12), Fraction(4, 3)):
+            yield None, course.kinetic(part, own=rod), None
+
+
+def _arm(course: Course, part: Parts) -> Iterator[Way]:
+    for times in (2, HALF):
+        K, v2 = (
+            course.kinetic(part, cross=times, own=times * times),
+            course.squared(part, cross=times, own=times * times),
+        )
+        P = course.weight(part, arm=times)
+        yield v2, K, P
+        yield None, None, P
+        yield v2, K, None
+        yield None, course.kinetic(part, cross=times), None
+        if part.rigid:
+            yield v2, course.kinetic(part, cross=times, own=times * times, spin=0), P
+            yield None, course.kinetic(part, cross=times, own=times * times, spin=0), None
+
+
+def _cross(course: Course, part: Parts) -> Iterator[Way]:
+    u, v = course.velocities(part)
+    if not dot(u, v).is_zero:
+        for times in (0, -1, 2, HALF):
+            yield course.squared(part, cross=times), course.kinetic(part, cross=times), None
+
+
+def _carried(course: Course, part: Parts) -> Iterator[Way]:
+    u, _ = course.velocities(part)
+    if not dot(u, u).is_zero:
+        yield course.squared(part, base=0), course.kinetic(part, base=0), None
+        yield course.squared(part, base=0, cross=0), course.kinetic(part, base=0, cross=0), None
+    if not all(x.is_zero for x in part.base):
+        yield None, None, course.weight(part, base=0)
+        yield None, None, course.weight(part, arm=0)
+        yield (course.squared(part, own=0, cross=0), course.kinetic(part, own=0, cross=0, spin=0),
+               course.weight(part, arm=0))  # fmt: skip
+        yield None, course.kinetic(part, own=0, cross=0, spin=0), None
+
+
+def _relative(course: Course, part: Parts) -> Iterator[Way]:
+    u, _ = course.velocities(part)
+    v, spin = part.relative
+    square = dot(u, u) + 2 * dot(u, v) + dot(v, v)
+    yield dot(v, v), part.m * dot(v, v) / 2 + spin, None
+    yield square, part.m * square / 2 + spin, None
+    yield square, part.m * square / 2 + part.spin, None
+    yield None, course.kinetic(part, spin=0) + spin, None
+    full = course.velocities(part)[1]
+    for square in (dot(u, u) + 2 * dot(u, full) + dot(v, v), dot(u, u) + 2 * dot(u, v) + dot(full, full)):
+        yield square, part.m * square / 2 + part.spin, None
+
+
+def _height(course: Course, part: Parts) -> Iterator[Way]:
+    """Yield P with another coordinate of the place for its height."""
+    g = course.gravity
+    size = next((x for x in g if not x.is_zero), None)
+    if size is None or sum(not x.is_zero for x in g) > 1:
+        return
+    up = next(k for k, x in enumerate(g) if not x.is_zero)
+    for k in range(3):
+        if k != up and not (part.base[k].is_zero and part.arm[k].is_zero):
+            node = part.m * size * (part.base[k] + part.arm[k])
+            yield None, None, node
+            yield None, None, -node
+
+
+def _gravity(course: Course, part: Parts) -> Iterator[Way]:
+    yield None, None, -course.weight(part)
+    yield None, None, course.weight(part, arm=-1)
+
+
+def _weightless(course: Course, part: Parts) -> Iterator[Way]:
+    yield None, None, course.graph.zero
+    if not part.m.is_zero:
+        yield None, None, course.weight(part) / part.m
+
+
+def _body(course: Course, part: Parts) -> Iterator[Way]:
+    zero = course.graph.zero
+    yield None, zero, None
+    yield zero, zero, zero
+
+
+TREATMENTS: tuple[tuple[str, Callable[[Course, Parts], Iterator[Way]]], ...] = (
+    ("half", _half),
+    ("gravity", _gravity),
+    ("weightless", _weightless),
+    ("steiner", _steiner),
+    ("inertia", _inertia),
+    ("cross", _cross),
+    ("relative", _relative),
+    ("carried", _carried),
+    ("height", _height),
+    ("arm", _arm),
+    ("body", _body),
+)
+"""Rules about the energies of one mass: the ways to break them, as v², K and P in place of the right ones."""
+
+
+def from_ground(course: Course, sign: int = -1) -> Iterator[dict[Expr, Expr]]:
+    """Yield angles counted from the ground in place of the body that carries the hinge, with rates; `sign` 1: back."""
+    state = {str(q.value): (q, u) for q, u in zip(course.state.q, course.state.qd, strict=True)}
+    for joint in course.scene.moving:
+        before = [x for one in course.ancestors(joint) for x in one.coordinates if x in state]
+        if before and len(joint.coordinates) == 1 and joint.coordinates[0] in state:
+            q, u = state[joint.coordinates[0]]
+            total = course.graph.total(state[x][0] for x in before)
+            rates = course.graph.total(state[x][1] for x in before)
+            yield {q: q + sign * total, u: u + sign * rates}

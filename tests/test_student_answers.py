@@ -1,0 +1,86 @@
+"""Answers that teachers collected: judged as they are flagged, and wrong ones told what went wrong, at both doors."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from pathlib import Path
+
+import pytest
+
+from symdyn.algebra.form import form_of
+from symdyn.scene import read
+from symdyn.teach.languages import language_of, languages
+from symdyn.teach.practice.questions import questions_of
+from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.course import Course
+from symdyn.teach.student.derivation_check import check_derivation
+from symdyn.teach.student.mistakes import RULES, mistakes
+
+ROOT = Path(__file__).parent.parent
+COUPLED, RATE = "m2*h2*(h2 + h1*cos(q2))", r"\frac{d}{dt}\frac{\partial L}{\partial\dot q_2}"
+JUDGED, NAMED = 0.99, 0.90
+
+
+def test_every_rule_is_said_in_every_language() -> None:
+    for code in languages():
+        assert set(RULES) <= set(language_of(code).mistakes)
+
+
+def test_mistakes_of_a_page_hold_no_formula() -> None:
+    course = Course(read(ROOT / "examples" / "two_link.toml"))
+    right = course.value("K:2", course.right)
+    assert right is not None
+
+    told = questions_of(course.scene, {"a": ("K:2", form_of(right))}, "en")
+
+    assert len(told["mistakes"]["a"]) > 20
+    assert all(isinstance(x, float) for row in told["mistakes"]["a"] for x in row[3:])
+
+
+@pytest.mark.parametrize("key", ["K:2", "L:", "tau:2", "k_z:1,1", "dL:/dq2", "d/dt dL:/dq1_dot", "P:"])
+def test_no_mistake_is_right(key: str) -> None:
+    course = Course(read(ROOT / "examples" / "two_link.toml"))
+
+    found = mistakes(course, key)
+
+    assert found
+    assert {one.rule for one in found} <= set(RULES)
+    assert len({id(one.node) for one in found}) == len(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("K_2 = m2*(h1^2*q1'^2 + h2^2*(q1'+q2')^2 + 2*h1*h2*q1'*(q1'+q2')*cos(q2))", "half"),
+        ("P_2 = m2*g*(h1*sin(q1) + h2*sin(q1+q2))", "height"),
+        ("dL/dq2 = -m2*g*h2*sin(q1+q2)", "slope"),
+        ("v_2^2 = h1^2*q1'^2 + h2^2*(q1'+q2')^2", "cross"),
+        (f"q2'' = (M2 - {COUPLED}*q1'' - m2*h1*h2*sin(q2)*q1'^2)/(m2*h2^2) - m2*g*h2*sin(q1+q2)", "undivided"),
+        (rf"{RATE} = m_2 h_2^2 (\ddot q_1 + \ddot q_2) + m_2 h_1 h_2 \cos q_2\,\ddot q_1", "product"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("language", ["en", "sk"])
+def test_a_rule_that_is_forgotten_is_named(text: str, word: str, language: str) -> None:
+    (answer,) = check_derivation(text, read(ROOT / "examples" / "two_link.toml"))
+
+    assert not answer.right
+    assert language_of(language).mistakes[word] in " ".join(in_words(answer, language))
+
+
+@pytest.mark.slow
+@pytest.mark.runs("node")
+@pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
+@pytest.mark.parametrize("name", ["first", "second"])
+def test_answers_of_students_are_judged(name: str) -> None:
+    path = ROOT / "benchmarks" / "student_answers.py"
+    spec = importlib.util.spec_from_file_location("student_answers", path)
+    assert spec is not None
+    assert spec.loader is not None
+    benchmark = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(benchmark)
+
+    right, named = benchmark.rates(benchmark.judged(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml"))
+
+    assert right >= JUDGED
+    assert named >= NAMED
