@@ -55,7 +55,7 @@ CAUSES: tuple[tuple[str, tuple[str, ...]], ...] = (
     (r"Coriolis|centrifugal", ("slope", "product", "velocities", "chain")),
     (r"without its minus|sign of the derivative|chain rule", ("chain", "slope", "gravity", "trig")),
     (r"textbook's convention", ("convention", "gravity", "turned")),
-    (r"cross term|cosine", ("cross", "trig", "height", "clockwise", "index")),
+    (r"cross term|double product|cosine", ("cross", "trig", "height", "clockwise", "index")),
     (r"sine", ("trig", "height")),
     (r"x coordinate|height|horizontal", ("height", "trig")),
     (r"moment arm", ("height", "trig", "arm")),

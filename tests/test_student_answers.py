@@ -19,7 +19,8 @@ from symdyn.teach.student.mistakes import RULES, mistakes
 
 ROOT = Path(__file__).parent.parent
 COUPLED, RATE = "m2*h2*(h2 + h1*cos(q2))", r"\frac{d}{dt}\frac{\partial L}{\partial\dot q_2}"
-JUDGED, NAMED = 0.99, 0.90
+REACHED = {"first": (0.99, 0.97), "second": (0.99, 0.85)}
+"""Shares judged right, and of wrong ones with a hint that names the cause."""
 
 
 def test_every_rule_is_said_in_every_language() -> None:
@@ -71,7 +72,7 @@ def test_a_rule_that_is_forgotten_is_named(text: str, word: str, language: str) 
 @pytest.mark.slow
 @pytest.mark.runs("node")
 @pytest.mark.skipif(shutil.which("node") is None, reason="the page's program runs in node")
-@pytest.mark.parametrize("name", ["first", "second"])
+@pytest.mark.parametrize("name", REACHED)
 def test_answers_of_students_are_judged(name: str) -> None:
     path = ROOT / "benchmarks" / "student_answers.py"
     spec = importlib.util.spec_from_file_location("student_answers", path)
@@ -82,5 +83,5 @@ def test_answers_of_students_are_judged(name: str) -> None:
 
     right, named = benchmark.rates(benchmark.judged(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml"))
 
-    assert right >= JUDGED
-    assert named >= NAMED
+    assert right >= REACHED[name][0]
+    assert named >= REACHED[name][1]
