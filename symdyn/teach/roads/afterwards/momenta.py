@@ -12,6 +12,7 @@ from symdyn.scene.values.quantity import ZERO as NOTHING
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import cyclic_of, led_by, reduced, zero
+from symdyn.teach.roads.lagrange.equation_steps import momentum_form
 from symdyn.teach.roads.lagrange.meaning import axes_of
 from symdyn.teach.roads.lagrange.velocities import folded
 from symdyn.teach.shown_state import Chosen
@@ -29,7 +30,7 @@ def _cyclic(lesson: Lesson, page: Printable, k: int, first: bool) -> Step:
     state, q = lesson.state, named(lesson.state.q[k])
     p = lesson.name(f"p:{k + 1}", "p", str(k + 1), node=lesson.momenta[k])
     axis = axes_of(lesson)[k]
-    blocks: list[Block] = [folded(lesson, Formula(p.name, lesson.short(lesson.momenta[k])))]
+    blocks: list[Block] = [folded(lesson, Formula(p.name, momentum_form(lesson, k)))]
     if axis is not None and axis.joint.armature == NOTHING:
         key = "momentum.slide" if axis.slides else "momentum.turn"
         blocks.append(lesson.say(key, p=p, joint=axis.joint.name))

@@ -84,13 +84,17 @@ def _momentum(lesson: Lesson, i: int) -> Step:
     """Return ∂L/∂q̇_i = Σ k_z,ij q̇_j."""
     qd = str(lesson.state.qd[i].value)
     symbol = lesson.slope("L:", qd, lesson.momenta[i])
-    terms = [product_of((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
-    form = sum_of(term for term in terms if term != ZERO)
-    block = folded(lesson, Formula(symbol.name, form, lesson.number(f"momentum:{i + 1}")))
+    block = folded(lesson, Formula(symbol.name, momentum_form(lesson, i), lesson.number(f"momentum:{i + 1}")))
     claim, key = lesson.say("momentum", slope=symbol), f"momentum:{i + 1}"
     return Step(
         key, claim, (block,), lesson.once("momentum.reason", symbol, rate=_qd(lesson, i)), lesson.reference(key)
     )
+
+
+def momentum_form(lesson: Lesson, i: int) -> Form:
+    """Return Σ k_z,ij q̇_j, which costs nothing, where the derivative of K multiplied out may be too long."""
+    terms = [product_of((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
+    return sum_of(term for term in terms if term != ZERO)
 
 
 def _rate(lesson: Lesson, i: int) -> Step:
