@@ -19,6 +19,7 @@ from symdyn.teach.document import ERRATA, Blank, Document, Step
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.hidden import APART, OF_ONE, written_out
+from symdyn.teach.practice.questions import questions
 from symdyn.teach.practice.solutions import solutions_last
 from symdyn.teach.render.html import html_page
 
@@ -66,6 +67,14 @@ def test_every_step_can_be_asked_for_by_its_name(road: str) -> None:
         asked = blanks(with_exercises(known, ask=[key]))
         assert asked
         assert all(blank.key.startswith(key) for blank in asked)
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "pendulum"])
+def test_a_page_asks_for_formulas_with_roots_and_for_a_drive_by_its_name(name: str) -> None:
+    asked = with_exercises(lesson(name, road="dalembert"))
+
+    assert "bivectors" in kinds(asked)
+    assert questions(asked)["values"].keys() == {blank.key for blank in blanks(asked)}
 
 
 def test_what_cannot_be_asked_for_is_said_with_what_can() -> None:

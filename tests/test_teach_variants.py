@@ -166,3 +166,12 @@ def test_the_verb_draws_a_variant_and_writes_a_sheet(tmp_path: Path, capsys: pyt
     assert text.count("\n**4. ") == 1
     assert main(["walkthrough", scene, "--ask", "speed", "-o", str(tmp_path)]) == 1
     assert "speed cannot be asked for here; give some of position" in capsys.readouterr().err
+
+
+def test_sliders_are_of_the_variant_and_ask_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = str(EXAMPLES / "pendulum.toml")
+
+    assert main(["walkthrough", scene, "--format", "sliders", "--seed", "3", "-o", str(tmp_path)]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["pendulum_3.html"]
+    assert main(["walkthrough", scene, "--format", "sliders", "--ask", "rate", "-o", str(tmp_path)]) == 1
+    assert "--format html for exercises" in capsys.readouterr().err

@@ -85,15 +85,15 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
+        drawn = None if options.seed is None else variant(scene, options.seed)
+        scene = drawn.scene if drawn else scene
         if options.format == (SLIDERS,):
             page = interactive_page(scene, language=options.language)
             print_paths(*placed({f"{page_stem(scene.name)}.html": page}, options.output))
             return 0
-        drawn = None if options.seed is None else variant(scene, options.seed)
-        scene = drawn.scene if drawn else scene
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_changes(document, drawn) if drawn else document
-        if options.exercises or options.grade or options.ask or options.sheet:
+        if practised(options):
             document = with_exercises(document, options.grade or 2, split(options.ask) or ())
         document = sheet(document, options.sheet == "solutions") if options.sheet else document
         progress("writing")
@@ -115,8 +115,15 @@ def formats(text: str) -> tuple[str, ...]:
     return names
 
 
+def practised(options: argparse.Namespace) -> bool:
+    """Whether results are left out."""
+    return bool(options.exercises or options.grade or options.sheet) or options.ask is not None
+
+
 def check_output(options: argparse.Namespace) -> None:
-    """Raise EmitError for a file whose ending is that of no format, and for one file that shall hold several."""
+    """Raise EmitError for sliders that shall ask, an ending that is no format, and one file that shall hold several."""
+    if options.format == (SLIDERS,) and practised(options):
+        raise EmitError("sliders is a page without the lesson, which asks nothing; give --format html for exercises")
     target = Path(options.output)
     if target.suffix and not target.is_dir() and len(options.format or ()) > 1:
         raise EmitError(f"{target.name}: {len(options.format)} formats are that many files; give a folder with -o")

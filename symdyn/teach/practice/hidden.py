@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Mapping
-from math import isclose
+from math import isclose, nan
 
 from symdyn.algebra.form import Form, Symbol, split_sign, symbols_of
 from symdyn.algebra.numeric import Floats
+from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.teach.document import (
     ERRATA,
@@ -88,14 +89,17 @@ class Told:
         return all(isclose(x, sign * y, rel_tol=1e-9, abs_tol=1e-12) for x, y in pairs)
 
     def _values(self, node: Expr) -> list[float]:
-        """Return the values at points that are the same for all."""
+        """Return the values at points that are the same for all, NaN where there is none, which is like nothing."""
         values = []
         symbols = [x for x in reachable([node]) if x.op is Op.SYMBOL]
         for k, point in enumerate(self.points):
             for x in symbols:
                 name = str(x.value)
                 point.setdefault(name, random.Random(f"{k}:{name}").uniform(0.25, 2.0))
-            values.append(evaluate([node], Floats(), {x: point[str(x.value)] for x in symbols})[0])
+            try:
+                values.append(evaluate([node], Floats(), {x: point[str(x.value)] for x in symbols})[0])
+            except NoValueError:  # a rod is too short there
+                values.append(nan)
         return values
 
 

@@ -82,8 +82,9 @@ def _lost(course: Course, key: str, term: Expr) -> str:
     state = course.state
     accelerations, rates = used(term, state.qdd), used(term, state.qd)
     if accelerations:
-        return "coupling" if key.startswith("tau") and str(state.qdd[int(key[4:]) - 1].value) not in {
-            str(a.value) for a in accelerations} else "term"  # fmt: skip
+        drives = [*(f"tau:{i + 1}" for i in range(len(state.qdd))), *course.scene.drives]  # a road asks for one of them
+        own = state.qdd[drives.index(key) % len(state.qdd)] if key in drives else None
+        return "coupling" if own is not None and own not in accelerations else "term"
     if key.startswith(("K", "v2")):
         return "cross" if used(term, state.q) or len(rates) > 1 else "term"
     if (

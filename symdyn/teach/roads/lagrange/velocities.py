@@ -21,8 +21,8 @@ MOST_TERMS = 20
 PAGE = 90
 """The same for scenes that are shown in full: about a page."""
 
-MOST = 1_000_000
-"""Terms of the longest formula that is written at all: 600 in the examples, hundreds of thousands where rods lean."""
+MOST = 20_000
+"""Terms of the longest formula that is written at all: 600 in the examples, ten times this take minutes."""
 
 
 def position_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
