@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import tomllib
@@ -23,7 +24,14 @@ from symdyn.teach import languages as room
 from symdyn.teach import rendered, walkthrough
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-WIDE = {ord(x): ord(x) + 0xFEE0 for x in "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"}
+LETTERS = dict(
+    zip(
+        map(ord, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"),
+        "àáâãäåæçèéêëìíîïðñòóôõöøùúÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÐÑÒÓÔÕÖØÙÚ",
+        strict=True,
+    )
+)
+"""Letters that LaTeX sets as they are."""
 KEPT = re.compile(r"(\{\w*\}|<[^>]*>|\\\w+)")
 CODE = "xx"
 SILENT = ("script", "style", "math", "code")
@@ -32,12 +40,12 @@ UNITS = {"rad"}
 
 
 def pseudo(text: str) -> str:
-    """Return a text in wide letters, its places, tags and commands as they are."""
-    return "".join(piece if k % 2 else piece.translate(WIDE) for k, piece in enumerate(KEPT.split(text)))
+    """Return a text in other letters, its places, tags and commands as they are."""
+    return "".join(piece if k % 2 else piece.translate(LETTERS) for k, piece in enumerate(KEPT.split(text)))
 
 
 def spelled(table: dict[str, object], name: str = "") -> Iterator[str]:
-    """Yield the lines of a TOML table of texts and tables, all texts in wide letters."""
+    """Yield the lines of a TOML table of texts and tables, all texts in other letters."""
     inner = {key: value for key, value in table.items() if isinstance(value, dict)}
     if name:
         yield f"[{name}]"
@@ -89,7 +97,7 @@ class Seen(HTMLParser):
 def foreign(text: str, scene: str) -> list[str]:
     """Return the words of a text that are neither the scene's nor made up."""
     one = read(EXAMPLES / f"{scene}.toml")
-    named = [x.name for x in (one, *one.bodies, *one.joints, *one.loops, *one.parameters)]
+    named = [x.name for x in (one, *one.bodies, *one.joints, *one.loops, *one.elements, *one.parameters)]
     known = set(re.findall(r"[A-Za-z]+", " ".join([*named, *one.coordinates, *(p.text for p in one.parameters)])))
     known |= UNITS
     return sorted({word for word in re.findall(r"[A-Za-z]{3,}", text) if word not in known})
@@ -102,26 +110,66 @@ def seen(page: str) -> str:
     return "\n".join(parser.parts)
 
 
+def said_in_markdown(text: str) -> str:
+    """Return what is read of Markdown: no formulas, no code, no names of files."""
+    for kept in (r"```.*?```", r"\$\$.*?\$\$", r"\$[^$]*\$", r"`[^`]*`", r"\]\([^)]*\)", r"<[^>]*>"):
+        text = re.sub(kept, " ", text, flags=re.S)
+    return text
+
+
+def said_in_notebook(text: str) -> str:
+    """Return what is read of a notebook: cells of text, and comments of cells of code."""
+    cells = json.loads(text)["cells"]
+    told = [said_in_markdown("".join(cell["source"])) for cell in cells if cell["cell_type"] == "markdown"]
+    code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    return "\n".join([*told, *re.findall(r"^\s*# (.*)$", code, flags=re.M)])
+
+
+def said_in_latex(text: str) -> str:
+    """Return what is read of the body of a LaTeX file: no formulas, pictures' strokes, commands or sizes."""
+    body = text[text.index(r"\begin{document}") :]
+    for kept in (
+        r"\\pdfliteral\{[^}]*\}",
+        r"\\(begin|end)\{(equation|align|gather|multline)\*?\}.*?\\end\{\2\*?\}",
+        r"\\\[.*?\\\]",
+        r"\$[^$]*\$",
+        r"\\(begin|end|label|tag|includegraphics|href|url|color|textcolor)(\[[^]]*\])?\{[^}]*\}(\{@\{\}\w*@\{\}\}|\{\w{6}\})?",
+        r"\\[A-Za-z]+",
+    ):
+        body = re.sub(kept, " ", body, flags=re.S)
+    return body
+
+
+SAID = {"html": seen, "md": said_in_markdown, "ipynb": said_in_notebook, "tex": said_in_latex, "svg": seen}
+"""What is read of a file, by how its name ends."""
+
+LESSON = ("--format", "html,md,notebook,latex")
 CASES = [
-    ("two_link", ("--format", "html")),
-    ("cart_pole", ("--format", "html", "--exercises")),
-    ("four_bar", ("--format", "html", "--road", "dalembert")),
+    ("two_link", LESSON),
+    ("cart_pole", ("--format", "html,md", "--exercises")),
+    ("four_bar", ("--format", "html,md", "--road", "dalembert")),
+    ("slider_crank", (*LESSON, "--road", "multipliers")),
+    ("heavy_top", (*LESSON, "--road", "quaternions")),
+    ("rolling_disc", ("--format", "html,md", "--road", "quaternions")),
+    ("cart_with_wheel", ("--format", "html,md", "--road", "multipliers")),
+    ("double_pendulum", ("--format", "html,md", "--sheet", "solutions", "--seed", "3")),
     ("heavy_top", ("--format", "sliders")),
 ]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("scene", "words"), CASES)
-def test_no_word_of_another_language_is_on_a_page(
+def test_no_word_of_another_language_is_in_a_lesson(
     made_up: str, scene: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert (
-        main(["walkthrough", str(EXAMPLES / f"{scene}.toml"), *words, "--language", made_up, "-o", str(tmp_path)]) == 0
-    )
+    out = tmp_path / "lesson"
+    assert main(["walkthrough", str(EXAMPLES / f"{scene}.toml"), *words, "--language", made_up, "-o", str(out)]) == 0
 
-    page = seen((tmp_path / f"{scene}.html").read_text("utf-8"))
-    assert f'lang="{made_up}"' in (tmp_path / f"{scene}.html").read_text("utf-8")
-    assert foreign(page, scene) == []
+    for path in sorted(out.iterdir()):
+        text = path.read_text("utf-8")
+        if path.suffix == ".html":
+            assert f'lang="{made_up}"' in text
+        assert (path.name, foreign(SAID[path.suffix[1:]](text), scene)) == (path.name, [])
 
 
 # What a scene says of its parameters

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from symdyn.algebra.form import Form, Symbol, form_of
 from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.emit.print.formula_text import value_text
@@ -76,9 +78,17 @@ def notation_step(lesson: Prose) -> Step:
     for joint, drive, unit in drives_with_units(scene):
         key = "notation.force" if unit == "N" else "notation.torque"
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
-    for parameter in scene.parameters:
-        value = value_text(parameter.value) if parameter.value is not None else ""
-        text = parameter.text or lesson.text("notation.parameter")
-        rows.append((Symbol(parameter.name), text, parameter.unit.replace("^2", "²"), value))
+    rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
     return Step("notation", lesson.say("notation"), (table,), level="full")
+
+
+def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
+    """Return the rows of the table of symbols about parameters, values with the language's decimal mark."""
+    rows: list[tuple[Symbol, str | Words, str, str]] = []
+    for parameter in lesson.scene.parameters:
+        value = value_text(parameter.value) if parameter.value is not None else ""
+        text = parameter.text or lesson.text("notation.parameter")
+        shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−")
+        rows.append((Symbol(parameter.name), text, parameter.unit.replace("^2", "²"), shown))
+    return rows

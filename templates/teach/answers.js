@@ -425,7 +425,7 @@ const Answers = (() => {
     if (near(-1)) return said(false, "answer.turned");
     const size = Math.max(...values[key].slice(0, drawn).map(Math.abs)), k = values[key].findIndex(x => Math.abs(x) > 0.1 * size);
     const factor = mine[k] / values[key][k];
-    if (Math.abs(factor) > 1e-6 && near(factor)) return said(false, "answer.factor", String(Number(factor.toPrecision(6))));
+    if (Math.abs(factor) > 1e-6 && near(factor)) return said(false, "answer.factor", String(Number(factor.toPrecision(6))).replace("-", "\u2212").replace(".", words.decimal));
     return united(key, mine) ? said(false, "answer.wrong") : forgot(["dimension", "", ""]);
   }
   const close = (a, b) => Math.abs(a - b) <= 1e-7 * Math.max(Math.abs(a), Math.abs(b), 1e-12);

@@ -16,6 +16,12 @@ from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.mathml import inline
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_unit
 
+PHRASES = (
+    *("force along the track", "force across the track", "normal force", "force across the blade"),
+    *("force along", "moment about", "with its moment", "row"),
+)
+"""What a multiplier may be, longer phrases first: keys of the words of the page."""
+
 
 def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return, row by row, its name, its unit and its terms."""
@@ -83,7 +89,7 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
             rows.append(_exerted(inline(symbols[drive]), text, unit.replace(" ", "\u202f"), "inverse_dynamics", k))
     for k, (owner, wrench) in enumerate(computed.held.multipliers):
         text = wrench.partition(" along (")[0].partition(" about (")[0]
-        for phrase in ("force along", "moment about", "with its moment", "row"):
+        for phrase in PHRASES:
             text = text.replace(phrase, words[phrase])
         unit = "N" if wrench.startswith("force") else UNITS["rad"][3] if wrench.startswith("moment") else ""
         rows.append(_exerted(inline(rf"{multiplier}_{{{k + 1}}}"), f"{owner}: {text}", unit, "multipliers", k))

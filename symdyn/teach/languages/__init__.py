@@ -35,6 +35,7 @@ class Language:
         answers: sentences to a student about an answer.
         mistakes: by rule, what a student forgot.
         picture: what parts of pictures are called, from English.
+        letters: what letters are that stand for a scene's numbers, from English.
         kinds: what a type of joint or a kind of force is called, where its own row does not say it in this language.
     """
 
@@ -46,11 +47,22 @@ class Language:
     answers: Mapping[str, str]
     mistakes: Mapping[str, str]
     picture: Mapping[str, str]
+    letters: Mapping[str, str]
     kinds: Mapping[str, str] = field(default_factory=dict)
 
     def kind(self, type: str, words: Mapping[str, str]) -> str:
         """Return what a type of joint or a kind of force is called, whose row has these words by language."""
         return self.kinds.get(type) or words.get(self.code) or words["en"]
+
+    def letter(self, text: str) -> str:
+        """Return what a letter is that stands for a number of the scene, said in English; other texts as they are."""
+        for english, said in self.letters.items():
+            pattern = "".join(f"(?P<{x}>.+)" if k % 2 else re.escape(x) for k, x in enumerate(PLACE.split(english)))
+            if found := re.fullmatch(pattern, text):
+                return said.format(
+                    **{key: self.letter(x) if key == "what" else x for key, x in found.groupdict().items()}
+                )
+        return text
 
 
 def languages() -> tuple[str, ...]:

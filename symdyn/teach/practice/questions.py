@@ -75,7 +75,7 @@ def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: 
         "spellings": [list(row) for row in SPELLINGS],
         "speeds": SPEEDS.pattern,
         "words": {key: text for key, text in lesson.items() if key.startswith(("answer.", "fault."))}
-        | {"mistakes": dict(mistakes)},
+        | {"mistakes": dict(mistakes), "decimal": language_of(language).decimal},
     }
 
 

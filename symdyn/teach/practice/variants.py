@@ -243,7 +243,7 @@ def _spring(scene: Scene, rng: random.Random) -> Drawn:
     k = next(name for name in ("k", "k_s", *(f"k_s{i}" for i in range(len(taken) + 1))) if name not in taken)
     value = number(STIFFNESS) if scene.parameters and not scene.free_parameters else None
     names = {one.name for one in scene.elements}
-    name = next(x for x in ("added", *(f"added{i}" for i in range(len(names) + 1))) if x not in names)
+    name = next(x for x in (k, *(f"{k}_{i}" for i in range(len(names) + 1))) if x not in names)
     added = Spring(name, joint=joint.name, stiffness=(symbol(k),))
     said = Change("variant.spring", {"joint": joint.name, "k": Symbol(k), "q": Symbol(joint.coordinate)})
     parameters = (*scene.parameters, Parameter(k, value, positive=True, unit=unit))

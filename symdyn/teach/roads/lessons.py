@@ -10,7 +10,7 @@ from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
 from symdyn.scene.values.signals import as_parameters
 from symdyn.scene.values.texts import in_language
 from symdyn.teach.document import Document
-from symdyn.teach.languages import languages
+from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose
 from symdyn.teach.roads.dalembert import walkthrough as dalembert
 from symdyn.teach.roads.dalembert.side_by_side import side_by_side
@@ -84,10 +84,11 @@ def walkthrough(
     """
     scene = scene_of(scene)
     road = road or usual_road(scene)
-    scene = with_letters(in_language(as_parameters(scene), language))
+    scene = as_parameters(scene)
     for name, value, known in (("language", language, languages()), ("detail", detail, DETAILS), ("road", road, ROADS)):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
+    scene = with_letters(in_language(scene, language), language)
     chosen = ROADS[road]
     until = until or chosen.until[-1]
     if until not in chosen.until:
@@ -101,8 +102,9 @@ def usual_road(scene: Scene) -> str:
     return next(name for name, road in ROADS.items() if road.usual(scene))
 
 
-def with_letters(scene: Scene) -> Scene:
+def with_letters(scene: Scene, language: str = "en") -> Scene:
     """Return a small scene of numbers alone with letters in their place, which keep the numbers as values."""
     if scene.parameters or len(scene.velocities) > SMALL_SCENE:
         return scene
-    return with_symbols(scene, "all")
+    named, said = with_symbols(scene, "all"), language_of(language).letter
+    return replace(named, parameters=tuple(replace(one, text=said(one.text)) for one in named.parameters))

@@ -58,7 +58,7 @@ def system_step(lesson: Balance) -> Step:
     alone = ", ".join(lesson.scene.bodies[j].name for j in _alone(lesson)) if lesson.closed else ""
     key = "system.tree" if not lesson.closed else "system.some" if alone else "system.loops"
     reason = lesson.say(key, bodies=alone)
-    return Step(f"{LAW}system", lesson.say("system", **s), blocks, reason, "(5.18)", show=("reactions",))
+    return Step(f"{LAW}system", lesson.say("system.all", **s), blocks, reason, "(5.18)", show=("reactions",))
 
 
 def _alone(lesson: Balance) -> list[int]:

@@ -6,7 +6,6 @@ from fractions import Fraction
 
 from symdyn.algebra.form import Number, Symbol, power_of, product_of, sum_of
 from symdyn.dynamics.mechanism.state import joint_motion
-from symdyn.emit.print.formula_text import value_text
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Joint
@@ -16,6 +15,7 @@ from symdyn.spatial import apply_transposed
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.masses import AXES
+from symdyn.teach.notation import parameter_rows
 from symdyn.teach.roads.lagrange.rotations import angular_velocity
 from symdyn.teach.roads.lagrange.velocities import folded
 from symdyn.teach.roads.quaternions.turning import Turning
@@ -41,10 +41,7 @@ def symbols_step(lesson: Turning) -> Step:
     for joint, drive, unit in drives_with_units(scene):
         key = "notation.force" if unit == "N" else "notation.torque"
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
-    for parameter in scene.parameters:
-        value = value_text(parameter.value) if parameter.value is not None else ""
-        text = parameter.text or lesson.text("notation.parameter")
-        rows.append((Symbol(parameter.name), text, parameter.unit.replace("^2", "²"), value))
+    rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
     return Step("notation", lesson.say("notation"), (table,), level="full")
 
