@@ -65,6 +65,7 @@ def run_cells(text: str) -> list[str]:
     return shown
 
 
+@pytest.mark.long
 def test_the_cells_of_a_lesson_find_their_own_formulas_right() -> None:
     shown = "\n".join(run_cells(book("two_link", False)))
 
@@ -145,6 +146,7 @@ stiffness = "W"
 """
 
 
+@pytest.mark.long
 def test_letters_of_a_scene_may_be_those_of_python_sympy_and_the_cells() -> None:
     lines = derived(read_text(STRANGE, "strange.toml"))
 
@@ -152,6 +154,7 @@ def test_letters_of_a_scene_may_be_those_of_python_sympy_and_the_cells() -> None
     assert [line for line in lines if "as symdyn has it" not in line] == []
 
 
+@pytest.mark.long
 def test_a_changed_line_is_told_with_what_it_changes() -> None:
     scene = read(EXAMPLES / "two_link.toml")
 
@@ -180,6 +183,7 @@ def test_what_has_no_meaning_is_told_in_words() -> None:
         scene.compare("Z", symbols("m1"))
 
 
+@pytest.mark.long
 def test_exercises_and_sheets_derive_nothing() -> None:
     for text in (
         book("two_link", True),
@@ -188,6 +192,7 @@ def test_exercises_and_sheets_derive_nothing() -> None:
         assert not any(cell["id"].startswith("derive") for cell in json.loads(text)["cells"])
 
 
+@pytest.mark.long
 def test_the_cells_of_exercises_wait_for_an_answer() -> None:
     shown = run_cells(book("two_link", True, "sk"))
 

@@ -39,6 +39,7 @@ def kinds(document: Document) -> set[str]:
     return {blank.key.partition(":")[0] for blank in blanks(document)}
 
 
+@pytest.mark.long
 def test_grades_ask_for_every_step_for_results_and_for_energies_and_equations_alone() -> None:
     every, results, alone = (with_exercises(lesson("two_link"), grade) for grade in GRADES)
 
@@ -50,6 +51,7 @@ def test_grades_ask_for_every_step_for_results_and_for_energies_and_equations_al
     assert shown == {"scene", "principle", "energies", "lagrangian", "equations"}
 
 
+@pytest.mark.long
 def test_who_derives_alone_is_told_where_everything_is() -> None:
     for language in languages():
         text = rendered(with_exercises(lesson("spatial_3r", language), 3), "md")["spatial_3r.md"]
@@ -58,6 +60,7 @@ def test_who_derives_alone_is_told_where_everything_is() -> None:
         assert r"| ($0$, $\tfrac{1}{12} m_3 l_3^2$, $\tfrac{1}{12} m_3 l_3^2$, $0$, $0$, $0$) |" in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("road", ["lagrange", "dalembert"])
 def test_every_step_can_be_asked_for_by_its_name(road: str) -> None:
     known = lesson("two_link", road=road)
@@ -121,6 +124,7 @@ def test_nothing_that_follows_is_seen_before_it_is_found(name: str, road: str, g
     assert list(told(with_exercises(lesson(name, road=road), grade))) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("language", languages())
 def test_texts_tell_answers_and_what_follows_after_the_last_question_only(language: str) -> None:
     document = with_exercises(lesson("two_link", language))
@@ -147,6 +151,7 @@ def test_solutions_at_the_end_hold_every_answer_and_every_hidden_step() -> None:
     assert not any(step.needs for section in last.sections for step in section.steps)
 
 
+@pytest.mark.long
 def test_a_page_shows_what_follows_when_all_that_it_needs_is_found_or_given_up(browser: Any, tmp_path: Path) -> None:
     document = with_exercises(lesson("two_link"))
     path = tmp_path / "lesson.html"

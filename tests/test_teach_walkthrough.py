@@ -675,6 +675,7 @@ def test_pictures_have_a_text_for_those_who_cannot_see_them() -> None:
     assert all(one.alt and one.caption.parts for one in pictures)
 
 
+@pytest.mark.long
 def test_a_lesson_that_nobody_would_read_is_refused_early() -> None:
     """A seven-axis arm: told before any step is written; a bicycle cut free, whose formulas no page can hold."""
     begun = process_time()
