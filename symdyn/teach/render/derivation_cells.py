@@ -6,15 +6,18 @@ what Python, SymPy or a cell calls something else.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
 from functools import cached_property
 
-from symdyn.algebra.sympy_algebra import NAMES, graph_to_sympy, sympy_text
+from symdyn.algebra.sympy_algebra import NAMES
 from symdyn.dynamics.lagrange.second_kind import rotor_energy
 from symdyn.dynamics.mechanism.loads import elastic_energy, generalized_forces
 from symdyn.dynamics.mechanism.placements import joint_placement
 from symdyn.dynamics.mechanism.state import first_moment, state_symbols, vector
-from symdyn.graph import Expr, Graph
+from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import GROUND, Body, Scene, express
 from symdyn.spatial import symmetric, unit_transform
 from symdyn.teach.masses import AXES, masses
@@ -30,6 +33,40 @@ TAKEN = (
     "lesson", "pi", "read_text", "scene", "simplify", "symbols", "t",
 )  # fmt: skip
 """What cells call something; K, P, L and names such as R1, m1 of places and energies come on top."""
+
+
+class _Powers(Printer):
+    """Writes a product of equal factors as a power."""
+
+    def _written(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:
+        if node.op is not Op.MUL:
+            return super()._written(node, names, constants)
+        pieces: list[str] = []
+        for factor, count in Counter(_factors(node, names)).items():
+            text, binds = self._bound(factor, names, constants)
+            bare = binds > SIGN if pieces or count > 1 else binds >= PRODUCT
+            pieces.append((text if bare else f"({text})") + (f"**{count}" if count > 1 else ""))
+        return "*".join(pieces), PRODUCT
+
+
+def _factors(node: Expr, names: Mapping[Expr, str]) -> Iterator[Expr]:
+    if node.op is Op.MUL and node not in names:
+        for arg in node.args:
+            yield from _factors(arg, names)
+    else:
+        yield node
+
+
+_SYMPY = _Powers(
+    {
+        **OPERATORS,
+        **{op: call(name, 2 if op is Op.ATAN2 else 1) for op, name in NAMES.items()},
+        Op.PI: Spelling("pi"),
+        Op.NEG: Spelling("-{}", SIGN, (PRODUCT,)),
+    },
+    lambda value: str(value) if value.denominator == 1 else f"Rational({value.numerator}, {value.denominator})",
+)
+"""Graphs as Python for SymPy, which importing takes longer than writing a lesson."""
 
 
 def derivable(scene: Scene) -> bool:
@@ -82,7 +119,10 @@ class Cells:
 
     def text(self, node: Expr) -> str:
         """Return a node as Python."""
-        return sympy_text(graph_to_sympy([node])[0], self.variables)
+        nodes = reachable([node])
+        names = {x: self.variables[str(x.value)] for x in nodes if x.op is Op.SYMBOL}
+        constants = {x: Fraction(str(x.value)) for x in nodes if x.op is Op.CONSTANT}
+        return _SYMPY.code(node, names, constants)
 
     def matrix(self, rows: Sequence[Sequence[Expr]]) -> str:
         """Return a matrix as Python; a column as a list."""
