@@ -218,3 +218,31 @@ def test_no_key_of_lessons_stands_in_two_tables(code: str) -> None:
     tables = tomllib.loads((room.FOLDER / f"{code}.toml").read_text(encoding="utf-8"))["lesson"]
     keys = [key for table in tables.values() for key in table]
     assert sorted(keys) == sorted(set(keys))
+
+
+# What is not on a page
+
+
+def test_no_word_of_another_language_is_in_an_answer(
+    made_up: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text(
+        "k_z12 = m_2 h_2^2 + m_2 h_1 h_2 sin q_2\nk_z22 = 1.5 m_2 h_2^2\nK = K\nP = m_1 g\nM_1 = M_1\n"
+        "k_z11 = (m_1 + m_2) h_1^2 + m_2 h_2^2\n",
+        "utf-8",
+    )
+
+    main(["check-derivation", str(mine), str(EXAMPLES / "two_link.toml"), "--language", made_up])
+
+    said = capsys.readouterr().out
+    assert len(said.splitlines()) > 6
+    assert set(foreign(said, "two_link")) <= {"sin", "cos", "tau"}
+
+
+@pytest.mark.parametrize(("scene", "road"), [("slider_crank", "multipliers"), ("heavy_top", "quaternions")])
+def test_slovak_lessons_have_decimal_commas(scene: str, road: str) -> None:
+    page = rendered(walkthrough(read(EXAMPLES / f"{scene}.toml"), "sk", road=road), "md")[f"{scene}.md"]
+
+    assert "9,81" in page
+    assert re.findall(r"(?<![\d.(])\d+\.\d+", re.sub(r"\\tag\{[^}]*\}|\(5\.[\d.,() -]*\)", "", page)) == []
