@@ -83,6 +83,7 @@ def value(document: Document, node: Expr, **given: float) -> float:
     return float(evaluate([node], Floats(), {x: given.get(str(x.value), v) for x, v in symbols.items()})[0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["pendulum", "two_link", "cart_pole", "double_pendulum", "elastic_pendulum"])
 def test_inertia_and_stiffness_at_a_rest_are_second_derivatives_by_sympy(name: str) -> None:
     document = lesson(name)

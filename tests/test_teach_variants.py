@@ -111,6 +111,7 @@ def test_what_is_said_of_axes_gravity_and_springs_is_true() -> None:
     assert values(E) == pytest.approx(values(graph.symbol(k.name) * graph.symbol(q.name) ** 2 / 2))
 
 
+@pytest.mark.long
 def test_a_variant_of_the_textbook_has_none_of_its_numbers_and_says_what_is_new() -> None:
     drawn = variant(symdyn.example("two_link"), 7)
     document = with_changes(walkthrough(drawn.scene), drawn)
@@ -139,6 +140,7 @@ def test_what_cannot_be_varied_is_said() -> None:
         variant(still, 1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("grade", [1, 2, 3])
 def test_a_sheet_asks_in_order_with_room_or_with_solutions(grade: int) -> None:
     document = with_exercises(lesson("two_link"), grade)
@@ -157,6 +159,7 @@ def test_a_sheet_asks_in_order_with_room_or_with_solutions(grade: int) -> None:
         assert "question" in str(next(iter(rendered(asked, format).values()))).lower()
 
 
+@pytest.mark.long
 def test_the_verb_draws_a_variant_and_writes_a_sheet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = str(EXAMPLES / "cart_pole.toml")
 
