@@ -649,3 +649,55 @@ def test_a_spring_of_a_slide_begins_where_its_length_does(browser: Any, tmp_path
     assert placed
     for spots in placed:
         assert ((spots - pivot) @ way / (way @ way)).min() > -0.1
+
+
+def test_the_page_says_when_the_energy_is_not_held(browser: Any, tmp_path: Path) -> None:
+    with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
+        page.evaluate("""() => {
+            const right = symdyn.two_link.potential_energy;
+            let calls = 0;
+            symdyn.two_link.potential_energy = (...given) => right(...given) * (1 + 1e-6 * calls++);
+        }""")
+        page.click("[data-do=play]")
+        page.wait_for_function("document.querySelector('[data-out=lost]').textContent.includes('billionth')")
+
+
+def test_what_is_said_of_a_panel_goes_with_it(browser: Any, tmp_path: Path) -> None:
+    with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
+        assert page.is_visible("[data-note=energies]")
+        page.evaluate("symdyn.two_link.show(['velocities'])")
+        assert not page.is_visible("[data-note=energies]")
+        assert page.is_visible("text=Drift is")
+
+
+def test_blocks_in_the_window_take_turns_while_it_plays_and_agree_when_it_stands(browser: Any, tmp_path: Path) -> None:
+    """One block of numbers a picture; within a table its terms are of one moment and add up."""
+    with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
+        page.set_viewport_size({"width": 1280, "height": 3000})
+        page.evaluate("""() => {
+            window.most = 0;
+            let blocks = new Set();
+            const watch = new MutationObserver(found => {
+                for (const one of found) blocks.add(one.target.closest(".live-rows, .live-panel table"));
+            });
+            const options = { subtree: true, attributes: true, attributeFilter: ["data-value"] };
+            watch.observe(document.querySelector(".live-panel"), options);
+            const next = () => {
+                window.most = Math.max(window.most, blocks.size);
+                blocks = new Set();
+                requestAnimationFrame(next);
+            };
+            requestAnimationFrame(next);
+        }""")
+        first = values(page, "tau")
+        page.click("[data-do=play]")
+        changed = """first => [...document.querySelectorAll('[data-out=tau]')]
+            .every((one, k) => Number(one.dataset.value) !== first[k])"""
+        page.wait_for_function(changed, arg=first)
+        assert page.evaluate("window.most") == 1
+        off = """() => Math.max(...[...document.querySelectorAll('.live-torques table')].map(table => {
+            const all = kind => [...table.querySelectorAll(`[data-out=${kind}]`)].map(one => Number(one.dataset.value));
+            return Math.abs(all("tau")[0] - all("term").reduce((x, y) => x + y, 0)); }))"""
+        assert page.evaluate(off) < 1e-9
+        page.click("[data-do=play]")
+        assert page.evaluate(off) < 1e-9

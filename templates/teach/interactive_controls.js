@@ -1,15 +1,11 @@
 // Controls
 
-let seen = true; // whether the panel of sliders and tables is in the window, or near it
-const nearPanel = new IntersectionObserver(found => { seen = found.some(one => one.isIntersecting); if (seen && running) tables(); }, { rootMargin: "20%" });
 const show = except => {
   draw();
   energies();
-  if (running && !seen) return;
-  tables();
-  follow(except);
+  panel(except);
 };
-let running = false, before = null;
+let before = null;
 const play = one("[data-do=play]"), speed = one("[data-do=speed]"), drives = one("[data-do=drives]"), lost = one("[data-out=lost]");
 const run = on => {
   running = on;
@@ -74,7 +70,7 @@ for (const { input, group, k } of sliders) {
     rebase();
     show(there ? input : null);
   });
-  input.addEventListener("change", () => { if (!Number.isFinite(input.valueAsNumber)) follow(); });
+  input.addEventListener("change", () => { if (!Number.isFinite(input.valueAsNumber)) panel(); });
 }
 play.addEventListener("click", () => run(!running));
 one("[data-do=step]").addEventListener("click", step);
@@ -116,4 +112,3 @@ link.addEventListener("click", () => {
 reset();
 followed();
 addEventListener("hashchange", followed);
-nearPanel.observe(one(".live-torques").parentElement);

@@ -146,4 +146,4 @@ const begin = () => {
   };
   return fitted(obeyed({ ...at, turn: turnsOf(at) }));
 };
-let state = begin();
+let state = begin(), running = false;

@@ -143,6 +143,7 @@ const rearrange = () => {
     group.classList.toggle("pointed", names.some(name => words.includes(name)));
   }
   for (const [name, panel] of Object.entries(panels)) panel.hidden = !wanted(name) || (name === "phase" && !data.pairs.length);
+  one("[data-note=energies]").hidden = panels.energies.hidden;
   draw();
   plotted(true);
   tellPage("shown", { words });

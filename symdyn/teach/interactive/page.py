@@ -41,6 +41,12 @@ from symdyn.teach.mathml import inline
 DOCUMENTED = re.compile(r"^/\*\*\n(?: \*.*\n)+?(?=const )", re.MULTILINE)
 """What generated code says above each of its functions, which a page has no reader for."""
 
+LISTED = re.compile(r"^ \*\n \* Functions, with .*?\*/", re.MULTILINE | re.DOTALL)
+"""What generated code says of all its functions."""
+ASSIGNED = re.compile(r"(const )?[\w[\]]+ = [\w.()[\] *+/-]*;$")
+"""A line that gives a name, or an entry of a result, to a formula."""
+SPACED = re.compile(r" ([=*/+-]) (?![+-])")
+"""A sign between spaces, not one before another sign."""
 CHOICE = (
     *("frames", "angles", "places", "velocities", "accelerations", "weights", "forces", "inertia", "coriolis"),
     *("centrifugal", "momenta", "reactions", "trails", "plots", "phase"),
@@ -124,7 +130,7 @@ def interactive(
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, JS.name, command=command).texts[f"{name}.js"]
     script = {
-        "code": in_script_code("\n".join(line.lstrip() for line in DOCUMENTED.sub("", code).splitlines() if line)),
+        "code": in_script_code(_short(code)),
         "data": in_script(data),
         "name": name,
     }
@@ -134,6 +140,13 @@ def interactive(
         render("teach/interactive_panel.html.jinja", body),
         render("teach/interactive.js.jinja", script),
     )
+
+
+def _short(code: str) -> str:
+    """Return generated code without what its readers need: indents, the list of functions, spaces in formulas."""
+    plain = LISTED.sub("*/", DOCUMENTED.sub("", code), count=1)
+    lines = [line.lstrip() for line in plain.splitlines() if line]
+    return "\n".join(SPACED.sub(r"\1", line) if ASSIGNED.match(line) else line for line in lines)
 
 
 def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> str:

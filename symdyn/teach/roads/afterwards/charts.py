@@ -117,11 +117,11 @@ def _panel(sheet: _Sheet, panel: Panel, top: float) -> float:
     for value, name in _ticks(panel.low[0], panel.high[0], panel.turns[0], sheet.written):
         x = float(placed(np.array([value, panel.low[1]]))[0])
         sheet.line("leader", (x, top), (x, bottom), size=0.5)
-        sheet.text(name, x, bottom + 0.9 * FONT)
+        sheet.text(name, x, bottom + 1.15 * FONT)
     for value, name in _ticks(panel.low[1], panel.high[1], panel.turns[1], sheet.written):
         y = float(placed(np.array([panel.low[0], value]))[1])
         sheet.line("leader", (0.0, y), (WIDE, y), size=0.5)
-        sheet.text(name, -8.0 - name.width / 2, y)
+        sheet.text(name, -9.0 - name.width / 2, y)
     sheet.line("stem", (0.0, top), (0.0, bottom), (WIDE, bottom))
     sheet.text(panel.y, panel.y.width / 2 - 20, top - 1.1 * FONT)
     sheet.text(panel.x, WIDE + 10 + panel.x.width / 2, bottom)
