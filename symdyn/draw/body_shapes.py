@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.draw.places import Array, Hinge, Placed, Places
+from symdyn.draw.outlines import Outlined
+from symdyn.draw.places import Array, Hinge, Placed, Places, unit
 from symdyn.draw.shapes import Item, Shape, disc, dot, line, path, sign
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
@@ -41,15 +42,21 @@ def farthest(scene: Scene, found: Places, body: str, start: Array) -> Array:
 def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> tuple[Item, ...]:
     """Return a body and, on top of it, its centre of mass and its particles."""
     start = carrier(found, body.name).moved.p
-    tips = outer(start, spots(scene, found, body.name), view)
-    shapes: list[Shape] = []
+    outline, rod, shapes = found.outlines.get(body.name), list[Array](), list[Shape]()
+    if outline is not None and outline.look == "rod":
+        rod = ends_of(outline, body)
+    elif outline is not None:
+        shapes += outlined(outline, body, view, colour)
+    along = rod if rod and between_ends(rod[0], rod[1], start, view) else []
+    tips = outer(start, [*spots(scene, found, body.name), *along], view)
     com = body.com
     if com is not None and not tips:
         tips = outer(start, [com], view)
     elif com is not None and not any(between_ends(start, tip, com, view) for tip in tips):
         shapes.append(line("stem", view.flat(start), view.flat(com), size=1.4))
-    if tips:
-        limbs = [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
+    if tips or rod:
+        limbs = [np.stack([view.flat(at) for at in rod], axis=1)] if len(along) < len(rod) else []
+        limbs += [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
         width = view.size * 0.7
         shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
     for row in scene.contacts:
@@ -76,6 +83,34 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
         title = Title("centre of mass of {name}", name=body.name)
         items.append(Item(f"com-{body.name}", title, 1, np.maximum(view.depth(com), middle) + view.size / 2, mark))
     return tuple(items)
+
+
+def ends_of(outline: Outlined, body: Placed) -> list[Array]:
+    """Return both ends of a rod, shape (N, 3) each."""
+    (way,) = outline.ways
+    return [body.frame.point(outline.centre + sign * way) for sign in (-1, 1)]
+
+
+def outlined(outline: Outlined, body: Placed, view: View, colour: int) -> list[Shape]:
+    """Return what a body looks like that is more than a line, so that what lies behind it is seen."""
+    centre, ways = body.frame.point(outline.centre), [body.frame.direction(way) for way in outline.ways]
+    look = f"link body{colour}"
+    if outline.look == "point":
+        return [dot(f"particle body{colour}", view.flat(centre), view.size)]
+    if outline.look == "plate":
+        a, b = ways
+        corners = [centre + x * a + y * b for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+        return [path(f"plate {look}", np.stack([view.flat(at) for at in corners], axis=1), closed=True, size=2.0)]
+    radius = float(np.linalg.norm(outline.ways[0])) * view.scale
+    if outline.look == "ball":
+        rims = [np.broadcast_to(view.toward, centre.shape), unit(ways[2])]
+        looks = (f"plate {look}", look)
+        return [disc(one, view, centre, rim, radius) for one, rim in zip(looks, rims, strict=True)]
+    rim, most = unit(np.cross(ways[0], ways[1])), view.flat(centre + ways[0])
+    if outline.look == "ring":
+        return [disc(look, view, centre, rim, radius), line(look, view.flat(centre + 0.88 * ways[0]), most, size=3)]
+    spoke = line("stem", view.flat(centre - ways[0]), most)
+    return [disc(f"plate {look}", view, centre, rim, radius), spoke]
 
 
 def outer(start: Array, ends: list[Array], view: View) -> list[Array]:

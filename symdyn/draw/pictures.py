@@ -153,6 +153,9 @@ def spread(scene: Scene, found: Places) -> Array:
     spots = found.spots + [at for ends in found.ends.values() for at in ends]
     for centre, _, radius in found.wheels.values():
         spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
+    for body in found.bodies:
+        if (outline := found.outlines.get(body.name)) is not None:
+            spots += [body.frame.point(outline.centre + sign * x) for x in outline.ways for sign in (-1, 1)]
     spots += [corners[:, k] for _, corners in patches(scene, found) for k in range(4)]
     return np.concatenate(spots) if spots else np.zeros((1, 3))
 

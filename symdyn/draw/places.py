@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Batches
+from symdyn.draw.outlines import Outlined, outlines
 from symdyn.dynamics.mechanism.loads import load_vectors
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.prescribed import at_time
@@ -42,6 +43,10 @@ class Frame:
     def direction(self, v: Array) -> Array:
         """Return a direction given in the frame, shape (N, 3)."""
         return np.asarray(np.einsum("nij,nj->ni", self.R, np.broadcast_to(v, self.p.shape)))
+
+    def inside(self, x: Array) -> Array:
+        """Return a point of the ground frame in this one, shape (N, 3)."""
+        return np.asarray(np.einsum("nji,nj->ni", self.R, x - self.p))
 
 
 @dataclass(frozen=True)
@@ -121,7 +126,7 @@ class Places:
     """A scene in place; `ends` holds the points that struts and loads act at, `acting` force and couple of loads.
 
     `wheels` holds the rims of what rolls: centre, unit axis (None for a ball) and radius in m, by the name of the row.
-    `touches` holds what wheels, balls and blades touch, likewise.
+    `touches` holds what wheels, balls and blades touch, likewise. `outlines` holds what bodies look like, by name.
     """
 
     count: int
@@ -134,6 +139,7 @@ class Places:
     wheels: dict[str, tuple[Array, Array | None, float]]
     touches: dict[str, Touch]
     gravity: Array
+    outlines: dict[str, Outlined]
 
     def body(self, name: str) -> Placed:
         """Return the body called `name`."""
@@ -146,6 +152,16 @@ class Places:
         spots += [body.com for body in self.bodies if body.com is not None]
         spots += [at for body in self.bodies for _, at in body.particles]
         return spots + [frame.p for _, frame in self.points.values()]
+
+    @property
+    def extent(self) -> float:
+        """The largest width of the mechanism along an axis of the ground frame at the first position, m; 0 of a point.
+
+        How far a body is from a ground that it flies over is none of it.
+        """
+        far = [hinge.fixed.p for hinge in self.hinges if len(hinge.turns) == len(hinge.slides) == 3]
+        spots = [at[0] for at in self.spots if not any(at is one for one in far)]
+        return float(np.ptp(spots, axis=0).max()) if spots else 0.0
 
 
 def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
@@ -182,7 +198,14 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
     for key, group in wanted.items():
         arrays[key] = table[:, first : first + len(group)]
         first += len(group)
-    return _gathered(scene, graph, arrays, len(q))
+    gathered = _gathered(scene, graph, arrays, len(q))
+    seats = {
+        hinge.joint.child: gathered.body(hinge.joint.child).frame.inside(hinge.moved.p)[0]
+        for hinge in gathered.hinges
+        if not hinge.closes
+    }
+    gathered.outlines.update(outlines(scene, parameters, seats, gathered.extent))
+    return gathered
 
 
 Key = tuple[Any, ...]  # what, then whose: names, numbers, elements
@@ -304,6 +327,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         {row.name: wheel for row in scene.contacts if (wheel := _wheel(row, arrays)) is not None},
         {row.name: _touch(row, arrays) for row in scene.contacts},
         arrays["gravity",][0],
+        {},
     )
 
 

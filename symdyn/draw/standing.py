@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from symdyn.draw.body_shapes import COLOURS, between_ends, carrier, outer, spots
 from symdyn.draw.ground import patches
+from symdyn.draw.outlines import Outlined
 from symdyn.draw.places import Frame, Hinge, Placed, Places
 from symdyn.draw.solids import Solid, along, ball, bar, box, cylinder, patch
 from symdyn.draw.style import LIGHT
 from symdyn.draw.view import View, vertical
 from symdyn.scene import GROUND, JOINTS, Scene
 
+SEEN = 0.5  # how much of it is seen of a surface that may hide joints
 JOINT, DARK, FLOOR = "#9aa4af", LIGHT["ink"], "#c5ced8"
 LINK, SHAFT, THIN = 0.45, 0.7, 0.15  # half the width of a link, the radius of a joint, and of what is thin, in reaches
 
@@ -62,6 +64,8 @@ def _link(scene: Scene, found: Places, body: Placed, view: View, colour: str) ->
         tips = outer(start, [com], view)
     elif com is not None and not any(between_ends(start, tip, com, view) for tip in tips):
         made += bar(start[0], com[0], THIN * view.reach, JOINT)
+    if (outline := found.outlines.get(body.name)) is not None:
+        made += _outlined(outline, body, view, colour)
     for tip in tips:
         made += bar(start[0], tip[0], LINK * view.reach, colour)
     heaviest = max((mass for one in found.bodies for mass, _ in one.particles), default=0.0)
@@ -72,6 +76,25 @@ def _link(scene: Scene, found: Places, body: Placed, view: View, colour: str) ->
         cube = box(np.full(3, 0.62 * view.reach if tips else 1.3 * view.reach), DARK if tips else colour)
         made.append(cube.put(body.frame.R[0], com[0]))
     return _inside(body.frame, tuple(made))
+
+
+def _outlined(outline: Outlined, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:
+    """Return what a body looks like, thin in the ways that it does not extend in, and such that joints are seen."""
+    sizes = np.array([*(float(np.linalg.norm(way)) for way in outline.ways), *[0.15 * view.reach] * 3][:3])
+    ways = [way / size for way, size in zip(outline.ways, sizes, strict=False)]
+    if len(ways) == 1:
+        R = along(ways[0])
+    else:
+        R = np.stack([*ways[:2], np.cross(ways[0], ways[1])], axis=1) if ways else np.eye(3)
+    made: dict[str, Callable[[], Solid]] = {
+        "rod": lambda: box(np.array([LINK * view.reach, LINK * view.reach, sizes[0]]), colour),
+        "disc": lambda: cylinder(sizes[0], sizes[2], colour, SEEN),
+        "ring": lambda: cylinder(sizes[0], sizes[2], colour, SEEN / 2),
+        "ball": lambda: ball(sizes[0], colour, SEEN),
+        "plate": lambda: box(sizes, colour, SEEN),
+        "point": lambda: ball(view.reach, colour),
+    }
+    return (made[outline.look]().put(body.frame.R[0] @ R, body.frame.point(outline.centre)[0]),)
 
 
 def _wheels(scene: Scene, found: Places, body: Placed, view: View, colour: str) -> tuple[Solid, ...]:

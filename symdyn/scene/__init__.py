@@ -55,6 +55,7 @@ from symdyn.scene.values.model import (
     acceleration_name,
     velocity_name,
 )
+from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.quantity import Quantity, express, number, symbol
 from symdyn.scene.values.spelling import spell
 
@@ -62,6 +63,7 @@ __all__ = [
     "FORCES",
     "GROUND",
     "JOINTS",
+    "OUTLINES",
     "Body",
     "Contact",
     "Coupling",

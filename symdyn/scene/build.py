@@ -58,6 +58,7 @@ def body(
     about: Literal["com", "frame"] | None = None,
     particles: Sequence[Particle | Mapping[str, object]] | None = None,
     allow_invalid_inertia: bool = False,
+    shape: str | Mapping[str, object] | None = None,
 ) -> Entry:
     """Declare a rigid body.
 
@@ -70,6 +71,8 @@ def body(
         about: "com" or "frame", the point that `inertia` refers to; must come with it.
         particles: point masses such as {"mass": "m1", "at": [0, 0, 1]}.
         allow_invalid_inertia: accept an inertia that no real body has.
+        shape: what it looks like in pictures: "rod", "disc", "ring", "ball", "plate", "point", or a table with
+            sizes such as {"type": "disc", "radius": 0.3, "axis": [0, 0, 1]}.
     """
     return entry(
         "bodies",
@@ -81,6 +84,7 @@ def body(
         inertia_about=about,
         particles=particles,
         allow_invalid_inertia=allow_invalid_inertia,
+        shape=shape,
     )
 
 

@@ -21,6 +21,7 @@ from symdyn.scene.joints import JOINTS, JointKind, own_keys
 from symdyn.scene.toml import SHORT
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint
+from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.shapes import (
     ANYTHING,
     FLAG,
@@ -79,6 +80,25 @@ WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; 
     "particles": (
         "point masses of the body",
         several(table_shape({"mass": NUMBER, "at": VECTOR}, ("mass", "at")), 0, MOST_PARTICLES),
+    ),
+    "shape": (
+        "what it looks like in pictures, where its inertia does not tell",
+        {
+            "anyOf": [
+                choice_of(*OUTLINES),
+                *(
+                    table_shape(
+                        {
+                            "type": {"const": word},
+                            **dict.fromkeys(kind.sizes, NUMBER),
+                            **({} if kind.axis is None else {"axis": VECTOR}),
+                        },
+                        ("type",),
+                    )
+                    for word, kind in OUTLINES.items()
+                ),
+            ]
+        },
     ),
     "allow_invalid_inertia": ("accept an inertia that no body has", FLAG),
     "type": ("what kind of joint", choice_of(*JOINTS)),

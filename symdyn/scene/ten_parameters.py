@@ -53,7 +53,7 @@ def with_symbolic_inertia(scene: Scene) -> Scene:
 
 def _open(body: Body, names: list[str]) -> Body:
     mass, x, y, z, xx, yy, zz, xy, xz, yz = (symbol(name) for name in names)
-    return Body(body.name, mass, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame")
+    return Body(body.name, mass, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame", shape=body.shape)
 
 
 def _used(scene: Scene) -> set[str]:
@@ -79,9 +79,8 @@ def named_body(body: Body, k: int, names: Names) -> Body:
         names.of(entry, f"{kind}{k}", unit, f"{text} of {body.name}", kind == "m")
         for entry, (kind, unit, text) in zip(ten, INERTIAL, strict=True)
     )
-    return Body(
-        body.name, m, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame", apart, body.allow_invalid_inertia
-    )  # fmt: skip
+    excused = body.allow_invalid_inertia
+    return Body(body.name, m, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame", apart, excused, body.shape)
 
 
 def _as_it_stands(body: Body, k: int, names: Names) -> Body:

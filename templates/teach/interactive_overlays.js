@@ -71,7 +71,7 @@ const trails = () => {
 
 // Ghost: the same start with another value of one parameter
 
-const SOLID = ["link", "particle", "com", "wheel", "ball", "spring", "slide", "rod", "disc", "plate"];
+const SOLID = ["link", "particle", "com", "wheel", "ball", "spring", "slide", "rod", "disc", "ring", "plate"];
 const which = one("[data-do=ghost]"), howMuch = one("[data-do=ghost-value]");
 let ghost = null, shade = null;
 const behind = add("g", "live-ghost", picture);

@@ -97,6 +97,21 @@ const around = (radius, angle, width) => {
   return ([, moved]) => put(curve, flat(moved));
 };
 
+/** The line through points, nothing where one of them has no value. */
+const outlined = (points, end = "") => points.flat().every(Number.isFinite) ? line(...points) + end : "";
+const spanned = (at, a, b, x, y) => flat([0, 1, 2].map(i => at[i] + x * (a[i] - at[i]) + y * (b[i] - at[i])));
+/** What draws a circle in space, a line where it is seen edge-on, and a mark from its rim inwards that shows it turn. */
+const disc = (body, look, inner, marked) => {
+  const rim = add("path", `${look}link ${colour(body)}`), mark = add("path", marked);
+  if (!look) rim.setAttribute("style", "fill:none");
+  for (const element of [rim, mark]) element.setAttribute("stroke-width", element === rim ? 3 : 1.6);
+  return ([at, a, b]) => {
+    const turns = Array.from({ length: 49 }, (_, k) => spanned(at, a, b, Math.cos(k * Math.PI / 24), Math.sin(k * Math.PI / 24)));
+    rim.setAttribute("d", outlined(turns, "Z"));
+    mark.setAttribute("d", outlined([spanned(at, a, b, inner, 0), spanned(at, a, b, 1, 0)]));
+  };
+};
+
 /** Each kind of mark: makes its elements and returns what moves them to the rows of the points that they need. */
 const kinds = {
   support: () => {
@@ -160,6 +175,18 @@ const kinds = {
       for (let k = Math.ceil(4 * (u - 1)); k <= 4 * (u + 1); k++) strokes.push(line(place(k / 4, v - 1), place(k / 4, v + 1)));
       hatch.setAttribute("d", strokes.join(""));
     };
+  },
+  rod: body => {
+    const rod = add("path", `link ${colour(body)}`);
+    rod.setAttribute("stroke-width", 6);
+    return ([, a, b]) => rod.setAttribute("d", outlined([flat(a), flat(b)]));
+  },
+  disc: body => disc(body, "plate ", -1, "stem"),
+  ring: body => disc(body, "", 0.88, `link ${colour(body)}`),
+  plate: body => {
+    const sheet = add("path", `plate link ${colour(body)}`);
+    sheet.setAttribute("stroke-width", 2);
+    return ([at, a, b]) => sheet.setAttribute("d", outlined([[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([x, y]) => spanned(at, a, b, x, y)), "Z"));
   },
   ball: body => {
     const outline = add("circle", `link ${colour(body)}`);

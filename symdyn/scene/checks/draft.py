@@ -86,6 +86,8 @@ def _body(where: str, body: Body) -> Iterator[Use]:
     for k, particle in enumerate(body.particles):
         yield Use(where, f"particles[{k}].mass", particle.mass)
         yield from _vector(where, f"particles[{k}].at", particle.at)
+    yield from (Use(where, f"shape.{name}", size) for name, size in (body.shape.sizes if body.shape else ()))
+    yield from _vector(where, "shape.axis", (body.shape and body.shape.axis) or ())
 
 
 def _joint(where: str, joint: Joint, timed: frozenset[str]) -> Iterator[Use]:

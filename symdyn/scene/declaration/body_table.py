@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 
 from symdyn.scene.declaration.dh import BODY_KEYS
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import Body, Particle
+from symdyn.scene.values.model import Body, Outline, Particle
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import ZERO, Quantity
-from symdyn.scene.values.table import Entry, Faults, Table, plain, show, vector
+from symdyn.scene.values.outline import OUTLINES
+from symdyn.scene.values.quantity import NULL, ZERO, Quantity
+from symdyn.scene.values.table import Entry, Faults, Table, plain, show, shown, vector
 
 MOST_PARTICLES = 500
 """Particles of a body; each is a term of every formula, so that more of them are given by their sums."""
@@ -42,6 +44,7 @@ def read_body(entry: Entry, faults: Faults) -> Body:
         about=about,
         particles=_particles(table, faults),
         allow_invalid_inertia=table.flag("allow_invalid_inertia"),
+        shape=_shape(table, faults) if "shape" in table else None,
     )
 
 
@@ -68,6 +71,33 @@ def _inertia(table: Table) -> tuple[Quantity, Quantity, Quantity, Quantity, Quan
         table.refuse("inertia", error)
         return nothing
     return xx, yy, zz, xy, xz, yz
+
+
+def _shape(table: Table, faults: Faults) -> Outline | None:
+    """Return what a body looks like, from a word or a table with sizes."""
+    raw = plain(table.raw["shape"])
+    if isinstance(raw, Outline):
+        return raw
+    given: Mapping[str, object] = raw if isinstance(raw, Mapping) else {"type": raw}
+    if not isinstance(given.get("type"), str) or given["type"] not in OUTLINES:
+        known = ", ".join(f'"{word}"' for word in OUTLINES)
+        table.fault(f"shape = {show(raw)} is not known; write one of {known}, or a table with such a type")
+        return None
+    kind = OUTLINES[str(given["type"])]
+    keys = ("type", *(() if kind.axis is None else ("axis",)), *kind.sizes)
+    row = Table(Entry("", given, f"{table.entry.where}: shape"), faults, keys)
+    sizes = tuple((size, row.quantity(size)) for size in kind.sizes if size in row)
+    for size, length in sizes:
+        if isinstance(length.value, Fraction) and length.value <= 0:
+            row.fault(f"{size} = {shown(length)} is no length; give one above zero")
+    bare = all(entry == ZERO for entry in _inertia(table)) or table.quantity("mass") == ZERO
+    if bare and len(sizes) < len(kind.sizes):
+        row.fault(f"{' and '.join(kind.sizes)} missing, which no inertia tells; write them beside type")
+    axis = row.vector("axis") if "axis" in row else None
+    if axis is not None and (any(x.symbols for x in axis) or axis == NULL):
+        row.fault("axis is no direction in numbers; give one such as [0, 0, 1]")
+        axis = None
+    return Outline(str(given["type"]), sizes, axis)
 
 
 def _particles(table: Table, faults: Faults) -> tuple[Particle, ...]:

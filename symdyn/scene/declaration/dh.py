@@ -19,7 +19,7 @@ CONVENTIONS = ("standard", "modified")
 
 TABLE_KEYS = ("convention", "parent", "links")
 
-BODY_KEYS = ("mass", "com", "first_moment", "inertia", "inertia_about", "particles", "allow_invalid_inertia")
+BODY_KEYS = ("mass", "com", "first_moment", "inertia", "inertia_about", "particles", "allow_invalid_inertia", "shape")
 
 JOINT_KEYS = (
     *("type", "pitch", "coordinate", "coordinates", "drive", "drives", "force", "forces", "mimic", "armature", "rotor"),

@@ -147,6 +147,9 @@ def lost_words(scene: Scene) -> Iterator[str]:
     """Return what robot files have no words for, one line each: loops, what acts, and where a scene starts."""
     yield from (f"loops.{one.name}: closes a loop, and the file holds trees" for one in scene.loops)
     yield from (f"{place_of(one)}: {FORCES[one.kind].lost}" for one in scene.elements)
+    for body in scene.bodies:
+        if body.shape is not None:
+            yield f"bodies.{body.name}: shape = {body.shape.type}: what it looks like"
     for joint in scene.joints:
         where = f"joints.{joint.name}"
         if any(force != ZERO for force in joint.forces):

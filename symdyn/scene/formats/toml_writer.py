@@ -120,6 +120,9 @@ def _body(body: Body) -> Iterator[tuple[str, str]]:
         yield "particles", f"[{', '.join(rows)}]"
     if body.allow_invalid_inertia:
         yield "allow_invalid_inertia", "true"
+    if body.shape is not None:
+        said = [*body.shape.sizes, *([("axis", body.shape.axis)] if body.shape.axis else [])]
+        yield "shape", _value({"type": body.shape.type, **dict(said)}) if said else _text(body.shape.type)
 
 
 def _inertia(body: Body) -> str:

@@ -71,6 +71,22 @@ class Particle:
 
 
 @dataclass(frozen=True)
+class Outline:
+    """What a body looks like, a word of the scene: for pictures, no part of the equations.
+
+    Attributes:
+        type: a key of `OUTLINES`.
+        sizes: its lengths by name, m; those that are left out follow from the inertia.
+        axis: that it is round about, or lies along (a rod) or across (a plate), in body coordinates; None: the inertia
+            tells.
+    """
+
+    type: str
+    sizes: tuple[tuple[str, Quantity], ...] = ()
+    axis: Vector | None = None
+
+
+@dataclass(frozen=True)
 class Body:
     """A rigid body: an extended mass, point masses, or both.
 
@@ -83,6 +99,7 @@ class Body:
         about: "com" or "frame" (the origin of the body frame): the point that `inertia` refers to.
         particles: point masses fixed to the body.
         allow_invalid_inertia: the user knows that no real body has this inertia and wants it all the same.
+        shape: what it looks like; None: as its inertia tells.
     """
 
     name: str
@@ -93,6 +110,7 @@ class Body:
     about: str = "com"
     particles: tuple[Particle, ...] = ()
     allow_invalid_inertia: bool = False
+    shape: Outline | None = None
 
 
 @dataclass(frozen=True)

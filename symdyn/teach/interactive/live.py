@@ -10,9 +10,10 @@ Of a closed mechanism the rows are those of its independent velocities, and all 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.draw.outlines import outline
 from symdyn.dynamics import OUTPUTS, Equations, Function, Workspace, coefficients
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.errors import DerivationError, TeachError
@@ -90,11 +91,17 @@ class Live:
     stuck: str
 
 
-def live(scene: Scene, parameters: Mapping[str, float] | None = None, named: Sequence[Expr] = ()) -> Live:
+def live(
+    scene: Scene,
+    parameters: Mapping[str, float] | None = None,
+    named: Sequence[Expr] = (),
+    outlined: Collection[str] = (),
+) -> Live:
     """Return what the page of a scene computes, one with loops or rows without prescribed motions, see `by_hand`.
 
     Loops are assembled at values of parameters, those that lessons show where none are given. `named` are values of
-    the state and the parameters on any graph, which the page computes too: "named_values".
+    the state and the parameters on any graph, which the page computes too: "named_values". `outlined` names bodies that
+    are drawn as what they look like at these values.
 
     Raises:
         TeachError: a scene that sliders cannot move.
@@ -118,7 +125,9 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None, named: Seq
     if any(not force.is_zero for force in workspace.Q):
         text = "generalized forces Q of loads, dampers, friction and declared forces"
         functions.append(function(workspace, "applied_forces", text, workspace.Q, ("q", "qd")))
-    sheet = Sheet(free, workspace.graph)
+    looks = {body.name: outline(free, body, workspace.graph, values) for body in scene.bodies if body.name in outlined}
+    formed = {name: look for name, look in looks.items() if look is not None}
+    sheet = Sheet(free, workspace.graph, formed)
     text = "points and directions that are drawn, ground frame"
     entries = [x for row in sheet.rows for x in row]
     functions.append(function(workspace, "drawn_points", text, entries, ("q", "qd"), (len(sheet.rows), 3)))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.draw.force_arrows import from_zero, mark_of
+from symdyn.draw.outlines import Formed
 from symdyn.draw.places import drawn
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Load, Scene, Strut
 from symdyn.scene.joints.blocks import AXES, unit
-from symdyn.spatial import Vec, apply, cross, scale
+from symdyn.spatial import Vec, add, apply, cross, scale, sub
 
 AROUND, BLADE = 2, 1
 """How far a plane is drawn around what touches it: in radii of a wheel; m around a blade."""
@@ -25,7 +26,8 @@ class Mark:
         kind: "link", "particle", "com" or "point"; "turn", "slide" or "weld", a joint; "support" or "rail", where one
             stands on the ground; "frame", "load", "spring" or "damper", "spring_turn" and the like for one in a joint
             ("spring_zero" begins at the zero of a slide, "spring_slide" behind it), "wheel", the rim of what rolls;
-            "ball", its outline; or "plane", what wheels and blades touch.
+            "ball", its outline; "rod", "disc", "ring" or "plate", what a body looks like; or "plane", what wheels and
+            blades touch.
         rows: of `drawn_points` that it needs, points first, then directions.
         body: number of the body that it belongs to, which is its colour; -1 for the ground.
         text: the name of a point or a load.
@@ -58,8 +60,8 @@ class Measured:
 class Sheet:
     """Rows of `drawn_points` and the marks that use them."""
 
-    def __init__(self, scene: Scene, graph: Graph) -> None:
-        """Collect everything of a scene; what is drawn is what pictures show."""
+    def __init__(self, scene: Scene, graph: Graph, formed: Mapping[str, Formed]) -> None:
+        """Collect everything of a scene; what is drawn is what pictures show, `formed` what bodies look like."""
         self.rows: list[Vec] = []
         self.points: list[int] = []
         self.marks: list[Mark] = []
@@ -69,7 +71,7 @@ class Sheet:
         self.gravity = self._direction(self._found["gravity",])
         starts = {joint.child: self._point(self._found["moved", joint.name][9:]) for joint in scene.joints}
         tips: dict[str, list[int]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
-        self.marks += self._planes(scene)
+        self.marks += [*self._planes(scene), *self._outlines(formed)]
         joints = list(self._joints(scene, starts, tips))
         masses = [*self._wheels(scene), *self._masses(scene, starts, tips)]
         acting = list(self._acting(scene, tips))
@@ -160,6 +162,18 @@ class Sheet:
                 yield self._made("wheel", (centre, *ends), row.place.body)
             if row.axis is None:
                 yield self._made("ball", (centre, ends[0]), row.place.body)
+
+    def _outlines(self, formed: Mapping[str, Formed]) -> Iterator[Mark]:
+        """Yield what bodies look like: the centre, and both ends of every way that they extend in."""
+        for name, (look, centre, ways) in formed.items():
+            frame = self._found["frame", name]
+            at = add(_turned(frame, centre), (frame[9], frame[10], frame[11]))
+            turned = [_turned(frame, way) for way in ways]
+            rows = [self._point(at)]
+            rows += [self._point(add(at, way)) for way in turned] + [self._point(sub(at, way)) for way in turned]
+            yield self._made("particle" if look == "point" else look, tuple(rows), name)
+            if len(ways) == 3:
+                yield self._made("ring", tuple(rows), name)
 
     def _masses(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Mark]:
         """Yield centres of mass, particles and named points."""

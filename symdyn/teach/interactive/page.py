@@ -99,10 +99,10 @@ def interactive(
         q, values = pose(scene, parameters={**begun.parameters, **parameters})
         begun = replace(begun, q=[float(x) for x in q], parameters=values)
     q, values = np.array(begun.q), begun.parameters
-    computed = live(scene, values, named)
+    found = places(scene, q.reshape(1, -1), values)
+    computed = live(scene, values, named, found.outlines)
     name = stem(scene.name)
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
-    found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)
     extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
     letters, symbols = Letters(scene), latex_symbols(scene)

@@ -1,0 +1,199 @@
+"""What bodies look like: the rod, disc, ring, ball or plate that a scene says, or whose inertia a body has.
+
+A guess is drawn where one inertia means one thing, on a body that carries no other one and does not roll on a rim that
+is drawn already, not much larger than the mechanism, and with no joint in a ball or in the course of a rod.
+Sizes: `OUTLINES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.mechanism.state import first_moment, vector
+from symdyn.errors import SymdynError
+from symdyn.graph import Expr, Graph, evaluate
+from symdyn.scene import FORCES, OUTLINES, Body, Scene, express
+from symdyn.scene.forces.force_kind import Rim
+from symdyn.spatial import Mat, Vec, apply, dot, scale, zero_vector
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+ALIKE = 0.01  # share of the largest principal moment within which moments are equal, as of rounded ones
+LARGEST = 1.5  # half a size, or a radius, that is guessed: in extents of the mechanism
+
+
+Formed = tuple[str, Vec, tuple[Vec, ...]]
+"""A key of `OUTLINES`, a centre, and ways as in `Outlined`, as formulas in parameters."""
+
+
+@dataclass(frozen=True)
+class Outlined:
+    """What a body looks like, in body coordinates.
+
+    Attributes:
+        look: a key of `OUTLINES`.
+        centre: its centre of mass, m, shape (3,).
+        ways: from there half a length of it along each of its ways, or radii of it, m, shape (3,) each.
+    """
+
+    look: str
+    centre: Array
+    ways: tuple[Array, ...]
+
+
+def outlines(
+    scene: Scene, parameters: Mapping[str, float], seats: Mapping[str, Array], extent: float
+) -> dict[str, Outlined]:
+    """Return what bodies look like, by name; those of which nothing is known are left out.
+
+    Args:
+        scene: any scene.
+        parameters: values of all of them.
+        seats: where bodies have the joints that carry them, in their coordinates, m, shape (3,), by name.
+        extent: of the mechanism, m: guesses are not much larger; 0 where it has none.
+    """
+    graph = Graph()
+    found = {}
+    for body in scene.bodies:
+        made = outline(scene, body, graph, parameters)
+        if made is None:
+            continue
+        kind, centre, ways = made
+        numbers = _numbers([*centre, *(x for way in ways for x in way)], parameters)
+        if numbers is None:
+            continue
+        at, *drawn = numbers.reshape(-1, 3)
+        sizes = [float(np.linalg.norm(way)) for way in drawn]
+        made_of = Outlined(kind, at, tuple(drawn))
+        if all(size > 0 for size in sizes) and (body.shape or _fits(made_of, sizes, seats[body.name], extent)):
+            found[body.name] = made_of
+    return found
+
+
+def _fits(guess: Outlined, sizes: Sequence[float], seat: Array, extent: float) -> bool:
+    """Return whether a guess may be drawn: not too large, and no joint inside a ball or in the course of a rod."""
+    off, size = float(np.linalg.norm(seat - guess.centre)), max(sizes)
+    if extent > 0 and size > LARGEST * extent:
+        return False
+    return guess.look not in ("ball", "rod") or not ALIKE * size < off < (1 - 2 * ALIKE) * size
+
+
+def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, float]) -> Formed | None:
+    """Return type, centre and ways of what a body looks like as formulas, in body coordinates; None where unknown.
+
+    Type and directions are those at values of the parameters, sizes follow their formulas.
+    """
+    said = body.shape
+    rim = any(isinstance(FORCES[row.kind].mark, Rim) and row.place.body == body.name for row in scene.contacts)
+    carries = any(body.name in (joint.parent, joint.child) for joint in scene.loops) or any(
+        joint.parent == body.name for joint in scene.joints
+    )
+    if (said is None and (rim or carries)) or (rim and said is not None and OUTLINES[said.type].rolls):
+        return None
+    mass = express(body.mass, graph)
+    if mass.is_zero:
+        centre: Vec = vector(body.com, graph) if body.com else zero_vector(graph)
+    else:
+        centre = vector(body.com, graph) if body.com is not None else scale(1 / mass, first_moment(body, graph))
+    tensor = _about_centre(body, graph, mass, centre)
+    known = _numbers([mass, *(x for row in tensor for x in row), *centre], parameters)
+    if known is None:
+        return None
+    m, moments, axes = float(known[0]), *_principal(known[1:10].reshape(3, 3), known[10:])
+    kind = said.type if said else _guess(m, moments)
+    if kind is None:
+        return None
+    row = OUTLINES[kind]
+    axis = _numbers(vector(said.axis, graph), {}) if said and said.axis else None
+    if axis is not None and row.axis is not None:
+        axes = _around(axes, axis / np.linalg.norm(axis), row.axis)
+    ways = [_constant(graph, way) for way in axes.T]
+    own = [dot(way, apply(tensor, way)) for way in ways]
+    given = dict(said.sizes) if said else {}
+    lengths = []
+    for name, shares in row.sizes.items():
+        if name in given:
+            length = express(given[name], graph)
+        elif mass.is_zero:
+            return None
+        else:
+            total = sum((graph.constant(Fraction(c)) * x for c, x in zip(shares, own, strict=True) if c), graph.zero)
+            length = graph.sqrt(total / mass)
+        lengths.append(length * graph.constant(Fraction(0.5)) if row.half else length)
+    if not lengths:
+        return kind, centre, ()
+    sizes = lengths if len(lengths) == row.ways else lengths * row.ways
+    return kind, centre, tuple(scale(size, way) for way, size in zip(ways, sizes, strict=False))
+
+
+def _guess(mass: float, moments: Array) -> str | None:
+    """Return what has these principal moments I1 <= I2 <= I3, if only one thing has."""
+    low, middle, high = moments
+    if not (mass > 0 and high > 0 and low >= -ALIKE * high):
+        return None
+    if high - low <= ALIKE * high:
+        return "ball"
+    if high - middle <= ALIKE * high and low <= ALIKE * high:
+        return "rod"
+    if abs(low + middle - high) <= ALIKE * high:
+        return "disc" if middle - low <= ALIKE * high else "plate"
+    return None
+
+
+def _principal(tensor: Array, centre: Array) -> tuple[Array, Array]:
+    """Return principal moments in ascending order and their axes as columns; axes of the body where they can be.
+
+    Of a rod's moments that do not tell its axis, the one along the centre of mass stands first.
+    """
+    if not np.abs(tensor - np.diag(np.diag(tensor))).max() > 1e-9 * np.abs(tensor).max():
+        moments, axes = np.diag(tensor), np.eye(3)
+        along = -np.abs(centre)
+        order = np.lexsort((along, np.round(moments / (np.abs(moments).max() or 1.0), 6)))
+        return moments[order], axes[:, order]
+    moments, axes = np.linalg.eigh(tensor)
+    signs = np.sign(axes[np.abs(axes).argmax(axis=0), range(3)])
+    return moments, axes * signs
+
+
+def _around(axes: Array, axis: Array, place: int) -> Array:
+    """Return three ways, one of which, by number, is the axis."""
+    others = [axes[:, k] for k in range(3)]
+    first = max((other - (other @ axis) * axis for other in others), key=lambda x: round(float(np.linalg.norm(x)), 9))
+    first = first / np.linalg.norm(first)
+    ways = [first, np.cross(axis, first)]
+    ways.insert(place, axis)
+    return np.stack(ways, axis=1)
+
+
+def _about_centre(body: Body, graph: Graph, mass: Expr, centre: Vec) -> Mat:
+    """Return the inertia of the extended part about its centre of mass, along the axes of the body."""
+    xx, yy, zz, xy, xz, yz = (express(entry, graph) for entry in body.inertia)
+    if body.about == "frame":
+        x, y, z = centre
+        xx, yy, zz = xx - mass * (y * y + z * z), yy - mass * (x * x + z * z), zz - mass * (x * x + y * y)
+        xy, xz, yz = xy + mass * x * y, xz + mass * x * z, yz + mass * y * z
+    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+
+
+def _numbers(entries: Sequence[Expr], parameters: Mapping[str, float]) -> Array | None:
+    """Return values; None where there is none that a double holds."""
+    if not entries:
+        return np.zeros(0)
+    graph = entries[0].graph
+    values = {graph.symbol(name): float(value) for name, value in parameters.items()}
+    try:
+        found = np.array(evaluate(entries, Floats(), values), dtype=np.float64)
+    except (ArithmeticError, ValueError, KeyError, SymdynError):
+        return None
+    return found if np.isfinite(found).all() and np.abs(found).max(initial=0.0) < 1e150 else None
+
+
+def _constant(graph: Graph, way: Array) -> Vec:
+    x, y, z = (graph.constant(Fraction(float(entry))) for entry in way)
+    return (x, y, z)
