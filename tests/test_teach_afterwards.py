@@ -134,9 +134,9 @@ def test_formulas_of_frequencies_are_roots_of_the_determinant(name: str) -> None
 def test_frequencies_of_books() -> None:
     by_hand = {
         ("pendulum", "near:s:omega:1"): "g/l",
-        ("cart_pole", "near:u:omega:2"): "-6*g*(mc + mp)/(l*(4*mc + mp))",
-        ("elastic_pendulum", "near:s:omega:1"): "k/m",
-        ("elastic_pendulum", "near:s:omega:2"): "g*k/(m*g + k*l0)",
+        ("cart_pole", "near:u:omega:1"): "-6*g*(mc + mp)/(l*(4*mc + mp))",
+        ("elastic_pendulum", "near:s:omega:1"): "g*k/(m*g + k*l0)",
+        ("elastic_pendulum", "near:s:omega:2"): "k/m",
     }
     for (name, key), text in by_hand.items():
         document = lesson(name)
@@ -282,3 +282,25 @@ def test_a_closed_lesson_tells_where_it_rests() -> None:
     document = walkthrough(read(ROOT / "examples/four_bar.toml"), road="multipliers")
     rows = table(step(document, "equilibria"))
     assert [row[-2] for row in rows] == ["oscillates", "oscillates", "unstable", "unstable"]
+
+
+def test_frequencies_by_formula_are_numbered_as_the_shapes() -> None:
+    """k/m, 6.32 rad/s, is the second shape of the elastic pendulum, and the swing, 3.63 rad/s, its first."""
+    document = lesson("elastic_pendulum")
+    rows = table(step(document, "near:stable"))
+    squares = [document.names[f"near:s:omega:{number}"].node for number in (1, 2)]
+    for row, square in zip(rows, squares, strict=True):
+        assert square is not None
+        assert f"{sqrt(value(document, square, m=1, k=40, l0=0.5, g=9.81)):.4g} rad/s" in row[1]
+
+
+def test_a_mass_whose_centre_is_off_the_axis_has_a_centrifugal_force() -> None:
+    """Of angles zyx the third turns the top about x, and its centre of mass lies on y."""
+    document = walkthrough(read(ROOT / "tests/data/found/heavy_top_zyx.toml"))
+    assert not any("there is no centrifugal force" in row[2] for row in table(step(document, "meaning:k_D")))
+
+
+def test_what_can_rest_everywhere_has_no_rests_to_list() -> None:
+    assert "equilibria" not in keys(walkthrough(read(ROOT / "examples/free_body.toml"), road="quaternions"))
+    upright, *_ = table(step(walkthrough(read(ROOT / "examples/heavy_top.toml"), road="quaternions"), "equilibria"))
+    assert "3.108" in upright[-1], "sqrt(m g l / I)"

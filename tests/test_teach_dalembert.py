@@ -13,7 +13,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
-from symdyn.teach import Document, walkthrough
+from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.document import Formula, Matrix, Values
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.shown_motion import choose_motion
@@ -187,3 +187,10 @@ def test_what_is_displayed_of_each_body_obeys_the_laws(name: str) -> None:
             (step,) = (one for part in document.sections for one in part.steps if one.key == f"accelerated:{body.name}")
             one_point = "are one point" in str(step.blocks)
             assert star == pytest.approx(P.T @ F if one_point else np.zeros(3), abs=1e-9)
+
+
+def test_the_whole_system_is_of_reactions_and_a_sine_ends_before_what_follows() -> None:
+    text = str(rendered(lesson("slider_crank"), "md")["slider_crank.md"])
+    assert "All bodies together: one linear system for all unknowns" in text
+    assert "for accelerations and multipliers" not in text
+    assert r"\frac{r \cos \phi \, \dot{\phi}}{l \cos(\phi + \psi)}" in text

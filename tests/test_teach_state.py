@@ -157,7 +157,9 @@ def test_rounded_numbers_in_formulas_follow_the_sign_for_it() -> None:
 
 THIRDS = """
 name = "thirds"
-gravity = [0, -9.81, 0]
+gravity = [0, "-g", 0]
+[parameters]
+g = { value = 9.81, unit = "m/s^2", positive = true }
 [bodies.rod]
 particles = [{ mass = 1.23456789, at = [0.7, 0, 0] }]
 [joints.pivot]
@@ -190,3 +192,28 @@ def test_values_that_lessons_choose_for_parameters_are_no_two_alike_and_none_is_
 
     assert len(values) == len(set(values)) == 81
     assert min(values) > 0.05
+
+
+def test_what_nothing_drives_is_accelerated_as_its_equation_says() -> None:
+    """l/3 theta'' = (g sin theta + x'' cos theta) / 2 of a rod on a cart; R theta'' of a bead by hand."""
+    cart = shown(walkthrough(read(EXAMPLES / "cart_pole.toml")))
+    theta = cart["theta"]
+    pull = cart["g"] * math.sin(theta) + cart["x_ddot"] * math.cos(theta)
+    assert cart["theta_ddot"] == pytest.approx(1.5 * pull / cart["l"], rel=1e-3)
+
+    document = walkthrough(read(FOUND / "hoop_driven.toml"))
+    bead = shown(document)
+    turning = bead["Omega"] ** 2 * math.sin(bead["theta"]) * math.cos(bead["theta"])
+    fall = bead["g"] / bead["R"] * math.sin(bead["theta"])
+    assert bead["theta_ddot"] == pytest.approx(turning - fall, rel=1e-3)
+    needed = next(step for section in document.sections for step in section.steps if step.key == "torque:2")
+    assert "= 0 N m" in "".join(map(str, needed.claim.parts))
+    other = shown(walkthrough(read(EXAMPLES / "cart_pole.toml"), road="dalembert"))
+    assert other["theta_ddot"] == cart["theta_ddot"]
+
+
+def test_a_drive_beside_friction_does_not_supply_all_by_itself() -> None:
+    text = str(rendered(walkthrough(read(EXAMPLES / "cart_pole.toml")), "md")["cart_pole.md"])
+    assert "what the drive of $x$ and what else acts there have to supply together" in text
+    assert "Nothing drives $\\theta$, and nothing else acts there: the terms add up to zero." in text
+    assert "The drive of $x$ has to supply this" not in text

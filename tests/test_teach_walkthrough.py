@@ -318,9 +318,9 @@ def test_damping_is_a_bar_and_takes_its_power() -> None:
     assert kinds == ["viscous damping", "spring", "spring"]
 
 
-def test_a_passive_joint_is_told_what_its_motion_would_need() -> None:
+def test_the_terms_of_a_passive_joint_cancel() -> None:
     step = next(s for section in lesson("cart_pole").sections for s in section.steps if s.key == "torque:2")
-    assert "Nothing drives" in "".join(map(str, step.claim.parts))
+    assert "nothing drives" in "".join(map(str, step.claim.parts))
 
 
 BALL = """

@@ -11,13 +11,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+import numpy as np
+
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import pose
 from symdyn.draw.pose import limits_of
 from symdyn.dynamics.mechanism.prescribed import TIME, at_time, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DrawError, NoValueError
-from symdyn.graph import Expr, Graph, evaluate
+from symdyn.graph import Expr, Graph, evaluate, gradient
 from symdyn.scene import Scene
 from symdyn.scene.joints.start import starting_velocity
 from symdyn.scene.units import coordinates_with_units
@@ -65,7 +68,8 @@ class Chosen:
 def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
     """Return a position that hides nothing, and velocities that are not all alike; without `moving`, at rest.
 
-    Rates that the scene starts with are kept, and those of prescribed motions are as prescribed.
+    Rates that the scene starts with are kept, and those of prescribed motions are as prescribed; what nothing drives
+    is accelerated as `undriven` says.
     """
     q, parameters, moment = _placed(scene, _parameters(scene, moving))
     values = {graph.symbol(name): value for name, value in parameters.items()}
@@ -79,7 +83,36 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
     rates = evaluate([*led.velocity, *led.acceleration], Floats(), values)
     symbols = [*(state.qd[k] for k in led.place), *(state.qdd[k] for k in led.place)]
     values |= {symbol: float(value) for symbol, value in zip(symbols, rates, strict=True)}
-    return Chosen(values, q, parameters)
+    chosen = Chosen(values, q, parameters)
+    return undriven(scene, chosen) if moving else chosen
+
+
+def undriven(scene: Scene, chosen: Chosen) -> Chosen:
+    """Return the state of an open mechanism with the accelerations that its equations give where nothing drives.
+
+    Those of the others stay. Where a mass that is zero leaves some open, they are the least.
+    """
+    idle = idle_velocities(scene)
+    if scene.is_closed or not idle:
+        return chosen
+    w = Workspace(scene)
+    qdd = w.state.qdd
+    forces = [w.forces(list(qdd))[i] for i in idle]
+    slopes = [x for force in forces for x in gradient(force, [qdd[i] for i in idle])]
+    known = {str(symbol.value): value for symbol, value in chosen.values.items()}
+    values = {w.graph.symbol(name): value for name, value in known.items()}
+    values |= {qdd[i]: 0.0 for i in idle}
+    found = np.array([float(x) for x in evaluate([*forces, *slopes], Floats(), values)])
+    rest, M = found[: len(idle)], found[len(idle) :].reshape(len(idle), len(idle))
+    solved = np.linalg.lstsq(M, -rest, rcond=1e-12)[0]
+    given = dict(zip((str(qdd[i].value) for i in idle), solved, strict=True))
+    return chosen.moved({x: float(given[str(x.value)]) for x in chosen.values if str(x.value) in given})
+
+
+def idle_velocities(scene: Scene) -> list[int]:
+    """Return the velocities for which there is neither a drive nor a prescribed motion."""
+    led = prescribed(scene, Graph()).place
+    return [i for i, drive in enumerate(scene.drives) if drive is None and i not in led]
 
 
 def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]:

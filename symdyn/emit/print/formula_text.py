@@ -6,7 +6,7 @@ A printer yields text with break marks in front of every + and - at which a line
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -216,23 +216,24 @@ class Latex:
         below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
         above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
         if below:
-            lower = " ".join(self._plain_factor(f, len(below)) for f in below).replace(BREAK, "")
-            upper = " ".join(self._plain_factor(f, len(above)) for f in above).replace(BREAK, "") or "1"
+            lower = self._beside([f.base if f.exponent == 1 else f for f in below]).replace(BREAK, "")
+            upper = self._beside(above).replace(BREAK, "") or "1"
             return rf"\frac{{{upper}}}{{{lower}}}"
-        shown = [self.bracketed(f) for f in above]
+        return self._beside(above)
+
+    def _beside(self, factors: Sequence[Form]) -> str:
+        """Return factors side by side, a space behind a sine so that it ends there; one alone without brackets."""
+        if len(factors) < 2:
+            return "".join(map(self, factors))
+        shown = [self.bracketed(f) for f in factors]
         text = shown[0]
-        for previous, factor, following in zip(above, above[1:], shown[1:], strict=False):
+        for previous, factor, following in zip(factors, factors[1:], shown[1:], strict=False):
             loose = isinstance(previous, Number) and isinstance(factor, Number)
             thin = isinstance(previous, Function) or (
                 isinstance(previous, Power) and isinstance(previous.base, Function)
             )
             text += (r" \cdot " if loose else r" \, " if thin else " ") + following
         return text
-
-    def _plain_factor(self, form: Power | Form, count: int) -> str:
-        if isinstance(form, Power) and form.exponent == 1:
-            form = form.base
-        return self.bracketed(form) if count > 1 else self(form)
 
     def _power(self, form: Power) -> str:
         if form.exponent < 0:

@@ -27,7 +27,7 @@ from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.shown_motion import choose_motion
-from symdyn.teach.shown_state import shown_state, starting_rates
+from symdyn.teach.shown_state import shown_state, starting_rates, undriven
 
 RATES = {"rad": (8.0, 20.0), "m": (3.0, 10.0)}  # largest velocity and acceleration of a slider
 UNITS = {
@@ -167,11 +167,17 @@ def start(scene: Scene) -> Start:
     if still and not quaternions(scene):
         with suppress(SymdynError):  # too large for a lesson
             chosen, still = choose_motion(Balance(scene, "en")), False
-    numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
-    rates = [numbers.get(u, 0.0) for u in scene.velocities]
     led = any(joint.motion is not None for joint in scene.joints)
     declared = any(joint.start_rates for joint in scene.joints)
     if still or (declared and not led and not scene.is_closed):
-        rates = starting_rates(scene, chosen.parameters)
+        rates = dict(zip(scene.velocities, starting_rates(scene, chosen.parameters), strict=True))
+        chosen = undriven(scene, chosen.moved({x: rates[str(x.value)] for x in chosen.values if str(x.value) in rates}))
+    numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
     accelerations = [numbers.get(acceleration_name(u), 0.0) for u in scene.velocities]
-    return Start(list(chosen.q), rates, accelerations, dict(chosen.parameters), numbers[TIME] if led else 0.0)
+    return Start(
+        list(chosen.q),
+        [numbers.get(u, 0.0) for u in scene.velocities],
+        accelerations,
+        dict(chosen.parameters),
+        numbers[TIME] if led else 0.0,
+    )

@@ -84,7 +84,9 @@ def language_of(code: str) -> Language:
 @cache
 def _read(path: Path) -> Language:
     data = tomllib.loads(path.read_text(encoding="utf-8"))
-    prose = {key: text for part in data.pop("lesson").values() for key, text in part.items()}
+    tables = data.pop("lesson").values()
+    prose = {key: text for part in tables for key, text in part.items()}
+    assert len(prose) == sum(map(len, tables)), f"{path.name}: two tables of lessons say different things by one key"
     return Language(path.stem, lesson=prose, **data)
 
 

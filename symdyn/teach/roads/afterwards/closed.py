@@ -18,7 +18,7 @@ from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.teach.document import Block, Section, Step, Words
-from symdyn.teach.lesson import Prose
+from symdyn.teach.lesson import Prose, together
 
 FAULTS = (LinearizeError, SimulateError, DerivationError, DrawError, ArithmeticError)
 """What says that there is no one linear motion, such as at a parameter without a value."""
@@ -29,24 +29,29 @@ MOVES = 1e-9
 
 def closed_sections(lesson: Prose) -> list[Section]:
     """Return where a mechanism with loops or rolling rests, and how it can go on steadily; none where neither is."""
-    steps = [step for step in (_rests(lesson), _steady(lesson)) if step is not None]
-    return [lesson.section("after.rests", steps)] if steps else []
-
-
-def _rests(lesson: Prose) -> Step | None:
     try:
         systems, found = linearize_at_rest(lesson.scene)
     except FAULTS:
+        rests, idle = None, frozenset[str]()
+    else:
+        rests, idle = _rests(lesson, systems, found), frozenset(found.idle)
+    steps = [step for step in (rests, _steady(lesson, idle)) if step is not None]
+    return [lesson.section("after.rests", steps)] if steps else []
+
+
+def _rests(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) -> Step | None:
+    """Return where it rests; None where that is everywhere."""
+    if len(found.idle) == len(lesson.scene.coordinates):
         return None
-    searched = lesson.say("closed.search", starts=str(found.starts))
+    of = "closed" if lesson.scene.is_closed else "open"
+    searched = lesson.say(f"{of}.search", starts=str(found.starts))
     blocks: list[Block] = [_places(lesson, systems, found), searched] if systems else [lesson.say("equilibria.none")]
     blocks += [] if systems else [searched]
     if found.idle:
-        names = ", ".join(found.idle)
-        blocks.append(lesson.say("closed.idle", names=names))
+        blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
     if any(place.family for place in found.places):
         blocks.append(lesson.say("closed.family"))
-    reason = lesson.say("closed.reason")
+    reason = lesson.say(f"{of}.reason")
     return Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
 
 
@@ -63,8 +68,11 @@ def _places(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) 
     return lesson.table(heads, rows)
 
 
-def _steady(lesson: Prose) -> Step | None:
-    """Return the steady motion next to the start, None where it starts at rest or there is none."""
+def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
+    """Return the steady motion next to the start, None where it starts at rest or there is none.
+
+    Coordinates that do not matter, `idle`, are not listed.
+    """
     scene = lesson.scene
     try:
         asked, start = prepared(scene, Forces(), (), ()), read_start(scene)
@@ -79,7 +87,7 @@ def _steady(lesson: Prose) -> Step | None:
         return None
     units, rates = coordinate_units(scene), velocity_units(scene)
     moving = np.abs(asked.kinematics(one.point.q)[1] @ one.point.u) > MOVES
-    free = {*one.dropped, *one.cyclic}
+    free = {*one.dropped, *one.cyclic, *idle}
     q = [k for k, name in enumerate(scene.coordinates) if not (name in free or moving[k] or units[k] == "1")]
     u = [k for k, x in enumerate(one.point.u) if abs(x) > MOVES]
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]

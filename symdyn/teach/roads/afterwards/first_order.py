@@ -61,13 +61,13 @@ class FirstOrder:
 
     @property
     def eigenvalues(self) -> list[complex]:
-        """Of the motion with damping, 1/s, those that grow fastest first; of a pair the one above."""
+        """Of the motion with damping, 1/s, those that grow fastest first; of a pair the one above, of zeros one."""
         n = len(self.M)
         A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(self.M, np.hstack([self.K, self.D]))]])
         values = [complex(x) for x in np.linalg.eigvals(A)]
         size = max(map(abs, values), default=0.0)
-        near = [complex(x.real, 0.0 if abs(x.imag) < STILL * size else x.imag) for x in values]
-        return sorted((x for x in near if x.imag >= 0 and abs(x) > 1e-7 * size), key=lambda x: (-x.real, x.imag))
+        near = [complex(*(0.0 if abs(part) < 1e-7 * size else part for part in (x.real, x.imag))) for x in values]
+        return sorted({x for x in near if x.imag >= 0}, key=lambda x: (-x.real, x.imag))
 
 
 def first_order(lesson: Lesson, found: Rests, place: Place, chosen: Chosen) -> FirstOrder | None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.algebra.form import Form, Symbol
+from symdyn.algebra.joined_terms import with_squares
 from symdyn.dynamics.lagrange.second_kind import energies
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
@@ -16,6 +17,7 @@ from symdyn.scene.values.quantity import ZERO as NOTHING
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import Reduced, zero
+from symdyn.teach.roads.lagrange.energies import kinetic_form
 from symdyn.teach.roads.lagrange.velocities import length
 from symdyn.teach.shown_state import Chosen
 
@@ -58,26 +60,19 @@ def _energies(lesson: Lesson) -> Step | None:
             continue
         if zero(lesson, K - energy.K) and zero(lesson, P - energy.P):
             continue
-        shown = [_shown(lesson, node) for node in (K, P)]
-        if any(one is None for one in shown):
+        try:
+            shown = (kinetic_form(lesson, K), with_squares(lesson.short(P)))
+        except (DerivationError, KeyError):
             continue
-        first, second = (one for one in shown if one is not None)
-        rows.append((Words((Symbol(parameter.name), " → 0")), first, second, _left(lesson, K, P)))
+        if max(map(length, shown)) > LONGEST:
+            continue
+        rows.append((Words((Symbol(parameter.name), " → 0")), *shown, _left(lesson, K, P)))
         checks += _smaller(lesson, symbol, K, P)
     if not rows:
         return None
     table = lesson.table(("limits.limit", Symbol("K:"), Symbol("P:"), "limits.left"), rows)
     blocks, reason = (table, *checks), lesson.say("limits.reason")
     return Step("limits", lesson.say("limits"), blocks, reason, show=("energies", "ghost"))
-
-
-def _shown(lesson: Lesson, node: Expr) -> Form | None:
-    """Return an energy as a form, None where it is too long for a table."""
-    try:
-        form = lesson.short(node)
-    except (DerivationError, KeyError):
-        return None
-    return form if length(form) <= LONGEST else None
 
 
 def _left(lesson: Lesson, K: Expr, P: Expr) -> Words:

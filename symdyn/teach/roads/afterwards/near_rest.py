@@ -25,7 +25,7 @@ from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.equilibria import Place, Rests
-from symdyn.teach.roads.afterwards.first_order import FirstOrder, Nodes, first_order
+from symdyn.teach.roads.afterwards.first_order import FirstOrder, first_order
 from symdyn.teach.roads.afterwards.mode_pictures import mode_picture
 from symdyn.teach.roads.lagrange.velocities import length
 from symdyn.teach.shown_state import Chosen
@@ -67,16 +67,16 @@ def _blocks(lesson: Lesson, place: Place, near: FirstOrder, chosen: Chosen) -> t
     if idle:
         blocks.append(lesson.say("near.massless", names=together(idle)))
     if place.exact is not None and len(near.moved) <= MOST_FREEDOMS:
-        blocks += _formulas(lesson, TAGS[place.kind], near)
+        blocks += _formulas(lesson, TAGS[place.kind], near, chosen)
     if near.symmetric:
         blocks += _modes(lesson, place, near, chosen)
         if any(square < 0 for square, _ in near.modes):
             blocks.append(lesson.say("near.negative"))
     if np.abs(near.D).max() > 0 or not near.symmetric:
-        told = [
-            f"{lesson.written(x.real)} ± {lesson.written(x.imag)} i" if x.imag else lesson.written(x.real)
-            for x in near.eigenvalues
-        ]
+        told = []
+        for x in near.eigenvalues:
+            real = lesson.written(x.real) if x.real or not x.imag else ""
+            told.append(f"{real} ± {lesson.written(x.imag)} i".strip() if x.imag else real)
         blocks.append(lesson.say("near.damped" if near.symmetric else "near.turned", values="; ".join(told)))
     return tuple(blocks)
 
@@ -84,7 +84,7 @@ def _blocks(lesson: Lesson, place: Place, near: FirstOrder, chosen: Chosen) -> t
 # Formulas
 
 
-def _formulas(lesson: Lesson, tag: str, near: FirstOrder) -> list[Block]:
+def _formulas(lesson: Lesson, tag: str, near: FirstOrder, chosen: Chosen) -> list[Block]:
     """Return inertia and stiffness, and the frequencies that have a short formula."""
     n, names = len(near.moved), [str(k + 1) for k in near.moved]
     shown = [[_short(lesson, x) for row in matrix for x in row] for matrix in near.nodes]
@@ -101,7 +101,7 @@ def _formulas(lesson: Lesson, tag: str, near: FirstOrder) -> list[Block]:
         else:
             whole = lesson.called(f"near:{tag}:{letter}", Letter(letter, (tag,)))
             blocks.append(Matrix(whole.name, tuple(forms), tuple(keys), width=n))
-    return [*blocks, *_frequencies(lesson, near.nodes, tag)]
+    return [*blocks, *_frequencies(lesson, near, tag, chosen)]
 
 
 def _short(lesson: Lesson, node: Expr) -> Form:
@@ -113,8 +113,9 @@ def _short(lesson: Lesson, node: Expr) -> Form:
         return field.form(evaluate([node], field, field.values())[0])
 
 
-def _frequencies(lesson: Lesson, matrices: tuple[Nodes, Nodes], tag: str) -> list[Block]:
-    """Return ω² by the factors of det(C - ω² A) = 0 that are of first and second degree in ω²."""
+def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> list[Block]:
+    """Return ω² by the factors of det(C - ω² A) = 0 that are of first and second degree in ω², numbered as shapes."""
+    matrices = near.nodes
     n, flat = len(matrices[0]), [x for matrix in matrices for row in matrix for x in row]
     try:
         field = Ratios(flat)
@@ -123,28 +124,39 @@ def _frequencies(lesson: Lesson, matrices: tuple[Nodes, Nodes], tag: str) -> lis
         found = factors(field, characteristic(field, solved(field, rows[:n], rows[n:])))
     except (ZeroDivisionError, OverflowError):
         return []
-    blocks: list[Block] = []
-    for count, (monic, _) in enumerate(found, 1):
-        forms, key = [field.form(x) for x in monic[1:]], f"near:{tag}:omega:{count}"
-        index = (tag, str(count)) if len(found) > 1 else (tag,)
+    shown: dict[int, list[Block]] = {}
+    left = dict(enumerate((square for square, _ in near.modes), 1))
+    for monic, times in found:
+        forms = [field.form(x) for x in monic[1:]]
+        roots = np.roots([1.0, *chosen.of(*(express_form(x, lesson.graph) for x in forms))]).real
+        count, *_ = sorted(_taken(left, float(root)) for root in np.repeat(roots, times))
+        key, index = f"near:{tag}:omega:{count}", (tag, str(count)) if len(found) > 1 else (tag,)
         if monic[-1].is_zero or len(monic) > 3 or max(map(length, forms)) > LONGEST:
             continue
         if len(monic) == 2:
             square = _negated(forms[0])
             lesson.name(key, "omega", *index, node=express_form(square, lesson.graph), power=2)
-            blocks.append(Formula(key, square))
+            shown[count] = [Formula(key, square)]
         else:
             sum_, product = _negated(forms[0]), forms[1]
             omega = lesson.name(key, "omega", *index, node=None)
             b = lesson.name(f"{key}:b", "b", *index, node=express_form(sum_, lesson.graph))
             d = lesson.name(f"{key}:d", "d", *index, node=express_form(product, lesson.graph))
-            left = sum_of((power_of(omega, 4), product_of((MINUS_ONE, b, power_of(omega, 2))), d))
-            blocks += [lesson.say("near.two", equation=left), Formula(b.name, sum_), Formula(d.name, product)]
+            whole = sum_of((power_of(omega, 4), product_of((MINUS_ONE, b, power_of(omega, 2))), d))
+            shown[count] = [lesson.say("near.two", equation=whole), Formula(b.name, sum_), Formula(d.name, product)]
+    blocks = [block for count in sorted(shown) for block in shown[count]]
     if blocks:
         symbol = lesson.name(f"near:{tag}:omega", "omega", tag, node=None)
         said = "near.frequency" if n == 1 else "near.frequencies"
         blocks.insert(0, lesson.say(said, square=power_of(symbol, 2)))
     return blocks
+
+
+def _taken(left: dict[int, float], square: float) -> int:
+    """Return the number of the shape whose ω² is nearest, which is taken from those left."""
+    count = min(left, key=lambda k: abs(left[k] - square))
+    del left[count]
+    return count
 
 
 def _negated(form: Form) -> Form:

@@ -34,10 +34,10 @@ def choose_motion(lesson: Balance) -> Chosen:
     _refuse_singular_angles(lesson, chosen)
     w, n = lesson.workspace, lesson.state.n
     led = w.prescribed
-    if not lesson.closed and not led.place:
+    if not lesson.closed:
         return chosen
-    rows = w.loops.recursive if lesson.closed else None
-    G = w.loops.G(rows) if rows else []
+    rows = w.loops.recursive
+    G = w.loops.G(rows)
     pins = np.eye(n)[list(led.place)].reshape(-1, n)
     A = np.vstack([np.array(chosen.of(*(x for row in G for x in row))).reshape(-1, n), pins])
     free = _independent(lesson, led.place)
@@ -45,10 +45,8 @@ def choose_motion(lesson: Balance) -> Chosen:
     wanted = [given[k] or RATES[place % len(RATES)] for place, k in enumerate(free)]
     u = _tied(A, np.array([*(0.0 for _ in G), *chosen.of(*led.velocity)]), free, wanted)
     chosen = _with(chosen, lesson.state.qd, u)
-    bias = [-x for x in chosen.of(*w.loops.bias(rows))] if rows else []
+    bias = [-x for x in chosen.of(*w.loops.bias(rows))]
     right = np.array([*bias, *chosen.of(*led.acceleration)])
-    if not lesson.closed:
-        return _with(chosen, lesson.state.qdd, _tied(A, right, free, ACCELERATIONS))
     return _with(chosen, lesson.state.qdd, _accelerated(lesson, chosen, A, right, free))
 
 
@@ -88,8 +86,7 @@ def _system_at(lesson: Balance, chosen: Chosen) -> tuple[Array, Array]:
 
 def _independent(lesson: Balance, led: tuple[int, ...]) -> list[int]:
     """Return the velocities whose rates may be chosen."""
-    free = list(lesson.workspace.loops.decisions.partition.independent) if lesson.closed else range(lesson.state.n)
-    return [k for k in free if k not in led]
+    return [k for k in lesson.workspace.loops.decisions.partition.independent if k not in led]
 
 
 def _tied(A: Array, right: Array, free: list[int], wanted: Sequence[float]) -> Array:

@@ -24,8 +24,8 @@ from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Coefficient, Printable, printable
 from symdyn.graph import Expr, tangents
-from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values
-from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
+from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named, together
 from symdyn.teach.roads.lagrange.forms import is_rate, rate_of
 from symdyn.teach.roads.lagrange.velocities import MOST_TERMS, folded, length
 
@@ -191,15 +191,23 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
     q, qd = lesson.state.q[i].value, lesson.state.qd[i].value
     left = sum_of((Symbol(f"d/dt dL:/d{qd}"), _signed(MINUS_ONE, Symbol(f"dL:/d{q}"))))
     claim = lesson.say("equation", left=left, right=page.right[i])
-    passive = lesson.scene.drives[i] is None
     key, motion = f"equation:{i + 1}", f"motion:{i + 1}"
     blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", lesson.number(key))]
     if lesson.number(motion):
         blocks.insert(0, Formula("", left, lesson.number(motion), page.right[i]))
     if any(not brace.under for brace in terms):
         blocks.append(lesson.say("equation.named"))
-    reason = lesson.say("equation.passive" if passive else "equation.reason", q=Symbol(str(q)))
+    reason = supplied(lesson, lesson.scene.drives[i], page.right[i], Symbol(str(q)))
     return Step(key, claim, tuple(blocks), reason, lesson.reference(motion, key))
+
+
+def supplied(lesson: Prose, drive: str | None, right: Form, q: Form) -> Words:
+    """Return who has to supply the terms of an equation: its drive, what else stands on the right, or nobody."""
+    if drive is None:
+        key = "equation.free" if right == ZERO else "equation.passive"
+    else:
+        key = "equation.reason" if right == Symbol(drive) else "equation.shared"
+    return lesson.say(key, q=q)
 
 
 def _M(lesson: Lesson, i: int, j: int) -> Form:

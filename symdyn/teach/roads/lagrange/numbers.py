@@ -17,7 +17,10 @@ from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.masses import Mass
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_key, coefficient_unit, node_of
-from symdyn.teach.shown_state import Chosen, timed
+from symdyn.teach.shown_state import Chosen, idle_velocities, timed
+
+NONE = 1e-9
+"""A sum of so small a part of its terms' amounts is rounding."""
 
 
 def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
@@ -39,7 +42,10 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     pairs = zip(symbols, units, strict=True)
     rows = [(named(x), lesson.written(chosen.values[x]), unit.replace("^2", "²")) for x, unit in pairs]
     reason = lesson.say("state.reason.closed" if scene.is_closed else "state.reason")
-    return Step("state", lesson.say("state"), (lesson.table(("symbol", "value", "unit"), rows),), reason)
+    blocks: tuple[Block, ...] = (lesson.table(("symbol", "value", "unit"), rows),)
+    if not scene.is_closed and idle_velocities(scene):
+        blocks = (*blocks, lesson.say("state.undriven"))
+    return Step("state", lesson.say("state"), blocks, reason)
 
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
@@ -63,14 +69,15 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     for force in _others(lesson, page, i):
         terms.append((product_of((MINUS_ONE, force)), -express_form(force, lesson.graph)))
     labels, values = [label for label, _ in terms], chosen.of(*(value for _, value in terms))
-    whole = sum(map(abs, values)) or 1.0
+    whole, sum_ = sum(map(abs, values)) or 1.0, sum(values)
+    sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
     bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
     slides = [unit == "m" for unit in velocity_units(lesson.scene)]
     total, unit = _drive(lesson, i), "N" if slides[i] else "N m"
     caption = lesson.say("shares", total=total)
-    block = Shares(caption, total, sum(values), unit, bars)
+    block = Shares(caption, total, sum_, unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"
-    claim = lesson.say(key, total=total, value=f"{lesson.equals(sum(values))} {unit}", q=named(lesson.state.q[i]))
+    claim = lesson.say(key, total=total, value=f"{lesson.equals(sum_)} {unit}", q=named(lesson.state.q[i]))
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
@@ -101,6 +108,7 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     acting = [lesson.drives[i] + express_form(sum_of(forces[i][1:]), lesson.graph) for i in n]
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)
+    parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]
     assert abs(left - sum(parts)) <= 1e-9 * (1 + sum(map(abs, parts))), (
         "the power of the drives is not the rate of K + P"
     )

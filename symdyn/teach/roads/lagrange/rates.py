@@ -75,7 +75,7 @@ def _moves(lesson: Lesson, mass: Mass, rate: Expr) -> bool:
 def _accelerated(lesson: Lesson, mass: Mass, j: int, k: int) -> bool:
     """Tell whether both rates together accelerate a mass, or change the angular momentum of one that has inertia."""
     state = lesson.state
-    felt = tangents(tangents(mass.place, state.velocity), state.velocity)  # r̈ where q̈ = 0
+    felt = tangents(tangents((*mass.place, *(mass.h or ())), state.velocity), state.velocity)  # r̈ where q̈ = 0
     if mass.spins:
         w = angular_velocity(lesson, mass.body)
         x, y, z = tangents(w, state.velocity)

@@ -182,7 +182,7 @@ def system_step(lesson: Constrained) -> Step:
             cells += [(ZERO, "0:")] * m
         forms, names = zip(*cells, strict=True)
         blocks.append(Matrix("B:", tuple(forms), tuple(names), width=n + m))
-    return Step("system", lesson.say("system"), tuple(blocks), lesson.say("system.reason"))
+    return Step("system", lesson.say("tied.system"), tuple(blocks), lesson.say("system.reason"))
 
 
 def _inertia(lesson: Constrained, i: int, j: int) -> tuple[Form, str]:

@@ -28,6 +28,7 @@ from symdyn.teach.document import Block, Brace, Braced, Formula, Letter, Name, R
 from symdyn.teach.lesson import named, together
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.roads.lagrange.energies import HALF, kinetic_form
+from symdyn.teach.roads.lagrange.equation_steps import supplied
 from symdyn.teach.roads.lagrange.velocities import MOST_TERMS, folded, length
 from symdyn.teach.roads.multipliers.balance import valued
 from symdyn.teach.roads.quaternions.turning import Turning
@@ -185,8 +186,7 @@ def equation_steps(lesson: Turning, right: Sequence[Form]) -> list[Step]:
         parts += [Symbol(key) for key, node in _along(lesson, i) if terms_of(lesson.shape(node))]
         blocks: list[Block] = [Formula(f"tau:{number}", sum_of(parts))]
         blocks.append(Braced(right[i], tuple(_terms(lesson, i)), f"tau:{number}"))
-        kind = "passive" if lesson.scene.drives[i] is None else "driven"
-        reason = lesson.say(f"quaternion.equation.{kind}", u=named(u[i]))
+        reason = supplied(lesson, lesson.scene.drives[i], right[i], named(u[i]))
         steps.append(
             Step(f"equation:{number}", lesson.say("quaternion.equation", u=named(u[i])), tuple(blocks), reason)
         )

@@ -6,6 +6,7 @@ from symdyn.algebra.form import Form
 from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.document import Document, Name, Section
 from symdyn.teach.notation import acting_steps, scene_step
+from symdyn.teach.roads.afterwards.closed import closed_sections
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
 from symdyn.teach.roads.lagrange.principle import task_step
 from symdyn.teach.roads.lagrange.shows import with_figures
@@ -49,6 +50,7 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     if last >= 2:
         sections += _equations(lesson, right)
     if last >= 3:
+        sections += closed_sections(lesson)
         steps = [state_step(lesson, chosen), forces_step(lesson, chosen), tied_power_step(lesson, right, chosen)]
         sections.append(lesson.section("numbers", steps))
     sections = [with_figures(section, lesson.masses) for section in sections]
