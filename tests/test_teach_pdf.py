@@ -7,7 +7,6 @@ import subprocess
 import zlib
 from pathlib import Path
 
-import matplotlib.image
 import numpy as np
 import pytest
 
@@ -48,9 +47,10 @@ def test_a_pdf_tells_what_it_is_and_fills_its_pages(tmp_path: Path, name: str, l
     assert f"/Lang ({language})" in found
     assert sorted(texts(found)) == sorted([document.title, *(section.title for section in document.sections)])
 
+    read = pytest.importorskip("matplotlib.image").imread
     (tmp_path / "lesson.pdf").write_bytes(pdf)
     subprocess.run(["pdftoppm", "-r", "30", "-gray", "-png", "lesson.pdf", "page"], cwd=tmp_path, check=True)
-    pages = [matplotlib.image.imread(path) for path in sorted(tmp_path.glob("page*.png"))]
+    pages = [read(path) for path in sorted(tmp_path.glob("page*.png"))]
     assert len(pages) > 3
     for number, page in enumerate(pages[:-1], 1):
         dark = np.flatnonzero(page[: int(FOOT * len(page))].min(axis=1) < 0.7)

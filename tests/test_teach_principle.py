@@ -137,7 +137,7 @@ def test_what_is_reasoned_is_reasoned_once() -> None:
         told = [spell.words(s.reason, str) for section in document.sections for s in section.steps if s.reason.parts]
         long = [text for text in told if not text.startswith("The reasoning is") and len(text) > 60]
         assert len(long) == len(set(long))
-        again = [text for text in told if text.startswith("The reasoning is that for ")]
+        again = [text for text in told if text.startswith("The reasoning is the same as for ")]
         assert len(again) >= len(document.scene.coordinates) - 1
 
 

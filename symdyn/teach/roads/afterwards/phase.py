@@ -153,7 +153,7 @@ def _energy(left: Reduced) -> float:
 
 def _curves(x: Array, m: Array, V: Array, level: float, look: str) -> list[Curve]:
     """Return ṙ = ± √(2 (E - V)/m) where it is real, ended on the axis where it turns back."""
-    over = np.where(np.isfinite(V), level - V, -np.inf)
+    over = np.where(np.isfinite(V) & (m > 0), level - V, -np.inf)
     real, found = over > 0, []
     cuts = np.flatnonzero(np.diff(real.astype(int))) + 1
     for part in np.split(np.arange(len(x)), cuts):

@@ -128,9 +128,11 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
     rows = []
     for place, curvature, m in found:
         rates = [f"{lesson.written(x)} {units[k]}/s" for k, x in zip(left.cyclic, _rates(left, place), strict=True)]
-        root = math.sqrt(abs(curvature / m))
         kind = lesson.text("equilibria.stable" if curvature > 0 else "equilibria.unstable")
-        time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
+        time = "–"  # nothing that has inertia moves next to it
+        if m > 0:
+            root = math.sqrt(abs(curvature) / m)
+            time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
         rows.append([f"{lesson.written(place)} {unit}", *rates, kind, time])
     heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
     key = "steady.numbers.led" if left.led else "steady.numbers.free"

@@ -18,7 +18,7 @@ from symdyn.spatial import apply, cross, sub, zero_vector
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import letter
 from symdyn.teach.roads.dalembert.balance import Balance, Cut
-from symdyn.teach.roads.lagrange.velocities import length
+from symdyn.teach.roads.lagrange.velocities import MOST, length
 from symdyn.teach.shown_state import Chosen
 
 NEAR = 1e-9
@@ -284,6 +284,8 @@ def _folded(lesson: Balance, matrix: Matrix) -> Block:
         columns = [max(cells[k :: matrix.width]) for k in range(matrix.width)]
         if sum(columns) + GAP * (len(columns) - 1) <= WIDEST:
             return matrix
+    if sum(terms) > MOST:
+        return lesson.say("longer", name=Symbol(matrix.left), terms=str(sum(terms)))
     pairs = zip(matrix.names, matrix.entries, strict=True)
     entries = tuple(Formula(name, form) for name, form in pairs)
     return Fold(lesson.say("long", name=Symbol(matrix.left), terms=str(sum(terms))), entries)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from symdyn.algebra.form import ZERO, Form, Function, Power, Product, Sum, Symbol, parts_of, terms_of
-from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND
 from symdyn.spatial import Vec
@@ -108,27 +107,19 @@ def _components(lesson: Lesson, names: list[Symbol], v: Vec, found: Sequence[For
 
 
 def folded(lesson: Prose, formula: Formula) -> Block:
-    """Return a formula, folded under its name where it is long."""
-    small = len(lesson.scene.velocities) <= SMALL_SCENE
-    if length(formula.form) <= (PAGE if small else MOST_TERMS):
-        return formula
+    """Return a formula, folded under its name where it is long, and told of where nobody could read it."""
+    terms = length(formula.form)
     left = Symbol(formula.left) if formula.left else formula.right or ZERO
-    return Fold(lesson.say("long", name=left, terms=str(length(formula.form))), (formula,))
+    if terms > MOST:
+        return lesson.say("longer", name=left, terms=str(terms))
+    if terms <= (PAGE if len(lesson.scene.velocities) <= SMALL_SCENE else MOST_TERMS):
+        return formula
+    return Fold(lesson.say("long", name=left, terms=str(terms)), (formula,))
 
 
 def length(form: Form) -> int:
-    """Return how many terms a reader sees, those in brackets included.
-
-    Raises:
-        DerivationError: more than anyone reads.
-    """
-    found = _length(form, {})
-    if found > MOST:
-        raise DerivationError(
-            f"the lesson would be too long to be of use: one of its formulas has {found} terms; symdyn generate writes "
-            "NumPy and C code, which grows with the number of joints only"
-        )
-    return found
+    """Return how many terms a reader sees, those in brackets included."""
+    return _length(form, {})
 
 
 def _length(form: Form, known: dict[int, int]) -> int:
