@@ -3,9 +3,10 @@
     python benchmarks/lesson_frames.py                      the six-axis page, everything shown
     python benchmarks/lesson_frames.py examples/two_link.toml --show velocities,trails --seconds 5
 
-The page is the lesson as `symdyn walkthrough --format html --exercises` writes it; its mechanism plays while the browser
-records its own timeline. A picture lasts from one animation frame to the next; what it costs is what the main thread ran in
-scripts, style and layout in between, in time of its thread, which other work of the machine does not lengthen.
+The page is the lesson as `symdyn walkthrough --format html --exercises` writes it; its mechanism plays while the
+browser records its own timeline. A picture lasts from one animation frame to the next; what it costs is what the main
+thread ran in scripts, style and layout in between, in time of its thread, which other work of the machine does not
+lengthen.
 """
 
 from __future__ import annotations
