@@ -27,7 +27,7 @@ NARROW = 0.8  # of the width of a text that lettering reckons on the wide side
 SOLID, DASHED, DOTTED, FAINT = "link body0", "link body1 sense", "link body2 gap", "stem"
 """Looks of curves."""
 
-STABLE, UNSTABLE, OPEN = "particle body0", "com", "com"
+STABLE, UNSTABLE = "particle body0", "com"
 """Looks of marks: filled for what is stable, empty for what is not."""
 
 
