@@ -6,7 +6,7 @@ S minimises the relative error of sin, C the absolute error of cos. Each leading
 type and the rest is fitted again, so that rounding costs almost nothing. The parts of π/2 are cut, not rounded: k times
 one of the first ones is exact for |k| < 2²⁰, and all are positive, which keeps the sign of -0.
 
-    python benchmarks/minimax.py        prints what stands in symdyn/emit/code/c_sincos.py
+    python benchmarks/minimax.py        prints what stands in symdyn/emit/targets/c/sincos.py
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
         "roads": ["reactions", "loops", "recursive", "lagrange", "mechanism"],
         "closed_forms": ["roads", "loops", "recursive", "mechanism"],
     },
-    "emit": {"": [], "code": [""], "print": [""]},
+    "emit": {"": [], "code": [""], "targets": ["code", ""], "print": [""]},
     "scene": {
         "values": [],
         "joints": ["values"],

@@ -23,9 +23,9 @@ from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.code.c_plan import Pass, SineCosine, plan
-from symdyn.emit.code.c_sincos import COSINE, HALF_PI, SINE
-from symdyn.emit.code.c_stages import PIECE
+from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
+from symdyn.emit.targets.c.sincos import COSINE, HALF_PI, SINE
+from symdyn.emit.targets.c.stages import PIECE
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
@@ -267,7 +267,7 @@ def test_a_long_scalar_function_may_write_over_its_arguments():
 
 
 def test_a_result_too_large_for_blocks_is_computed_state_by_state(monkeypatch):
-    monkeypatch.setattr("symdyn.emit.code.c_batch.STACK", 1000)
+    monkeypatch.setattr("symdyn.emit.targets.c.batch.STACK", 1000)
     g = Graph()
     q = [g.symbol(f"q{i}") for i in range(2)]
     program = lower(one([g.sin(q[0]) * k + q[1] for k in range(50)], q))
@@ -296,7 +296,7 @@ def test_a_loop_over_states_stays_whole_where_one_state_is_computed_in_parts(mon
     name = "inverse_dynamics_derivatives"
 
     whole = emit(program, "c", option="batch")["arm7.c"]
-    monkeypatch.setattr("symdyn.emit.code.c_batch.WIDEST_LOOP", 7 * 21 - 1)
+    monkeypatch.setattr("symdyn.emit.targets.c.batch.WIDEST_LOOP", 7 * 21 - 1)
     cut = emit(program, "c", option="batch")["arm7.c"]
 
     loops = [text.count("#pragma omp simd\n    for (size_t k = 0; k < 32;") for text in (whole, cut)]

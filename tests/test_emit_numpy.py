@@ -18,9 +18,9 @@ from symdyn.build import run_python
 from symdyn.dynamics import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.code import player
-from symdyn.emit.code.python import BLOCK, player_text
 from symdyn.emit.code.real import REALS
+from symdyn.emit.targets import player
+from symdyn.emit.targets.numpy import BLOCK, player_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower

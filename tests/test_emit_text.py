@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from symdyn.algebra.numeric import Batches
 from symdyn.emit.code.identifiers import function_names, stem
-from symdyn.emit.code.python import NUMPY
 from symdyn.emit.code.real import REALS, digits, nearest
+from symdyn.emit.targets.numpy import NUMPY
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate
 

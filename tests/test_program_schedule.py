@@ -9,8 +9,8 @@ from arms import EXAMPLES
 from mechanisms import random_tree
 
 from symdyn.dynamics import derive
-from symdyn.emit.code.c_plan import plan
-from symdyn.emit.code.c_stages import TRIGONOMETRIC, needs_of
+from symdyn.emit.targets.c.plan import plan
+from symdyn.emit.targets.c.stages import TRIGONOMETRIC, needs_of
 from symdyn.program import lower
 from symdyn.program.schedule import schedule
 from symdyn.scene import read

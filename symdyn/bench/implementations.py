@@ -20,11 +20,11 @@ from symdyn.build import RUNNERS, Runner, build
 from symdyn.build.extension import build_extension
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit
-from symdyn.emit.code.c import BATCH, C
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import REALS
-from symdyn.emit.code.ufunc import UFUNC
 from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import MissingCompiler
 from symdyn.program import Program, Routine, lower
 from symdyn.program.assemble import shared

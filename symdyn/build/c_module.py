@@ -23,9 +23,9 @@ from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources, emit
-from symdyn.emit.code.c import BATCH, HEADER_ONLY, C
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import find_real
+from symdyn.emit.targets.c import BATCH, HEADER_ONLY, C
 from symdyn.errors import BuildError
 from symdyn.program import Program
 from symdyn.program.assemble import shared

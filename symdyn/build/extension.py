@@ -17,7 +17,7 @@ from symdyn.build.dialects import Needs
 from symdyn.build.library import Kind, load
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources
-from symdyn.emit.code.ufunc import LEAN, UFUNC
+from symdyn.emit.targets.ufunc import LEAN, UFUNC
 from symdyn.errors import MissingCompiler
 
 INCLUDE = Path(sysconfig.get_path("include"))

@@ -13,8 +13,8 @@ from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, run_or_python
 from symdyn.dynamics import LoopChoices, Unasked, available, row_of
 from symdyn.emit import Sources, emit
-from symdyn.emit.code.python import NUMPY
-from symdyn.emit.code.ufunc import LEAN, NAMED, UFUNC
+from symdyn.emit.targets.numpy import NUMPY
+from symdyn.emit.targets.ufunc import LEAN, NAMED, UFUNC
 from symdyn.errors import EmitError, SceneError, UnknownNameError
 from symdyn.program import Program, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program

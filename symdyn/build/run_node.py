@@ -16,8 +16,8 @@ import numpy.typing as npt
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
 from symdyn.emit import Sources
-from symdyn.emit.code.javascript import JS
 from symdyn.emit.render import verbatim
+from symdyn.emit.targets.javascript import JS
 from symdyn.errors import BuildError, MissingNode
 
 CANDIDATES = ("node", "nodejs")

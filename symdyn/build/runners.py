@@ -14,11 +14,11 @@ from symdyn.build.extension import build_extension
 from symdyn.build.run_node import run_js
 from symdyn.build.warned import check_target, warn_once
 from symdyn.emit import Sources, emit
-from symdyn.emit.code.c import BATCH, C
 from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.javascript import JS
-from symdyn.emit.code.python import NUMPY
-from symdyn.emit.code.ufunc import DOUBLES, UFUNC
+from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.javascript import JS
+from symdyn.emit.targets.numpy import NUMPY
+from symdyn.emit.targets.ufunc import DOUBLES, UFUNC
 from symdyn.errors import CompilerFault, MissingProgram
 
 Call = Callable[..., Any]

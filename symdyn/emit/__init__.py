@@ -1,7 +1,7 @@
 """Emitters: the only room that knows syntax."""
 
-from symdyn.emit.code.door import TARGETS, beside, emit
 from symdyn.emit.code.target import Draft, Sources, Target
+from symdyn.emit.targets.door import TARGETS, beside, emit
 from symdyn.emit.writing import write
 
 __all__ = ["TARGETS", "Draft", "Sources", "Target", "beside", "emit", "write"]

@@ -22,11 +22,11 @@ from symdyn.draw.view import View
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.javascript import JS
 from symdyn.emit.escape import in_html, in_script, in_script_code
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.render import render, verbatim
+from symdyn.emit.targets.javascript import JS
 from symdyn.graph import Expr
 from symdyn.scene import Scene
 from symdyn.scene.values.signals import as_parameters

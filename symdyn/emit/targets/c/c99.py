@@ -19,13 +19,13 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.emit.code.c_batch import LANES, batches, cuts
-from symdyn.emit.code.c_sincos import sincos_values
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, Real, digits
 from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
+from symdyn.emit.targets.c.batch import LANES, batches, cuts
+from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.graph import Op
 from symdyn.program.assemble import PARAMS, PREPARED
 from symdyn.program.prepare import is_prepared
@@ -104,7 +104,7 @@ def _private(values: Mapping[str, Any]) -> list[str]:
 
 def _beside(sources: Sources) -> dict[str, str]:
     """Return an example that knows what must come out, and what builds it by CMake."""
-    from symdyn.emit.code.c_example import files_beside
+    from symdyn.emit.targets.c.example import files_beside
 
     return files_beside(sources, sources.option == HEADER_ONLY, sources.option == BATCH)
 

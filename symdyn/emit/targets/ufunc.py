@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from symdyn.emit.code.c import BATCH, C
 from symdyn.emit.code.real import REALS
 from symdyn.emit.code.source_text import FunctionText, Page
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH, C
 from symdyn.errors import EmitError
 from symdyn.program.assemble import shared
 

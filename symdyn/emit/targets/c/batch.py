@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 
-from symdyn.emit.code.c_plan import Pass, SineCosine, plan
-from symdyn.emit.code.c_stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
-from symdyn.emit.code.c_writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
+from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
+from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
+from symdyn.emit.targets.c.writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
 from symdyn.program.assemble import PARAMS, shared

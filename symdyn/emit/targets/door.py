@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import shlex
 
-from symdyn.emit.code.c import C
-from symdyn.emit.code.javascript import JS
-from symdyn.emit.code.python import NUMPY
 from symdyn.emit.code.real import find_real
 from symdyn.emit.code.target import Sources, Target
-from symdyn.emit.code.ufunc import UFUNC
+from symdyn.emit.targets.c import C
+from symdyn.emit.targets.javascript import JS
+from symdyn.emit.targets.numpy import NUMPY
+from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError
 from symdyn.program import Program
 from symdyn.program.prepare import PREPARE, is_prepared

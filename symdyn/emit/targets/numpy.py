@@ -70,8 +70,8 @@ def _write(draft: Draft) -> dict[str, str]:
 
 @cache
 def player_text(real: Real, block: int) -> str:
-    """Return `symdyn.emit.code.player` as it stands in a module of a number type and of blocks of so many states."""
-    text = files("symdyn.emit.code").joinpath("player.py").read_text(encoding="utf-8")
+    """Return `symdyn.emit.targets.player` as it stands in a module of a number type and of blocks of so many states."""
+    text = files("symdyn.emit.targets").joinpath("player.py").read_text(encoding="utf-8")
     text = text[text.index("def _run(") :].rstrip("\n")
     if real is not REALS["double"]:
         text = text.replace(RETURN, NARROW)

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 
-from symdyn.emit.code.c_stages import (
+from symdyn.emit.targets.c.stages import (
     LONGEST,
     TRIGONOMETRIC,
     Constants,

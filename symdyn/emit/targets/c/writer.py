@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
-from symdyn.emit.code.c_plan import Pass, Plan, SineCosine
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.source_text import Line
+from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
 from symdyn.graph import Expr
 from symdyn.graph.ops import SYMBOL
 from symdyn.program import Program, Routine, Step, identifier
