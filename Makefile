@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo quick test slow fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench accuracy clean
+.PHONY: demo quick test slow targets fuzz viewers lint types doctest wheel golden docs notebooks closed-forms bench accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -22,6 +22,9 @@ test: $(READY)  ## everything that must hold
 slow: $(READY)  ## what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
 	$(BIN)/python -m pip install --quiet -e '.[dev,bench]'
 	$(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
+
+targets: build/targets/.ready  ## what takes a heavy runtime: CasADi, JAX, PyTorch, Octave, rustc, OpenCL, FMPy
+	build/targets/bin/python -m pytest -m targets -n auto --maxprocesses 2 -rs --durations=20 --durations-min=1
 
 SECONDS ?= 600
 SEED ?= 1
@@ -72,6 +75,13 @@ $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet -e '.[dev]'
+	touch $@
+
+build/targets/.ready: pyproject.toml
+	$(PYTHON) -m venv build/targets
+	build/targets/bin/python -m pip install --quiet --upgrade pip
+	build/targets/bin/python -m pip install --quiet torch==2.13.0+cpu || build/targets/bin/python -m pip install --quiet torch
+	build/targets/bin/python -m pip install --quiet -e '.[targets]'
 	touch $@
 
 clean:

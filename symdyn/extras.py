@@ -21,6 +21,9 @@ class Extra:
     without: str
 
 
+GRAMMARS = ("c", "cpp", "cuda", "javascript", "python", "rust", "matlab", "julia")
+"""Languages whose text is read by grammars of others."""
+
 EXTRAS = {
     "plot": Extra(
         ("matplotlib", "imageio_ffmpeg", "pygltflib", "trimesh", "collada"),
@@ -32,6 +35,12 @@ EXTRAS = {
     "control": Extra(("control",), "no hand-over to python-control"),
     "optimal": Extra(("casadi",), "collocation is not solved here, only handed to a solver"),
     "shell": Extra(("shtab",), "no completion of verbs and options in a shell"),
+    "prove": Extra(
+        ("tree_sitter", *(f"tree_sitter_{name}" for name in GRAMMARS)),
+        "verify measures generated files and does not prove their text",
+    ),
+    "jax": Extra(("jax",), "no functions for JAX; NumPy's and those in C are there"),
+    "torch": Extra(("torch",), "no functions for PyTorch; NumPy's and those in C are there"),
     "zig": Extra(("ziglang",), "no compiler where the system has none: NumPy modules instead"),
 }
 """By name, in the order in which `symdyn doctor` shows them."""

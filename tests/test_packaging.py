@@ -66,7 +66,7 @@ def test_every_extra_is_one_that_pip_knows_and_brings_what_is_imported() -> None
         packages = {re.split(r"[<>=]", entry)[0] for entry in declared[name]}
         brought = packages_distributions()
         assert all(packages & set(brought.get(module, packages)) for module in extra.modules), name
-    assert set(declared) - set(EXTRAS) == {"all", "docs", "bench", "dev"}
+    assert set(declared) - set(EXTRAS) == {"all", "docs", "bench", "targets", "dev"}
 
 
 def test_no_message_names_an_extra_that_is_not_there() -> None:

@@ -130,7 +130,7 @@ def _every() -> list[Built]:
     modules = [
         Built(name, runner.many, partial(_run, runner), partial(_called, f"{TARGETS[name].title} module"), False)
         for name, runner in RUNNERS.items()
-        if runner.batches and name not in own
+        if runner.batches and not runner.asked and name not in own
     ]
     return [*modules, *BUILT]
 

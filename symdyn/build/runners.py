@@ -40,6 +40,7 @@ class Runner:
         many: the target's option for that; "" for none.
         measured: its option for `verify`, which leaves out what is measured elsewhere.
         usual: whether `verify` leaves out what `load` does, since compiling it takes longer than it tells.
+        asked: whether `verify` measures it only where it is asked for by name: its runtime is heavy, or seldom there.
     """
 
     run: Callable[[Sources], Any]
@@ -47,6 +48,7 @@ class Runner:
     many: str
     measured: str
     usual: bool
+    asked: bool
 
 
 def run_python(sources: Sources) -> Any:
@@ -63,12 +65,17 @@ def run_python(sources: Sources) -> Any:
 
 
 RUNNERS: dict[str, Runner] = {
-    NUMPY.name: Runner(run_python, batches=True, many="", measured="", usual=False),
-    C.name: Runner(build, batches=True, many=BATCH, measured="", usual=False),
+    NUMPY.name: Runner(run_python, batches=True, many="", measured="", usual=False, asked=False),
+    C.name: Runner(build, batches=True, many=BATCH, measured="", usual=False, asked=False),
     UFUNC.name: Runner(
-        lambda sources: build_extension(sources)[1], batches=True, many="", measured=DOUBLES, usual=True
+        lambda sources: build_extension(sources)[1],
+        batches=True,
+        many="",
+        measured=DOUBLES,
+        usual=True,
+        asked=False,
     ),
-    JS.name: Runner(run_js, batches=False, many="", measured="", usual=False),
+    JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
 }
 
 

@@ -37,6 +37,9 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_closing(verb)
     add_prepare(verb)
     verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type of the measured code")
+    verb.add_argument(
+        "--targets", metavar="LIST", help="of which the code is measured, e.g. c,rust (default: those that run quickly)"
+    )
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     bounds = verb.add_argument_group("guaranteed bounds")
     bounds.add_argument(
@@ -78,7 +81,15 @@ def run(options: argparse.Namespace) -> int:
         return 0 if bounds.passed else 1
     with Waiting() as progress:
         certificate = certify(
-            scene, outputs, options.seed, progress, options.real, options.formulation, options.prepare, closing
+            scene,
+            outputs,
+            options.seed,
+            progress,
+            options.real,
+            options.formulation,
+            options.prepare,
+            closing,
+            split(options.targets),
         )
     if options.json:
         give(certificate.as_dict())

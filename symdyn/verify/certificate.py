@@ -26,7 +26,7 @@ from symdyn.dynamics import (
     wanted_on,
 )
 from symdyn.emit import TARGETS, emit
-from symdyn.errors import BuildError, MissingProgram
+from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -92,6 +92,7 @@ def certify(
     road: str | None = None,
     prepare: bool = False,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+    targets: Sequence[str] | None = None,
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -109,11 +110,13 @@ def certify(
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
             function without, and is measured together with it.
         closing: what to choose about closed loops; the notes say it.
+        targets: of which the code is measured, keys of `symdyn.emit.TARGETS`; None takes those that run quickly.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
+        EmitError: there is no such target, or it does not have the number type.
     """
-    scene = scene_of(scene)
+    scene, targets = scene_of(scene), wanted_targets(targets, real)
     notes = [closing.words] if closing.words else []
     workspace = Workspace(scene, closing)
     progress("deriving")
@@ -136,7 +139,7 @@ def certify(
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
-    modules, refused = modules_of(code, real, notes)
+    modules, refused = modules_of(code, real, notes, targets)
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     for one in LOOKS:
@@ -224,18 +227,32 @@ class _Composed:
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
 
 
-def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
+def wanted_targets(targets: Sequence[str] | None, real: str) -> tuple[str, ...]:
+    """Return the targets to measure: those named, else what has the number type and is not for those who ask."""
+    if targets is None:
+        asked = {name for name, runner in RUNNERS.items() if runner.asked}
+        return tuple(name for name, row in TARGETS.items() if name not in asked and real in row.reals)
+    for name in targets:
+        if name not in TARGETS:
+            raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
+        if real not in TARGETS[name].reals:
+            raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(TARGETS[name].reals)} alone")
+    return tuple(dict.fromkeys(targets))
+
+
+def modules_of(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
     """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
     modules: dict[str, Any] = {}
     small = tuple(one for one in program.routines if not (one.function.request and is_large(one.function.request)))
     usual = replace(program, routines=small)
-    for name, target in TARGETS.items():
+    for name in targets:
+        target = TARGETS[name]
         if name not in RUNNERS:
             notes.append(f"{target.title} was not measured: nothing runs it here")
             continue
         runner = RUNNERS[name]
         part = usual if runner.usual else program
-        if real not in target.reals or not part.routines:
+        if not part.routines:
             continue
         try:
             modules[name] = runner.run(emit(part, name, real, option=runner.measured))

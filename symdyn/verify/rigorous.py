@@ -31,7 +31,7 @@ from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Array
-from symdyn.verify.certificate import finite, modules_of, taken
+from symdyn.verify.certificate import finite, modules_of, taken, wanted_targets
 
 MOST_BITS = 4096
 ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller
@@ -131,7 +131,7 @@ def rigorous(
     program = lower(equations)
     given = None if at is None else _given(scene, workspace, at, real)
     progress("building")
-    modules, refused = modules_of(program, real, notes)
+    modules, refused = modules_of(program, real, notes, wanted_targets(None, real))
     if refused:
         raise VerifyError(f"{scene.name}: the code was refused: {refused}")
     progress("bounding")

@@ -116,4 +116,4 @@ AWK = Target(
 )
 
 TARGETS[AWK.name] = AWK
-RUNNERS[AWK.name] = Runner(run, batches=False, many="", measured="", usual=False)
+RUNNERS[AWK.name] = Runner(run, batches=False, many="", measured="", usual=False, asked=True)

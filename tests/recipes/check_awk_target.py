@@ -6,6 +6,7 @@
 import pytest
 from awk_target import AWK
 from test_targets import *  # noqa: F403
+from test_targets_run import *  # noqa: F403
 
 pytestmark = [pytest.mark.runs, pytest.mark.parametrize("name", [AWK.name])]
 
