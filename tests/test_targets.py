@@ -1,4 +1,4 @@
-"""A target is one row: laws of what is written, for every row of the table and one that a stranger adds (`recipes/`)."""
+"""A target is one row: laws of what is written, for every row and for one that a stranger adds (`recipes/`)."""
 
 from __future__ import annotations
 
