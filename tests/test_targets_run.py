@@ -59,7 +59,7 @@ def test_a_target_computes_what_the_numpy_module_computes(name: str) -> None:
 
 def test_verify_measures_what_runs_here(name: str) -> None:
     running(name, lower(every_op()))
-    found = [a for a in certify(read(PENDULUM), ("inverse_dynamics", "mass_matrix"), targets=[name]).accuracy]
+    found = certify(read(PENDULUM), ("inverse_dynamics", "mass_matrix"), targets=[name]).accuracy
 
     assert [a.function for a in found if a.passed] == ["inverse_dynamics", "mass_matrix"]
 
