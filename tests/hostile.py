@@ -138,7 +138,7 @@ def write(door: str, scene: Path, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     words = [word.format(scene=scene, folder=folder) for word in DOORS[door].split(" ")]
     assert main(words) == 0, words
-    return sorted(folder.iterdir())
+    return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
 @contextmanager

@@ -60,7 +60,7 @@ def compare(
     golden = ROOT / "generated" / folder
     place = golden if update else place
     status = main(["generate", str(ROOT / "examples" / f"{scene}.toml"), *words, "-o", str(place)])
-    names = [Path(line).name for line in capsys.readouterr().out.splitlines()]
+    names = [Path(line).relative_to(place) for line in capsys.readouterr().out.splitlines()]
 
     assert status == 0
     assert names

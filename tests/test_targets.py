@@ -44,16 +44,20 @@ def test_a_row_stands_under_its_name_and_is_offered_in_its_words(name: str, caps
     assert all(f"{TARGETS[name].title}:{text}".replace(" ", "") in told for text in TARGETS[name].options.values())
 
 
-def test_files_end_as_the_row_says_and_a_header_numbers_as_the_language_does(name: str) -> None:
+def test_files_are_called_as_the_row_says_and_a_header_numbers_as_the_language_does(name: str) -> None:
     target, written = TARGETS[name], set()
     for real in target.reals:
         for option in ("", *target.options):
             sources = emit(lower(every_op()), name, real, option=option)
-            endings = {file.removeprefix("every_op"): type(contents) for file, contents in sources.items()}
-            assert endings.items() <= target.endings.items()
+            patterns = {
+                pattern: kind
+                for pattern, kind in target.files.items()
+                if {pattern.format(stem="every_op", function=word) for word in sources.functions} & {*sources}
+            }
+            assert {type(contents) for contents in sources.values()} <= {*patterns.values()}
             assert f"params[{target.first}] = mass, kg: of the load" in "".join(sources.texts.values())
-            written |= set(endings)
-    assert written == set(target.endings)
+            written |= set(patterns)
+    assert written == set(target.files)
 
 
 def test_what_a_target_lacks_is_refused_and_never_ignored(name: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -75,19 +79,19 @@ def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, t
         assert main([*words, "-o", str(tmp_path)]) == 0
         text = next(iter(emit(lower(every_op()), name, option=option).texts.values()))
         assert f"--target {name} --{option} --functions" in text
-        assert any(f"--target {name} --{option}" in path.read_text(encoding="utf-8") for path in tmp_path.iterdir())
+        assert any(f"--target {name} --{option}" in path.read_text(encoding="utf-8") for path in tmp_path.rglob("*.*"))
 
 
 def test_files_may_be_bytes_and_are_what_the_row_says(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     row, program = TARGETS[name], lower(every_op())
-    with_bytes = replace(row, write=lambda draft: {**row.write(draft), ".bin": bytes(3)})
+    with_bytes = replace(row, write=lambda draft: {**row.write(draft), "bits/x.bin": bytes(3)})
     monkeypatch.setitem(TARGETS, name, with_bytes)
     with pytest.raises(AssertionError, match=f"target {name} writes other files than it says"):
         emit(program, name)
-    monkeypatch.setitem(TARGETS, name, replace(with_bytes, endings={**row.endings, ".bin": bytes}))
+    monkeypatch.setitem(TARGETS, name, replace(with_bytes, files={**row.files, "bits/x.bin": bytes}))
 
-    paths = {path.name: path for path in write(emit(program, name), tmp_path)}
-    assert paths["every_op.bin"].read_bytes() == bytes(3)
-    assert "every_op.bin" not in emit(program, name).texts
+    assert tmp_path / "bits" / "x.bin" in write(emit(program, name), tmp_path)
+    assert (tmp_path / "bits" / "x.bin").read_bytes() == bytes(3)
+    assert "bits/x.bin" not in emit(program, name).texts

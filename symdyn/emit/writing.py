@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from errno import EISDIR
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import IO
 
 from symdyn.errors import EmitError
@@ -23,8 +23,9 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
     """Write files into a folder and return the paths; all are filled before the first is renamed.
 
     Args:
-        files: contents by name: text, which becomes UTF-8, bytes, or what fills an open file.
-        folder: where they go; it is made if it is missing.
+        files: contents by name, with a folder or several before a stroke: text, which becomes UTF-8, bytes, or what
+            fills an open file.
+        folder: where they go; it is made if it is missing, as are the folders in it.
 
     Raises:
         EmitError: the folder cannot be made or written to.
@@ -37,9 +38,12 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
         with ExitStack() as left_over:
             aside = []
             for name, contents in files.items():
-                assert Path(name).name == name, "files lie in the folder, nowhere else"
+                inside = PurePosixPath(name)
+                assert str(inside) == name, "a name has one form"
+                assert not {"..", inside.anchor} & {*inside.parts}, "files lie in the folder, nowhere else"
+                (place / inside.parent).mkdir(parents=True, exist_ok=True)
                 _check_place(place / name)
-                aside.append(temporary := _aside(place))
+                aside.append(temporary := _aside((place / name).parent))
                 left_over.callback(temporary.unlink, missing_ok=True)
                 _fill(temporary, contents)
             for temporary, name in zip(aside, files, strict=True):

@@ -53,7 +53,7 @@ def write(draft: Draft) -> dict[str, str]:
     used = {op for function in draft.page.functions for op in function.operations}
     own = [f"function {name}(x,    k, y) {{ {body} }}" for op, (name, body) in OWN.items() if op in used]
     parts = [draft.about, *own, *map(definition, draft.page.functions), *map(rule, draft.page.functions)]
-    return {".awk": "\n\n".join(parts) + "\n"}
+    return {f"{draft.stem}.awk": "\n\n".join(parts) + "\n"}
 
 
 def definition(function: FunctionText) -> str:
@@ -106,7 +106,7 @@ AWK = Target(
     text="a program for awk",
     reals=("double",),
     options={},
-    endings={".awk": str},
+    files={"{stem}.awk": str},
     first=1,
     keywords=frozenset(KEYWORDS.split()),
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),

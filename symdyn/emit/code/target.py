@@ -53,12 +53,13 @@ class Target:
         text: what is written, for those who choose.
         reals: real types that it is written in.
         options: what can be asked of it, one at a time, by name: what that does.
-        endings: how the names of its files may end, with their type: text or bytes.
+        files: what its files may be called, with their type, text or bytes: {stem} stands for `Draft.stem`, {function}
+            for any of the functions; a folder stands before a stroke.
         first: index of the first entry of an array.
         keywords: what no function may be called there.
         printer: writes expressions, by real type.
         comment: text as lines of a comment, which nothing in it can end.
-        write: contents by ending; the file to compile or to import first.
+        write: contents by file name; the file to compile or to import first.
         beside: what a user wants beside the files and they do not need, by name: an example, what builds it.
     """
 
@@ -67,7 +68,7 @@ class Target:
     text: str
     reals: tuple[str, ...]
     options: Mapping[str, str]
-    endings: Mapping[str, type[Contents]]
+    files: Mapping[str, type[Contents]]
     first: int
     keywords: frozenset[str]
     printer: Callable[[Real], Printer]

@@ -47,11 +47,13 @@ def emit(
         raise EmitError(f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone")
     made = row.draft(program, number, command or _command(program, row, real, option), option)
     contents = row.write(made)
-    kinds = {ending: type(text) for ending, text in contents.items()}
-    assert kinds.items() <= row.endings.items(), f"target {target} writes other files than it says"
+    kinds = {name: type(text) for name, text in contents.items()}
     names = tuple(function.name for function in made.page.functions)
-    files = tuple((f"{made.stem}{ending}", text) for ending, text in contents.items())
-    return Sources(program, target, real, option, names, files)
+    said = {
+        pattern.format(stem=made.stem, function=name): kind for pattern, kind in row.files.items() for name in names
+    }
+    assert kinds.items() <= said.items(), f"target {target} writes other files than it says"
+    return Sources(program, target, real, option, names, tuple(contents.items()))
 
 
 def beside(sources: Sources) -> dict[str, str]:

@@ -46,7 +46,10 @@ def _write(draft: Draft) -> dict[str, str]:
         "name": draft.stem,
         "scalars": any(function.scalars for function in draft.page.functions),
     }
-    return {ending: render("js/module.js.jinja", {**values, "script": ending == ".js"}) for ending in (".mjs", ".js")}
+    return {
+        f"{draft.stem}{ending}": render("js/module.js.jinja", {**values, "script": ending == ".js"})
+        for ending in (".mjs", ".js")
+    }
 
 
 JS = Target(
@@ -55,7 +58,7 @@ JS = Target(
     text="JavaScript, which computes in doubles, one state a call",
     reals=("double",),
     options={},
-    endings={".mjs": str, ".js": str},
+    files={"{stem}.mjs": str, "{stem}.js": str},
     first=0,
     keywords=frozenset(KEYWORDS.split()),
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),

@@ -65,7 +65,7 @@ def _write(draft: Draft) -> dict[str, str]:
         "branches": [row for op, row in FUNCTIONS.items() if any(op in ops for ops in used.values())],
         "used": {name: [FUNCTIONS[op][0] for op in ops] for name, ops in used.items()},
     }
-    return {".py": render("numpy/module.py.jinja", values)}
+    return {f"{draft.stem}.py": render("numpy/module.py.jinja", values)}
 
 
 @cache
@@ -84,7 +84,7 @@ NUMPY = Target(
     text="a module that runs with NumPy alone, for one state or a batch",
     reals=tuple(REALS),
     options={},
-    endings={".py": str},
+    files={"{stem}.py": str},
     first=0,
     keywords=KEYWORDS,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),

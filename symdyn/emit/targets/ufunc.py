@@ -48,7 +48,7 @@ def _write(draft: Draft) -> dict[str, Contents]:
             if name == draft.real.name:
                 raise
             continue  # a constant is too large for float: NumPy then casts to double
-        files |= {f"_{tag}{ending}": text for ending, text in C.write(code).items()}
+        files |= C.write(code)
         rows = names if batch else ()  # which have an entry for them
         loops.append(
             {"name": name, "tag": tag, "code": CODES[name], "stem": code.stem, "loop": f"walk_{tag}", "rows": rows}
@@ -63,7 +63,7 @@ def _write(draft: Draft) -> dict[str, Contents]:
         "operands": 1 + max((len(function.arguments) for function in usable), default=0),
         "rank": max((1, *(len(function.shape) for function in usable))),
     }
-    return {f"{MODULE}.c": render("ufunc/module.c.jinja", values), **files}
+    return {f"{draft.stem}{MODULE}.c": render("ufunc/module.c.jinja", values), **files}
 
 
 def _ufunc(page: Page, function: FunctionText) -> dict[str, object]:
@@ -110,9 +110,9 @@ UFUNC = Target(
         LEAN: "double alone and state by state, compiled in a tenth of the time",
         NAMED: "named(ufunc, owner) makes functions that ask an owner in Python for what NumPy refuses",
     },
-    endings={
-        f"{MODULE}.c": str,
-        **{f"_{tag}{ending}": kind for tag in TAGS.values() for ending, kind in C.endings.items()},
+    files={
+        f"{{stem}}{MODULE}.c": str,
+        **{name.replace("{stem}", f"{{stem}}_{tag}"): kind for tag in TAGS.values() for name, kind in C.files.items()},
     },
     first=C.first,
     keywords=C.keywords,

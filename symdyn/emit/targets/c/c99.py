@@ -87,8 +87,11 @@ def _write(draft: Draft) -> dict[str, str]:
     values |= sincos_values(real.name) if values["sincos"] else {}
     if draft.option == HEADER_ONLY:
         values["private"] = _private(values)
-        return {".h": render("c/lone.h.jinja", values)}
-    return {".c": render("c/source.c.jinja", values), ".h": render("c/header.h.jinja", values)}
+        return {f"{draft.stem}.h": render("c/lone.h.jinja", values)}
+    return {
+        f"{draft.stem}.c": render("c/source.c.jinja", values),
+        f"{draft.stem}.h": render("c/header.h.jinja", values),
+    }
 
 
 def _private(values: Mapping[str, Any]) -> list[str]:
@@ -118,7 +121,7 @@ C = Target(
         BATCH: "functions over many states too, fit for vector code",
         HEADER_ONLY: "one header with all of it, static inline, for C and C++",
     },
-    endings={".c": str, ".h": str},
+    files={"{stem}.c": str, "{stem}.h": str},
     first=0,
     keywords=frozenset(),  # every function begins with the name of the scene
     printer=_printer,
