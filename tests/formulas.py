@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
 from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
-from symdyn.graph import Expr, Graph, Op
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Parameter, Scene, number
 
 QUARTER = Parameter("b", number(Fraction(1, 4)))
@@ -45,6 +46,16 @@ def every_op(scene: str = "every op") -> Equations:
         function("rotated", arguments, (2,), [c * q[0] - s * q[1], s * q[0] + c * q[1]]),
     )
     return Equations(Scene(scene, (Parameter("mass", unit="kg", text="of the load"), QUARTER)), g, functions)
+
+
+def held(equations: Equations, lacks: Collection[Op]) -> Equations:
+    """Return the equations with zero for every entry that needs what a language lacks."""
+
+    def entry(e: Expr) -> Expr:
+        return e.graph.zero if any(node.op in lacks for node in reachable([e])) else e
+
+    functions = [replace(f, entries=tuple(map(entry, f.entries))) for f in equations.functions]
+    return replace(equations, functions=tuple(functions))
 
 
 def one(entries: Sequence[Expr], symbols: Sequence[Expr], scene: Scene | None = None) -> Equations:

@@ -61,7 +61,7 @@ def test_every_function_has_a_value_in_every_numeric_algebra(table):
 @pytest.mark.parametrize(("target", "real"), [(name, real) for name, row in TARGETS.items() for real in row.reals])
 def test_every_operation_has_a_spelling_with_one_place_an_operand(target, real):
     table = TARGETS[target].printer(REALS[real]).spellings
-    assert set(table) == set(Op)
+    assert set(table) == set(Op) - set(TARGETS[target].lacks)
     for op, spelling in table.items():
         assert isinstance(spelling, Spelling)
         assert len(spelling.wants) == ARITY[op]

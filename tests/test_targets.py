@@ -6,19 +6,25 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
-from formulas import every_op
+from formulas import every_op, held, one
 
 from symdyn.build import RUNNERS, Runner
 from symdyn.cli import main
 from symdyn.emit import TARGETS, Target, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError
-from symdyn.program import lower
+from symdyn.graph import ARITY, Graph, Op
+from symdyn.program import Program, lower
 
 PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"
 OPTIONS = tuple(dict.fromkeys(option for target in TARGETS.values() for option in target.options))
 
 pytestmark = pytest.mark.parametrize("name", TARGETS)
+
+
+def spoken(name: str) -> Program:
+    """Return every operation that the language has, as a program."""
+    return lower(held(every_op(), TARGETS[name].lacks))
 
 
 @pytest.mark.parametrize(("noun", "field"), [(noun, one.name) for noun in (Target, Runner) for one in fields(noun)])
@@ -48,7 +54,7 @@ def test_files_are_called_as_the_row_says_and_a_header_numbers_as_the_language_d
     target, written = TARGETS[name], set()
     for real in target.reals:
         for option in ("", *target.options):
-            sources = emit(lower(every_op()), name, real, option=option)
+            sources = emit(spoken(name), name, real, option=option)
             patterns = {
                 pattern: kind
                 for pattern, kind in target.files.items()
@@ -61,7 +67,7 @@ def test_files_are_called_as_the_row_says_and_a_header_numbers_as_the_language_d
 
 
 def test_what_a_target_lacks_is_refused_and_never_ignored(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    target, program = TARGETS[name], lower(every_op())
+    target, program = TARGETS[name], spoken(name)
     for option in {*OPTIONS, "sails"} - set(target.options):
         with pytest.raises(EmitError, match=f"target {name} .* has no option {option}; "):
             emit(program, name, option=option)
@@ -73,11 +79,26 @@ def test_what_a_target_lacks_is_refused_and_never_ignored(name: str, capsys: pyt
         assert f"has no option {option}" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("op", [op for op, operands in ARITY.items() if operands])
+def test_an_operation_is_written_or_refused_with_the_function_that_needs_it(name: str, op: Op) -> None:
+    target, g = TARGETS[name], Graph()
+    q = [g.symbol("q1"), g.symbol("q2")]
+    signs = {Op.ADD: q[0] + q[1], Op.SUB: q[0] - q[1], Op.MUL: q[0] * q[1], Op.DIV: q[0] / q[1], Op.NEG: -q[0]}
+    program = lower(one([signs[op] if op in signs else g.function(op, *q[: ARITY[op]])], q))
+    assert op in program.routines[0].operations
+
+    if op in target.lacks:
+        with pytest.raises(EmitError, match=f"target {name} .* lacks {op.name.lower()}, which f needs: .*; .+"):
+            emit(program, name)
+    else:
+        assert emit(program, name)
+
+
 def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, tmp_path: Path) -> None:
     for option in TARGETS[name].options:
         words = ["generate", str(PENDULUM), "--target", name, f"--{option}"]
         assert main([*words, "-o", str(tmp_path)]) == 0
-        text = next(iter(emit(lower(every_op()), name, option=option).texts.values()))
+        text = next(iter(emit(spoken(name), name, option=option).texts.values()))
         assert f"--target {name} --{option} --functions" in text
         assert any(f"--target {name} --{option}" in path.read_text(encoding="utf-8") for path in tmp_path.rglob("*.*"))
 
@@ -85,7 +106,7 @@ def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, t
 def test_files_may_be_bytes_and_are_what_the_row_says(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    row, program = TARGETS[name], lower(every_op())
+    row, program = TARGETS[name], spoken(name)
     with_bytes = replace(row, write=lambda draft: {**row.write(draft), "bits/x.bin": bytes(3)})
     monkeypatch.setitem(TARGETS, name, with_bytes)
     with pytest.raises(AssertionError, match=f"target {name} writes other files than it says"):

@@ -109,6 +109,7 @@ AWK = Target(
     files={"{stem}.awk": str},
     first=1,
     keywords=frozenset(KEYWORDS.split()),
+    lacks={},
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=partial(in_comment, prefix="# "),
     write=write,

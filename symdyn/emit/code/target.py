@@ -10,6 +10,8 @@ from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import Page, compose
 from symdyn.emit.render import render
+from symdyn.errors import EmitError
+from symdyn.graph import Op
 from symdyn.program import Program
 
 Contents = str | bytes
@@ -57,6 +59,7 @@ class Target:
             for any of the functions; a folder stands before a stroke.
         first: index of the first entry of an array.
         keywords: what no function may be called there.
+        lacks: operations that the language cannot hold: why, and what would work.
         printer: writes expressions, by real type.
         comment: text as lines of a comment, which nothing in it can end.
         write: contents by file name; the file to compile or to import first.
@@ -71,6 +74,7 @@ class Target:
     files: Mapping[str, type[Contents]]
     first: int
     keywords: frozenset[str]
+    lacks: Mapping[Op, str]
     printer: Callable[[Real], Printer]
     comment: Callable[[str], str]
     write: Callable[[Draft], Mapping[str, Contents]]
@@ -80,12 +84,23 @@ class Target:
         """Return a program as this target's text, not laid out yet; `command` is what the header says to run again.
 
         Raises:
-            EmitError: two functions of one name, a constant too large for the type.
+            EmitError: an operation that the language lacks, two functions of one name, a constant too large for
+                the type.
         """
+        self._refuse(program)
         printer = self.printer(real)
         page = compose(program, printer, command, self.first, self.keywords)
         about = render("common/about.txt.jinja", {"page": page}).rstrip("\n")
         return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about))
+
+    def _refuse(self, program: Program) -> None:
+        """Raise EmitError for what the language lacks, with the functions that need it."""
+        for op, why in self.lacks.items():
+            needed = [routine.function.name for routine in program.routines if op in routine.operations]
+            if needed:
+                raise EmitError(
+                    f"target {self.name} ({self.text}) lacks {op.name.lower()}, which {', '.join(needed)} needs: {why}"
+                )
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,8 @@ def emit(
         option: one of the target's, such as "batch": C gets functions over many states too.
 
     Raises:
-        EmitError: an unknown target, a real type or an option that it does not have, no function at all, two functions
-            of one name, a constant too large for the type.
+        EmitError: an unknown target, a real type, an option or an operation that it does not have, no function at all,
+            two functions of one name, a constant too large for the type.
     """
     if target not in TARGETS:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")

@@ -61,6 +61,7 @@ JS = Target(
     files={"{stem}.mjs": str, "{stem}.js": str},
     first=0,
     keywords=frozenset(KEYWORDS.split()),
+    lacks={},
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_comment,
     write=_write,

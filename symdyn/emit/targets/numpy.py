@@ -87,6 +87,7 @@ NUMPY = Target(
     files={"{stem}.py": str},
     first=0,
     keywords=KEYWORDS,
+    lacks={},
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write,

@@ -116,6 +116,7 @@ UFUNC = Target(
     },
     first=C.first,
     keywords=C.keywords,
+    lacks={},
     printer=C.printer,
     comment=C.comment,
     write=_write,

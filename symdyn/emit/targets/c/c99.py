@@ -124,6 +124,7 @@ C = Target(
     files={"{stem}.c": str, "{stem}.h": str},
     first=0,
     keywords=frozenset(),  # every function begins with the name of the scene
+    lacks={},
     printer=_printer,
     comment=in_comment,
     write=_write,
