@@ -1,68 +1,15 @@
-"""Beside C: an example that calls every function and knows what must come out, and a file for CMake that builds it.
-
-The numbers are those of the equations in 50 digits. Each comes with how far code may be off, which is a running error
-analysis of the same equations (`symdyn.algebra.big`): whatever compiler and library made it, right code passes, and a
-sign that is wrong does not.
-"""
+"""Beside C: an example that calls every function and knows what must come out, and a file for CMake that builds it."""
 
 from __future__ import annotations
 
-import random
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from fractions import Fraction
-from typing import Any
-
-from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
-from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import digits, find_real
+from symdyn.emit.code.real import find_real
 from symdyn.emit.code.target import Sources
+from symdyn.emit.code.worked_example import worked_example
 from symdyn.emit.render import render
-from symdyn.graph import Expr, evaluate
-from symdyn.program import Program
-from symdyn.program.assemble import PREPARED
 from symdyn.program.prepare import PREPARE
-from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample
 
 EXAMPLE, BUILD = "main.c", "CMakeLists.txt"
-
-DIGITS = 50
-SEED = "example"
-NO_VALUE = (ValueError, ZeroDivisionError, OverflowError)
-
-
-@dataclass(frozen=True)
-class Given:
-    """One argument of the example.
-
-    Attributes:
-        name: in C.
-        scalar: whether it is one number.
-        values: as C writes them; () for what `prepare` makes there.
-        length: how many there are.
-    """
-
-    name: str
-    scalar: bool
-    values: tuple[str, ...]
-    length: int
-
-
-@dataclass(frozen=True)
-class Called:
-    """One call of the example.
-
-    Attributes:
-        name: of the function, without that of the scene.
-        arguments: names in C, in calling order.
-        wanted, allowed: what must come out, and how far it may be off, as C writes them.
-    """
-
-    name: str
-    arguments: tuple[str, ...]
-    wanted: tuple[str, ...]
-    allowed: tuple[str, ...]
 
 
 def files_beside(sources: Sources, lone_header: bool, many: bool) -> dict[str, str]:
@@ -74,103 +21,11 @@ def files_beside(sources: Sources, lone_header: bool, many: bool) -> dict[str, s
         many: whether there are functions over many states.
     """
     opening = stem(sources.program.scene.name)
-    given, called, left_out = _calls(sources)
-    real = find_real(sources.real)
+    made, real = worked_example(sources), find_real(sources.real)
     example = EXAMPLE if opening != "main" else "example.c"
     values = {
-        "stem": opening, "real": real.name, "suffix": real.suffix, "given": given, "called": called,
-        "left_out": left_out, "prepare": PREPARE, "lone_header": lone_header, "many": many,
+        "stem": opening, "real": real.name, "suffix": real.suffix, "given": made.given, "called": made.called,
+        "left_out": made.left_out, "prepare": PREPARE, "lone_header": lone_header, "many": many,
         "example": example,
     }  # fmt: skip
     return {example: render("c/main.c.jinja", values), BUILD: render("c/CMakeLists.txt.jinja", values)}
-
-
-def _calls(sources: Sources) -> tuple[list[Given], list[Called], list[str]]:
-    """Return arguments and calls at the first state drawn where all functions are real, else at that of the most."""
-    functions = [routine.function for routine in sources.program.routines]
-    arguments = _arguments(functions)
-    best: tuple[dict[str, list[Bounded]], dict[Expr, Bounded]] = {}, {}
-    rng = random.Random(SEED)
-    for draw in range(DRAWS):
-        point = _point(arguments, rng, sources.real, WIDER[draw * len(WIDER) // DRAWS])
-        results = _results(sources.program, point, sources.real)
-        if len(results) > len(best[0]) or not draw:
-            best = results, point
-        if len(results) == len(functions):
-            break
-    results, point = best
-    names = {one.symbols: name for name, one in arguments.items()}
-    given = [
-        Given(name, one.scalar, () if one.name == PREPARED else _texts(_at(one, point), sources.real), len(one.symbols))
-        for name, one in arguments.items()
-    ]
-    called, left_out = [], []
-    for name, function in zip(sources.functions, functions, strict=True):
-        if function.name in results:
-            found = results[function.name]
-            told = tuple(names[argument.symbols] for argument in function.arguments)
-            called.append(Called(name, told, _texts([x.value for x in found], sources.real), _allowed(found, sources)))
-        else:
-            left_out.append(name)
-    return given, called, left_out
-
-
-def _arguments(functions: Sequence[Function]) -> dict[str, Argument]:
-    """Return all arguments by their names in C: those of one name and several lengths are told apart by these."""
-    every = {argument.symbols: argument for function in functions for argument in function.arguments}
-    names = [argument.name for argument in every.values()]
-    return {one.name if names.count(one.name) == 1 else f"{one.name}_{len(one.symbols)}": one for one in every.values()}
-
-
-def _point(arguments: Mapping[str, Argument], rng: random.Random, real: str, widen: float) -> dict[Expr, Any]:
-    """Return a value for every symbol, exact in the real type."""
-    drawn = sample(list(arguments.values()), rng, real, widen)
-    return {
-        symbol: value
-        for argument, values in zip(arguments.values(), drawn, strict=True)
-        for symbol, value in zip(argument.symbols, values.ravel().tolist(), strict=True)
-    }
-
-
-def _results(program: Program, point: Mapping[Expr, Any], real: str) -> dict[str, list[Bounded]]:
-    """Return the result of every function that is real at a point; what is prepared there is handed on."""
-    numbers = BigFloats(DIGITS)
-    numbers.context.trap_complex = True
-    analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real])
-    values = {symbol: analysis.exact(numbers.number(value)) for symbol, value in point.items()}
-    functions = [routine.function for routine in program.routines]
-    results: dict[str, list[Bounded]] = {}
-    for function in sorted(functions, key=lambda one: one.name != PREPARE):
-        try:
-            results[function.name] = evaluate(function.entries, analysis, values)
-        except NO_VALUE:
-            continue
-        if function.name == PREPARE:
-            symbols = next((a.symbols for f in functions for a in f.arguments if a.name == PREPARED), ())
-            values |= dict(zip(symbols, results[PREPARE], strict=True))
-    return results
-
-
-def _at(argument: Argument, point: Mapping[Expr, Any]) -> list[Any]:
-    return [point[symbol] for symbol in argument.symbols]
-
-
-def _texts(values: Sequence[Any], real: str) -> tuple[str, ...]:
-    """Return numbers as C writes them, the nearest of the type."""
-    kind = find_real(real)
-    return tuple(f"{digits(_fraction(value), kind)}{kind.suffix}" for value in values)
-
-
-def _fraction(value: Any) -> Fraction:
-    """Return a double, or a number of mpmath, exactly."""
-    if isinstance(value, float):
-        return Fraction(value)
-    sign, mantissa, exponent, _ = value._mpf_
-    return Fraction((-1) ** sign * int(mantissa)) * Fraction(2) ** int(exponent)
-
-
-def _allowed(found: Sequence[Bounded], sources: Sources) -> tuple[str, ...]:
-    """Return how far each entry may be off, rounded up to two digits."""
-    suffix = find_real(sources.real).suffix
-    slack = [ALLOWED * float(one.error) + float(abs(one.value)) * ROUNDOFF[sources.real] for one in found]
-    return tuple(f"{1.05 * bound + TINIEST[sources.real]:.1e}{suffix}" for bound in slack)
