@@ -12,10 +12,12 @@ from symdyn.build.c_module import build
 from symdyn.build.compiler import COMPILER_VARIABLE
 from symdyn.build.extension import build_extension
 from symdyn.build.run_node import run_js
+from symdyn.build.run_opencl import run_opencl
 from symdyn.build.warned import check_target, warn_once
 from symdyn.emit import Sources, emit
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.emit.targets.ufunc import DOUBLES, UFUNC
@@ -76,6 +78,7 @@ RUNNERS: dict[str, Runner] = {
         asked=False,
     ),
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
+    GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
 }
 
 
