@@ -7,6 +7,7 @@ import shlex
 from symdyn.emit.code.real import find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.targets.c import C
+from symdyn.emit.targets.casadi import CASADI
 from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.numpy import NUMPY
@@ -16,7 +17,17 @@ from symdyn.program import Program
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import spell
 
-TARGETS: dict[str, Target] = {row.name: row for row in (NUMPY, C, UFUNC, JS, GPU)}
+TARGETS: dict[str, Target] = {
+    row.name: row
+    for row in (
+        NUMPY,
+        C,
+        UFUNC,
+        JS,
+        GPU,
+        CASADI,
+    )
+}
 
 
 def emit(
