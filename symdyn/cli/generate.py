@@ -20,7 +20,8 @@ from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import available
 from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code.real import REALS
-from symdyn.program import at_rest, formulate, lower, prepare
+from symdyn.errors import EmitError
+from symdyn.program import at_rest, formulate, lower, prepare, tunable
 from symdyn.program.prepare import is_prepared
 from symdyn.scene.robot_words import leaves
 
@@ -57,14 +58,22 @@ def run(options: argparse.Namespace) -> int:
     closing = closing_of(options, scene)
     with Waiting() as progress:
         progress("deriving")
+        target = TARGETS[options.target]
         asked = split(options.functions)
+        if asked is None and target.functions:
+            asked = target.functions(scene)
+        if options.static and target.tunes:
+            raise EmitError(f"{scene.name}: target {target.name} ({target.text}) is about motion; leave --static out")
         outputs, left_out = available(scene, closing) if asked is None else (asked, [])
         for reason in left_out:
             say(f"symdyn: {reason}")
-        if options.functions is None and not scene.points:
+        if asked is None and not scene.points:
             say(f"symdyn: {scene.name}: {asking(leaves(scene))}")
-        equations = formulate(scene, outputs, options.formulation, closing)
-        program = lower(at_rest(equations) if options.static else equations)
+        if target.tunes:
+            program = tunable(scene, outputs, options.formulation, closing)
+        else:
+            equations = formulate(scene, outputs, options.formulation, closing)
+            program = lower(at_rest(equations) if options.static else equations)
         if options.prepare:
             program = prepare(program)
             if not is_prepared(program):

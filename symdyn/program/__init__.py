@@ -7,6 +7,7 @@ from symdyn.program.lower import at_rest, count_derived, lower
 from symdyn.program.prepare import prepare
 from symdyn.program.routine import Program, Routine, Step
 from symdyn.program.skipped import skipped
+from symdyn.program.tunable import tunable
 
 __all__ = [
     "Counts",
@@ -22,4 +23,5 @@ __all__ = [
     "lower",
     "prepare",
     "skipped",
+    "tunable",
 ]

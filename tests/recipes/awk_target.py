@@ -110,6 +110,8 @@ AWK = Target(
     first=1,
     keywords=frozenset(KEYWORDS.split()),
     lacks={},
+    functions=None,
+    tunes=False,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=partial(in_comment, prefix="# "),
     write=write,

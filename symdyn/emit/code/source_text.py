@@ -124,8 +124,10 @@ def compose(program: Program, printer: Printer, command: str, first: int, keywor
         _function(program, routine, name, printer, first) for routine, name in zip(program.routines, names, strict=True)
     )
     arguments = {argument.name: argument for function in functions for argument in function.arguments}
-    free = program.scene.free_parameters if PARAMS in arguments else ()
-    parameters = tuple((parameter.name, parameter.unit, parameter.text) for parameter in free)
+    params = [one for routine in program.routines for one in routine.function.arguments if one.name == PARAMS]
+    free = [str(symbol.value) for symbol in params[0].symbols] if params else []
+    there = {parameter.name: parameter for parameter in program.scene.parameters}
+    parameters = tuple((there[name].name, there[name].unit, there[name].text) for name in free)
     return Page(program.scene.name, command, functions, tuple(arguments.values()), parameters, first)
 
 

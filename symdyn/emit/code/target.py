@@ -13,6 +13,8 @@ from symdyn.emit.render import render
 from symdyn.errors import EmitError
 from symdyn.graph import Op
 from symdyn.program import Program
+from symdyn.program.prepare import PREPARE
+from symdyn.scene import Scene
 
 Contents = str | bytes
 
@@ -60,6 +62,8 @@ class Target:
         first: index of the first entry of an array.
         keywords: what no function may be called there.
         lacks: operations that the language cannot hold: why, and what would work.
+        functions: the requests that its files are made of, of a scene, no more and no fewer; None: any that are named.
+        tunes: whether parameters with a value stay free, and that value is what they have until somebody sets them.
         printer: writes expressions, by real type.
         comment: text as lines of a comment, which nothing in it can end.
         write: contents by file name; the file to compile or to import first.
@@ -75,6 +79,8 @@ class Target:
     first: int
     keywords: frozenset[str]
     lacks: Mapping[Op, str]
+    functions: Callable[[Scene], tuple[str, ...]] | None
+    tunes: bool
     printer: Callable[[Real], Printer]
     comment: Callable[[str], str]
     write: Callable[[Draft], Mapping[str, Contents]]
@@ -84,8 +90,8 @@ class Target:
         """Return a program as this target's text, not laid out yet; `command` is what the header says to run again.
 
         Raises:
-            EmitError: an operation that the language lacks, two functions of one name, a constant too large for
-                the type.
+            EmitError: functions that it is not made of, an operation that the language lacks, two functions of one
+                name, a constant too large for the type.
         """
         self._refuse(program)
         printer = self.printer(real)
@@ -94,7 +100,14 @@ class Target:
         return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about))
 
     def _refuse(self, program: Program) -> None:
-        """Raise EmitError for what the language lacks, with the functions that need it."""
+        """Raise EmitError for functions that it is not made of, and for what the language lacks."""
+        wanted = self.functions(program.scene) if self.functions else ()
+        there = [one.function.request or one.function.name for one in program.routines]
+        if wanted and {*wanted} != {*there} - {PREPARE}:
+            raise EmitError(
+                f"target {self.name} ({self.text}) is made of {', '.join(wanted)}, here are {', '.join(there)}; "
+                "leave --functions out"
+            )
         for op, why in self.lacks.items():
             needed = [routine.function.name for routine in program.routines if op in routine.operations]
             if needed:

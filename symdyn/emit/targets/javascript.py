@@ -62,6 +62,8 @@ JS = Target(
     first=0,
     keywords=frozenset(KEYWORDS.split()),
     lacks={},
+    functions=None,
+    tunes=False,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_comment,
     write=_write,

@@ -88,6 +88,8 @@ NUMPY = Target(
     first=0,
     keywords=KEYWORDS,
     lacks={},
+    functions=None,
+    tunes=False,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write,
