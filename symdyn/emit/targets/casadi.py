@@ -128,6 +128,8 @@ CASADI = Target(
     first=0,
     keywords=KEYWORDS,
     lacks={},
+    functions=None,
+    tunes=False,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write,
