@@ -64,6 +64,9 @@ PAYLOADS = {
     "format": "{0.__class__.__mro__} {canary} {} %(canary)s %s {{ 7 * 7 }} {% raw %}",
     "TOML": '", value = 1 }, canary = { value = 2, text = "',
     "shell": "$(touch canary) `touch canary` ; touch canary",
+    "link of MATLAB": "<a href=\"matlab:fopen('canary', 'w')\">canary</a>",
+    "Texinfo": "-*- texinfo -*- @include canary",
+    "lines of MATLAB": "%{ %} ... %!test fopen('canary', 'w');",
     "entities": "&lt;script&gt; &#60; &amp; ]]>",
     "letters": "длина 長さ é “q” ½ ∑ √ ẋ 😀 €",
 }
@@ -113,6 +116,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
     "c": "generate {scene} --target c --batch -o {folder}",
     "js": "generate {scene} --target js -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
+    "matlab": "generate {scene} --target matlab -o {folder}",
     "md": "walkthrough {scene} -o {folder}/l.md",
     "tex": "walkthrough {scene} -o {folder}/l.tex",
     "html": "walkthrough {scene} -o {folder}/l.html",
@@ -216,6 +220,22 @@ def in_node(path: Path) -> list[str]:
     code = f"(async () => {{ {load}; process.stdout.write(String(globalThis.canary)) }})()"
     done = subprocess.run([program("node"), "-e", code], capture_output=True, text=True, check=False)
     return [] if done.stdout == "undefined" else [done.stdout + done.stderr]
+
+
+def in_octave(path: Path) -> list[str]:
+    """Call a function of a package without arguments, test it, and show its help: plain text without a link."""
+    before = {*os.listdir(path.parent.parent)}
+    name = f"{path.parent.name[1:]}.{path.stem}"
+    code = f"try, {name}(), catch fault, end; printf('%s', fault.identifier); " if path.stem != "Contents" else ""
+    code += f"[text, format] = get_help_text('{path}'); printf('\\n%s\\n%s', format, text); test('{path}', 'quiet')"
+    done = subprocess.run(
+        [program("octave-cli"), "--quiet", "--norc", "--path", str(path.parent.parent), "--eval", code],
+        cwd=path.parent.parent, capture_output=True, text=True, errors="replace", check=False,
+    )  # fmt: skip
+    fault, form, text = done.stdout.split("\n", 2)
+    found = left_behind(path.parent.parent, before) + re.findall(r"<a\s[^>]*", text)
+    found += [] if form == "plain text" else [f"{form}: {done.stderr}"]
+    return found + ([] if fault in ("", f"{path.parent.name[1:]}:arguments") else [fault + done.stderr])
 
 
 def in_browser(browser: Any, path: Path) -> list[str]:

@@ -16,6 +16,7 @@ CASES = [
     ("two_link", "c", "double"),
     ("two_link", "c", "float"),
     ("two_link", "js", "double"),
+    ("two_link", "matlab", "double"),
     ("cart_pole", "numpy", "double"),
     ("cart_pole", "c", "double"),
     ("cart_pole", "js", "double"),

@@ -21,6 +21,7 @@ from hostile import (
     in_markdown,
     in_node,
     in_notebook,
+    in_octave,
     in_pdflatex,
     in_python,
     in_xml,
@@ -40,12 +41,14 @@ OPENERS: dict[str, Harness] = {
     ".c": in_c,
     ".mjs": in_node,
     ".js": in_node,
+    ".m": in_octave,
     ".tex": in_pdflatex,
     ".svg": in_xml,
     ".ipynb": in_notebook,
     ".md": lambda path: in_markdown(path.read_text(encoding="utf-8")),
 }
 
+HEAVY = ("matlab",)
 SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 
 
@@ -70,10 +73,13 @@ def test_a_scene_may_hold_every_payload_as_words(scene: Path) -> None:
 
 def doors(*names: str) -> list[Any]:
     """Return doors to open, those marked slow that do as others do."""
-    return [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in names]
+    marks = {**dict.fromkeys(SLOW, pytest.mark.slow), **dict.fromkeys(HEAVY, pytest.mark.targets)}
+    return [pytest.param(name, marks=marks.get(name, ())) for name in names]
 
 
-@pytest.mark.parametrize("door", doors("numpy", "c", "js", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free"))
+@pytest.mark.parametrize(
+    "door", doors(*HEAVY, "numpy", "c", "js", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free")
+)
 def test_no_file_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Path) -> None:
     paths = write(door, scene, tmp_path)
 
@@ -129,7 +135,7 @@ SHELL = "x.toml; touch canary; $(touch canary) `touch canary`"
 CONTROLLED = "\x1b[2J\n*+ int canary = 1; +*\r\u202e"
 
 
-@pytest.mark.parametrize("door", ["numpy", "c", "js"])
+@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "js"))
 @pytest.mark.parametrize("name", [SHELL + PAYLOADS["docstring"], CONTROLLED], ids=["quotes", "controls"])
 def test_no_file_acts_on_the_name_of_the_file_of_its_scene(name: str, door: str, tmp_path: Path) -> None:
     path = tmp_path / f"{name}.toml"
@@ -216,7 +222,7 @@ def test_no_file_acts_on_the_names_of_a_robot(
 WORDS = ("arguments", "I", "this", "main", "NULL", "constructor", "errno")
 
 
-@pytest.mark.parametrize("door", doors("numpy", "c", "js", "tex"))
+@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "js", "tex"))
 def test_names_may_be_words_of_any_language(door: str, tmp_path: Path) -> None:
     text = scene_with({"length": "length"}).replace("axis =", 'coordinate = "undefined"\ndrive = "linux"\naxis =')
     for old, new in zip(("g", "m", "l", "bob", "hinge", "stranger", "p0"), WORDS, strict=True):
@@ -258,8 +264,13 @@ SEEN_TOO = [
     ("in_html", plainly, "title", "sliders"),
     ("in_html", plainly, "mathematics", "html"),
 ]
+SEEN_HEAVY = [
+    ("in_percent_comment", lambda text: "\n".join(f"% {line}" for line in text.split("\n")), "link of MATLAB", "matlab")
+]
 EVERY = [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}") for x in SEEN]
 EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.slow) for x in SEEN_TOO]
+
+EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.targets) for x in SEEN_HEAVY]
 
 
 @pytest.mark.parametrize(("name", "instead", "payload", "door"), EVERY)

@@ -4,6 +4,7 @@
     in_html         HTML and SVG, attributes too       in_docstring    docstrings
     in_markdown     prose of Markdown and notebooks    in_code         Python code, as data
     in_script       JSON in a <script> element         in_script_code  JavaScript there
+    in_percent_comment  comments and help of MATLAB
 
 Formats of scenes have their own: `toml_writer` for TOML; names, which are identifiers, are all that URDF and parameter
 files hold. Terminals are the errors' own matter (`symdyn.errors.printable`).
@@ -94,6 +95,15 @@ def in_code(text: str) -> str:
 def in_comment(text: str, prefix: str = " * ") -> str:
     """Return `text` as lines of a comment of C or JavaScript; nothing in it ends the comment or starts another one."""
     harmless = re.sub(r"\?(?=\?)", "? ", text.replace("*/", "* /").replace("/*", "/ *"))
+    return "\n".join(f"{prefix}{_printable(line)}".rstrip() for line in harmless.split("\n"))
+
+
+def in_percent_comment(text: str, prefix: str = "% ") -> str:
+    """Return `text` as lines of a comment of MATLAB and Octave, whose `help` shows it as it stands.
+
+    No line opens a comment over several lines, holds a link, which may be a command, or is read as Texinfo.
+    """
+    harmless = text.replace("-*-", "- * -").replace("<", "< ").replace("< =", "<=")
     return "\n".join(f"{prefix}{_printable(line)}".rstrip() for line in harmless.split("\n"))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from symdyn.emit.escape import in_comment, in_docstring, in_html
+from symdyn.emit.escape import in_comment, in_docstring, in_html, in_percent_comment
 from symdyn.resources import template_folder
 
 if TYPE_CHECKING:
@@ -45,5 +45,6 @@ def _environment() -> Environment:
         autoescape=False,
     )
     environment.filters |= {"in_comment": in_comment, "in_docstring": in_docstring, "in_html": in_html}
+    environment.filters |= {"in_percent_comment": in_percent_comment}
     environment.globals |= {"verbatim": verbatim, "script": script}
     return environment

@@ -10,6 +10,7 @@ from symdyn.emit.targets.c import C
 from symdyn.emit.targets.casadi import CASADI
 from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.javascript import JS
+from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError
@@ -26,6 +27,7 @@ TARGETS: dict[str, Target] = {
         JS,
         GPU,
         CASADI,
+        MATLAB,
     )
 }
 
