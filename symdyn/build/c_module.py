@@ -59,12 +59,18 @@ def build(
     check_target(sources, C)
     if sources.option == HEADER_ONLY:
         raise BuildError("header-only sources have no file to compile; emit them without that option")
-    opening, dtype = stem(sources.program.scene.name), find_real(sources.real).dtype
+    opening = stem(sources.program.scene.name)
     endings = ("", "_batch", "_rows") if sources.option == BATCH else ("",)
     exports = tuple(f"{opening}_{name}{ending}" for name in sources.functions for ending in endings)
     kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
     path, library = load(sources.texts, find_compiler(compiler, machine), patience, kind)
-    functions = tuple(
+    return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library, threads))
+
+
+def functions_of(sources: Sources, library: ctypes.CDLL, threads: int = 1) -> tuple[CFunction, ...]:
+    """Return the functions of sources as a library has them, each under the names of the scene and its own."""
+    opening, dtype = stem(sources.program.scene.name), find_real(sources.real).dtype
+    return tuple(
         CFunction(
             name=name,
             arguments=tuple((a.name, a.shape) for a in routine.function.arguments),
@@ -77,7 +83,6 @@ def build(
         )
         for name, routine in zip(sources.functions, sources.program.routines, strict=True)
     )
-    return Module(sources.program.scene.name, sources.real, path, functions)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The only file that runs a compiler: finding one, asking who it is, compiling one source into a shared library."""
+"""The only file that runs a compiler, of C, C++ or Rust: finding one, asking who it is, compiling a shared library."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
-from symdyn.build.dialects import GNU, Dialect, Needs, candidates, dialect_of
+from symdyn.build.dialects import GNU, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
 from symdyn.errors import BuildError, CompilerFault, MissingCompiler
 from symdyn.extras import install
 
@@ -38,8 +38,45 @@ PATIENCE = 300.0
 
 
 @dataclass(frozen=True)
+class Language:
+    """What a compiler is looked for.
+
+    Attributes:
+        name: as people call it.
+        variable: environment variable that names a compiler.
+        candidates: commands that are looked for, in this order.
+        dialect: how a command is spoken to.
+        zig: what the ziglang package calls its own; "" where it has none.
+        ways_out: what to do where there is none, or it fails.
+    """
+
+    name: str
+    variable: str
+    candidates: tuple[str, ...]
+    dialect: Callable[[Sequence[str]], Dialect]
+    zig: str
+    ways_out: Callable[[], str]
+
+
+def _ways_out() -> str:
+    return (
+        f"install one (`{install('zig')}` will do), or use the NumPy module, which needs none: "
+        "`symdyn generate SCENE --target numpy`"
+    )
+
+
+C = Language("C", COMPILER_VARIABLE, CANDIDATES, dialect_of, "cc", _ways_out)
+CPLUSPLUS = Language(
+    "C++", "CXX", ("g++", "clang++", "c++"), cpp_dialect_of, "", lambda: "install one, `apt-get install g++` for one"
+)
+RUSTC = Language(
+    "Rust", "RUSTC", ("rustc",), lambda command: RUST, "", lambda: "install one, `apt-get install rustc` for one"
+)
+
+
+@dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the words of its command line, and what it says about itself.
+    """A compiler: the words of its command line, and what it says about itself.
 
     Attributes:
         command: words of the command line.
@@ -47,6 +84,7 @@ class Compiler:
         machine: flags that say for which machine it compiles.
         features: of that machine, as the compiler's macros tell; native code is kept apart by them.
         dialect: how it is spoken to.
+        language: what it compiles.
     """
 
     command: tuple[str, ...]
@@ -54,15 +92,17 @@ class Compiler:
     machine: tuple[str, ...] = ()
     features: str = ""
     dialect: Dialect = GNU
+    language: Language = C
 
 
-def find_compiler(wanted: str | None = None, machine: str = "native") -> Compiler:
+def find_compiler(wanted: str | None = None, machine: str = "native", language: Language = C) -> Compiler:
     """Return the compiler to use: `wanted`, else $CC, else cc, gcc, clang, else the one in the ziglang package.
 
     Args:
         wanted: its command line; flags for a machine in there are kept.
         machine: "native" for code that runs on this machine, "portable" for the oldest of its family worth having
             (x86-64-v2; nothing is asked of other families).
+        language: C, or another one: then its variable and its commands are looked for.
 
     Raises:
         BuildError: the one that was asked for is not there, or an unknown machine.
@@ -70,24 +110,25 @@ def find_compiler(wanted: str | None = None, machine: str = "native") -> Compile
     """
     if machine not in MACHINES:
         raise BuildError(f"machine {machine!r} is not known; give {' or '.join(MACHINES)}")
-    asked = wanted or os.environ.get(COMPILER_VARIABLE, "").strip()
+    asked, ways_out = wanted or os.environ.get(language.variable, "").strip(), language.ways_out()
     if asked:
-        origin = "compiler" if wanted else f"the environment variable {COMPILER_VARIABLE}"
+        origin = "compiler" if wanted else f"the environment variable {language.variable}"
         try:
             words = [asked] if shutil.which(asked) else words_of(asked)
         except ValueError as fault:
-            raise BuildError(f"{origin} = {asked} is no command line ({fault}); {_ways_out()}") from fault
+            raise BuildError(f"{origin} = {asked} is no command line ({fault}); {ways_out}") from fault
         if shutil.which(words[0]) is None:
-            raise BuildError(f"{origin} = {asked}: there is no such program; {_ways_out()}")
-        return _known(tuple(words), machine)
-    for name in CANDIDATES:
+            raise BuildError(f"{origin} = {asked}: there is no such program; {ways_out}")
+        return _known(tuple(words), machine, language)
+    for name in language.candidates:
         path = shutil.which(name)
         if path is not None:
-            return _known((path,), machine)
-    if find_spec("ziglang") is not None:
-        return _known((sys.executable, "-m", "ziglang", "cc"), machine)
-    tried = f"$CC, {', '.join(CANDIDATES)} and the ziglang package"
-    raise MissingCompiler(f"no C compiler found (tried {tried}); {_ways_out()}")
+            return _known((path,), machine, language)
+    if language.zig and find_spec("ziglang") is not None:
+        return _known((sys.executable, "-m", "ziglang", language.zig), machine, language)
+    package = " and the ziglang package" if language.zig else ""
+    tried = f"${language.variable}, {', '.join(language.candidates)}{package}"
+    raise MissingCompiler(f"no {language.name} compiler found (tried {tried}); {ways_out}")
 
 
 def words_of(line: str, platform: str = sys.platform) -> list[str]:
@@ -101,28 +142,21 @@ def words_of(line: str, platform: str = sys.platform) -> list[str]:
     return [word.strip('"') for word in shlex.split(line, posix=False)]
 
 
-def _ways_out() -> str:
-    return (
-        f"install one (`{install('zig')}` will do), or use the NumPy module, which needs none: "
-        "`symdyn generate SCENE --target numpy`"
-    )
-
-
 @cache
-def _known(command: tuple[str, ...], machine: str) -> Compiler:
+def _known(command: tuple[str, ...], machine: str, language: Language) -> Compiler:
     """Return the compiler behind a command line; it is asked who it is once a process."""
-    dialect = dialect_of(command)
+    dialect = language.dialect(command)
     _, words = _run((*command, *dialect.version), patience=30.0)
-    chosen = any(word.startswith(("-march", "-mcpu", "/clang:-march", "/arch")) for word in command)
+    chosen = any(word.startswith(("-march", "-mcpu", "/clang:-march", "/arch", "-Ctarget-cpu")) for word in command)
     if dialect.macros is None:
-        return Compiler(command, words, dialect=dialect)
+        return Compiler(command, words, dialect=dialect, language=language)
     for flags in ((),) if chosen else (*dialect.machines[machine], ()):
         code, macros = _run((*command, *dialect.macros, *flags, os.devnull), patience=30.0)
         if code is None:
             break
         if code == 0:
-            return Compiler(command, words, flags, macros, dialect)
-    return Compiler(command, words, dialect=dialect)
+            return Compiler(command, words, flags, macros, dialect, language)
+    return Compiler(command, words, dialect=dialect, language=language)
 
 
 def compile_library(
@@ -133,7 +167,7 @@ def compile_library(
     needs: Needs = NOTHING,
     part: bool = False,
 ) -> None:
-    """Compile C files into a shared library, or one of them into a part of it.
+    """Compile files into a shared library, or one of them into a part of it.
 
     Raises:
         CompilerFault: the compiler refuses, says nothing for `patience` seconds, or leaves nothing behind.
@@ -142,14 +176,12 @@ def compile_library(
     source, library = files[0], made
     command = (*compiler.command, *compiler.dialect.line(compiler.machine, files, made, needs, part))
     code, words = _run(command, patience, library.parent)
-    shown = shlex.join(compiler.command)
+    shown, ways_out = shlex.join(compiler.command), compiler.language.ways_out()
     if code is None:
-        raise CompilerFault(
-            f"{shown} did not finish {source.name} within {patience:g} s and was stopped; {_ways_out()}"
-        )
+        raise CompilerFault(f"{shown} did not finish {source.name} within {patience:g} s and was stopped; {ways_out}")
     if code != 0 or not library.is_file():
         said = words.strip() or "(it said nothing)"
-        raise CompilerFault(f"{shown} could not compile {source.name} (exit {code}):\n{said}\n{_ways_out()}")
+        raise CompilerFault(f"{shown} could not compile {source.name} (exit {code}):\n{said}\n{ways_out}")
 
 
 def try_compiler(compiler: Compiler, patience: float = 30.0) -> None:

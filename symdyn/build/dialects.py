@@ -1,4 +1,4 @@
-"""How each kind of compiler is spoken to: a row for GCC and Clang, for both on Windows, for `cl` and for `clang-cl`.
+"""How each kind of compiler is spoken to: a row for GCC and Clang, for both on Windows, for `cl`, `clang-cl`, `rustc`.
 
 A command line is program, flags, machine, files, what the code needs, where the library goes, in the words of the row.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
 
 Words = tuple[str, ...]
@@ -45,6 +45,7 @@ class Dialect:
         library: words that make a library of files, after all others.
         part: words that make an object file.
         object: how object files end.
+        source: how the names of files end that it is given; others lie beside them.
     """
 
     flags: Words
@@ -55,6 +56,7 @@ class Dialect:
     library: Callable[[Path, Needs], Words]
     part: Callable[[Path], Words]
     object: str
+    source: str
 
     def line(self, machine: Words, files: Sequence[Path], made: Path, needs: Needs, part: bool) -> Words:
         """Return what follows the compiler's own command: files become a library, or a part of one."""
@@ -99,6 +101,7 @@ GNU = Dialect(
     library=_gnu_library,
     part=_gnu_part,
     object=".o",
+    source=".c",
 )
 
 MINGW = Dialect(
@@ -110,6 +113,7 @@ MINGW = Dialect(
     library=_mingw_library,  # mathematics is in the C library
     part=_gnu_part,
     object=".o",
+    source=".c",
 )
 
 
@@ -136,6 +140,7 @@ CL = Dialect(
     library=_cl_library,
     part=_cl_part,
     object=".obj",
+    source=".c",
 )
 
 CLANG_CL = Dialect(
@@ -150,7 +155,23 @@ CLANG_CL = Dialect(
     library=_cl_library,
     part=_cl_part,
     object=".obj",
+    source=".c",
 )  # fmt: skip
+
+CALLS = "_calls"
+"""How the name of a file ends, but for its ending, that hands functions out to callers from elsewhere."""
+
+RUST = Dialect(
+    flags=("--edition=2021", "--crate-type=cdylib", "-Copt-level=3"),
+    machines={"native": (("-Ctarget-cpu=native",),), "portable": (("-Ctarget-cpu=x86-64-v2",),)},
+    version=("--version", "--verbose"),
+    macros=("--print", "cfg"),
+    needs=lambda needs: (),
+    library=lambda made, needs: ("-o", str(made)),
+    part=lambda made: ("--emit=obj", "-o", str(made)),
+    object=".o",
+    source=f"{CALLS}.rs",
+)
 
 BY_NAME: Mapping[str, Dialect] = {"cl": CL, "clang-cl": CLANG_CL}
 """Dialects of programs, by their names without .exe; all others speak GNU."""
@@ -160,6 +181,15 @@ def dialect_of(command: Sequence[str], platform: str = sys.platform) -> Dialect:
     """Return how a compiler is spoken to, by the name of its program: of Windows' path or any other."""
     name = PureWindowsPath(command[0]).name.lower().removesuffix(".exe")
     return BY_NAME.get(name) or (MINGW if platform == "win32" else GNU)
+
+
+def cpp_dialect_of(command: Sequence[str], platform: str = sys.platform) -> Dialect:
+    """Return how a compiler of C++ is spoken to; C++17 is asked for by its GNU name, which leaves fused operations."""
+    dialect = dialect_of(command, platform)
+    if dialect.macros is None or dialect is CLANG_CL:
+        flags = tuple(flag for flag in dialect.flags if flag != "/std:c11")
+        return replace(dialect, flags=(*flags, "/std:c++17", "/EHsc"), source=".cpp")
+    return replace(dialect, flags=(*dialect.flags, "-std=gnu++17"), macros=("-E", "-dM", "-x", "c++"), source=".cpp")
 
 
 def candidates(platform: str = sys.platform) -> Words:

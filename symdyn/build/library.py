@@ -61,7 +61,7 @@ PLAIN = Kind(SUFFIX, NOTHING, (), ctypes.CDLL)
 def load(
     files: Mapping[str, str], compiler: Compiler, patience: float = PATIENCE, kind: Kind = PLAIN
 ) -> tuple[Path, Any]:
-    """Return the loaded library of the C files among `files` and its path, compiled unless that was done before.
+    """Return the loaded library of the sources among `files` and its path, compiled unless that was done before.
 
     One that is damaged, or does not load, is compiled again. Where the cache folder cannot be written to, or others may
     write there, code is compiled for this process alone. Both are said.
@@ -140,7 +140,7 @@ def _compile_aside(files: Mapping[str, str], compiler: Compiler, library: Path, 
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
         fresh = folder / library.name
-        parts = [folder / name for name in files if name.endswith(".c")]
+        parts = [folder / name for name in files if name.endswith(compiler.dialect.source)]
         try:
             given = _compile_parts(compiler, parts, patience, kind) if len(parts) > 1 else parts
             compile_library(compiler, given, fresh, patience, kind.needs)

@@ -12,6 +12,7 @@ from symdyn.build.c_module import build
 from symdyn.build.compiler import COMPILER_VARIABLE
 from symdyn.build.extension import build_extension
 from symdyn.build.run_casadi import run_casadi
+from symdyn.build.run_cpp import run_cpp
 from symdyn.build.run_node import run_js
 from symdyn.build.run_octave import run_matlab
 from symdyn.build.run_opencl import run_opencl
@@ -20,6 +21,7 @@ from symdyn.emit import Sources, emit
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.casadi import CASADI
+from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.matlab import MATLAB
@@ -85,6 +87,7 @@ RUNNERS: dict[str, Runner] = {
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
+    CPP.name: Runner(run_cpp, batches=False, many="", measured="", usual=False, asked=True),
 }
 
 

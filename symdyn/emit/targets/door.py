@@ -8,6 +8,7 @@ from symdyn.emit.code.real import find_real
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.casadi import CASADI
+from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.matlab import MATLAB
@@ -28,6 +29,7 @@ TARGETS: dict[str, Target] = {
         GPU,
         CASADI,
         MATLAB,
+        CPP,
     )
 }
 

@@ -46,12 +46,13 @@ SPLIT = 2
 
 @dataclass(frozen=True)
 class CutText:
-    """One long function of a file without batch code, cut into parts; the attributes are those of `BatchText`."""
+    """One function of a file without batch code, in stages; the attributes are those of `BatchText`."""
 
     size: int
     kept: int
     scalar: tuple[ScalarStage, ...]
     parts: tuple[PassText, ...]
+    results: tuple[str, ...] = ()
     sincos: bool = False
 
 
@@ -113,21 +114,32 @@ def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple
     )
 
 
-def cuts(program: Program, page: Page, printer: Printer) -> tuple[CutText | None, ...]:
-    """Return every function of the page in parts if it is a long one, else None."""
+def cuts(program: Program, page: Page, printer: Printer, together: bool = False) -> tuple[CutText | None, ...]:
+    """Return every function of the page in stages, None for one that stays as it is.
+
+    Long ones are cut into parts. Angles are taken `together` where one state has several, or one by one.
+    """
     return tuple(
-        _cut(routine, text, program, printer) for routine, text in zip(program.routines, page.functions, strict=True)
+        _cut(routine, text, program, printer, together)
+        for routine, text in zip(program.routines, page.functions, strict=True)
     )
 
 
-def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> CutText | None:
-    if _length(routine) <= LONGEST:
+def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer, together: bool) -> CutText | None:
+    long = _length(routine) > LONGEST
+    if not (long or together):
         return None
-    writer = _writer(routine, text, program, printer, LONGEST, short=False)
-    parts = _parts(writer)
-    if not parts:
-        return None
-    return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_by_address(text), together=False), parts)
+    writer = _writer(routine, text, program, printer, LONGEST, short=together and long)
+    angles = sum(isinstance(stage, SineCosine) for stage in writer.plan.stages)
+    parts, size = _parts(writer), prod(text.shape)
+    if parts:
+        several = together and angles > 0
+        calls = writer.scalar_calls(_by_address(text), together)
+        return CutText(size, writer.plan.rows, calls, parts, sincos=several)
+    if together and angles >= FEW:
+        results = tuple(writer.entry(place) for place in range(size))
+        return CutText(size, 0, writer.scalar(), (), results, sincos=True)
+    return None
 
 
 def _length(routine: Routine) -> int:

@@ -46,6 +46,7 @@ class ScalarStage:
         number: tells the arrays of angles apart.
         lines: assignments.
         angles: where the angles are, padded with zeros to whole groups; () for lines.
+        count: how many there are without the padding.
         results: what becomes of sines and cosines; without `angles`, all there is to it.
         call: of a part that stands in a function of its own; "" for none.
     """
@@ -55,6 +56,7 @@ class ScalarStage:
     angles: tuple[str, ...] = ()
     results: tuple[Line, ...] = ()
     call: str = ""
+    count: int = 0
 
 
 @dataclass(frozen=True)
@@ -181,7 +183,7 @@ class Writer:
             if step is not None
         ]
         padding = ["0"] * (-len(angles) % GROUP)
-        return ScalarStage(number, angles=(*angles, *padding), results=tuple(results))
+        return ScalarStage(number, angles=(*angles, *padding), results=tuple(results), count=len(angles))
 
     def _one_by_one(self, group: list[SineCosine], angles: list[str]) -> tuple[Line, ...]:
         """Return what a stage of angles computes by the functions of the C library."""

@@ -1,0 +1,42 @@
+"""Generated C++ as Python callables: its templates for doubles, compiled behind functions of C."""
+
+from __future__ import annotations
+
+import ctypes
+
+from symdyn.build.c_module import Module, functions_of
+from symdyn.build.compiler import CPLUSPLUS, find_compiler
+from symdyn.build.dialects import CALLS, Needs
+from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.warned import check_target
+from symdyn.emit import Sources
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.render import render
+from symdyn.emit.targets.cpp import CPP, namespace
+
+
+def run_cpp(sources: Sources) -> Module:
+    """Return the functions of sources that `emit(program, "cpp")` made, for doubles.
+
+    Raises:
+        BuildError: sources of another target, or the compiler's own words where it refuses them.
+        MissingCompiler: there is no C++ compiler.
+    """
+    check_target(sources, CPP)
+    files, exports = with_calls(sources)
+    path, library = load(
+        files,
+        find_compiler(language=CPLUSPLUS),
+        kind=Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL),
+    )
+    return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library))
+
+
+def with_calls(sources: Sources) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return the header with a file of functions of C that call it, and what these are called."""
+    opening = stem(sources.program.scene.name)
+    arguments = [routine.function.arguments for routine in sources.program.routines]
+    functions = list(zip(sources.functions, arguments, strict=True))
+    text = render("cpp/calls.cpp.jinja", {"stem": opening, "space": namespace(opening), "functions": functions})
+    exports = tuple(f"{opening}_{name}" for name in sources.functions)
+    return {**sources.texts, f"{opening}{CALLS}.cpp": text}, exports

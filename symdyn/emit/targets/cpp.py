@@ -1,0 +1,99 @@
+"""The C++ target: one header of C++17, templates over the type of a number, without allocation and without libraries.
+
+    auto tau = <scene>::inverse_dynamics(q, qd, qdd, params)         std::array<T, n>, lengths checked by types
+    <scene>::raw::inverse_dynamics(q, qd, qdd, params, out)          addresses, as in C
+
+T is double, float, or any type with + - * / and comparison, a constructor from double, and sin, cos, ... of its own
+beside it, where argument-dependent lookup finds them: dual numbers, intervals, packs of states. Results come back by
+value, which costs no copy. Where Eigen is included, fixed vectors and maps of it are taken, too.
+
+Functions of several angles take sines and cosines of doubles and floats by our own routine, that of the C target's
+batches; long ones are cut into parts, as they are in C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
+from symdyn.emit.code.real import digits
+from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.escape import in_comment
+from symdyn.emit.render import render
+from symdyn.emit.targets.c.batch import cuts
+from symdyn.emit.targets.c.sincos import CHAINS, sincos_values
+from symdyn.graph import Op
+
+BY_LOOKUP = {
+    Op.SIN: "sin",
+    Op.COS: "cos",
+    Op.SQRT: "sqrt",
+    Op.EXP: "exp",
+    Op.LOG: "log",
+    Op.TANH: "tanh",
+    Op.ABS: "abs",
+    Op.ATAN2: "atan2",
+}
+"""Functions of <cmath>, or those beside the type of a number."""
+
+SPELLINGS: Mapping[Op, Spelling] = {
+    **OPERATORS,
+    **{op: call(name) for op, name in BY_LOOKUP.items()},
+    Op.EXP: call("own::exp_of"),
+    Op.SIGN: call("own::sign_of"),
+    Op.ATAN2: call("atan2", 2),
+}
+
+KEYWORDS = """alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t char32_t
+class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue decltype default
+delete do double dynamic_cast else enum explicit export extern false final float for friend goto if import inline int
+long module mutable namespace new noexcept not not_eq nullptr operator or or_eq override private protected public
+register reinterpret_cast requires return short signed sizeof static static_assert static_cast struct switch template
+this thread_local throw true try typedef typeid typename union unsigned using virtual void volatile wchar_t while xor
+xor_eq Eigen HUGE_VAL INFINITY NAN NULL T linux own raw std unix"""
+"""Reserved words, macros of compilers and of the headers, and what the header itself calls by its name."""
+
+
+def namespace(stem: str) -> str:
+    """Return the namespace of the header `<stem>.hpp`."""
+    return f"{stem}_" if stem in KEYWORDS.split() else stem
+
+
+def _write(draft: Draft) -> dict[str, str]:
+    """Return the header."""
+    codes = cuts(draft.program, draft.page, draft.printer, together=True)
+    operations = {op for function in draft.page.functions for op in function.operations}
+    values = {
+        "page": draft.page,
+        "about": draft.about,
+        "stem": draft.stem,
+        "space": namespace(draft.stem),
+        "codes": codes,
+        "uses_sign": Op.SIGN in operations,
+        "uses_exp": Op.EXP in operations,
+        "cut": any(many and many.parts for many in codes),
+        "sincos": any(many and many.sincos for many in codes),
+        "chains": CHAINS,
+        "reals": [{"real": real, **sincos_values(real)} for real in ("double", "float")],
+        "lookups": {op.name: name for op, name in BY_LOOKUP.items()},
+    }
+    return {f"{draft.stem}.hpp": render("cpp/header.hpp.jinja", values)}
+
+
+CPP = Target(
+    name="cpp",
+    title="C++",
+    text="one header of C++17 with templates: double, float, dual numbers; Eigen where it is included",
+    reals=("double",),
+    options={},
+    files={"{stem}.hpp": str},
+    first=0,
+    keywords=frozenset(KEYWORDS.split()),
+    lacks={},
+    functions=None,
+    tunes=False,
+    printer=lambda real: Printer(SPELLINGS, lambda value: f"T({digits(value, real)})"),
+    comment=in_comment,
+    write=_write,
+    beside=alone,
+)
