@@ -30,7 +30,7 @@ def run_casadi(sources: Sources) -> SimpleNamespace:
     check_target(sources, CASADI)
     module = loaded(sources, "casadi", "optimal")
     named = zip(sources.functions, sources.program.routines, strict=True)
-    calls = {name: _call(module.functions[name], routine.function) for name, routine in named}
+    calls = {name: called(_compute(module.functions[name]), routine.function) for name, routine in named}
     return SimpleNamespace(**calls, module=module)
 
 
@@ -44,8 +44,19 @@ def loaded(sources: Sources, package: str, extra: str) -> SimpleNamespace:
     return SimpleNamespace(**values)
 
 
-def _call(compiled: Any, function: Function) -> Callable[..., Any]:
-    """Return one function as a callable of arrays."""
+def _compute(compiled: Any) -> Callable[..., Any]:
+    """Return a function of CasADi as one of columns, each state a column; of the result too, row by row."""
+
+    def compute(*columns: npt.NDArray[np.float64]) -> Any:
+        count = max((one.shape[1] for one in columns), default=1)
+        found = np.asarray(compiled(*columns).full())
+        return found.reshape(len(found), count, -1).swapaxes(1, 2).reshape(-1, count)
+
+    return compute
+
+
+def called(compute: Callable[..., Any], function: Function) -> Callable[..., Any]:
+    """Return what computes columns, each a state, as a function of arrays with leading dimensions."""
     lengths = [len(argument.symbols) for argument in function.arguments]
     cores = [len(argument.shape) for argument in function.arguments]
 
@@ -53,13 +64,11 @@ def _call(compiled: Any, function: Function) -> Callable[..., Any]:
         arrays = [np.asarray(value, dtype=float) for value in values]
         leads = [array.shape[: array.ndim - core] for array, core in zip(arrays, cores, strict=True)]
         lead = np.broadcast_shapes(*leads)
-        columns = [_columns(*one, lead) for one in zip(arrays, leads, lengths, strict=True)]
-        count = int(np.prod(lead))
-        if not count or 0 in function.shape:
+        if 0 in (*lead, *function.shape):
             return np.zeros((*lead, *function.shape))
-        found = np.asarray(compiled(*columns).full())
-        blocks = found.reshape(len(found), count, -1).swapaxes(0, 1)
-        return blocks.reshape((*lead, *function.shape))[()]
+        columns = [_columns(*one, lead) for one in zip(arrays, leads, lengths, strict=True)]
+        found = np.ascontiguousarray(compute(*columns).T)
+        return np.broadcast_to(found, (int(np.prod(lead)), found.shape[1])).reshape((*lead, *function.shape))[()]
 
     return call
 

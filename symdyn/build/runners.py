@@ -13,6 +13,7 @@ from symdyn.build.compiler import COMPILER_VARIABLE
 from symdyn.build.extension import build_extension
 from symdyn.build.run_casadi import run_casadi
 from symdyn.build.run_cpp import run_cpp
+from symdyn.build.run_heyoka import run_heyoka
 from symdyn.build.run_node import run_js
 from symdyn.build.run_octave import run_matlab
 from symdyn.build.run_opencl import run_opencl
@@ -23,6 +24,7 @@ from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.casadi import CASADI
 from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.gpu import GPU
+from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
@@ -84,6 +86,7 @@ RUNNERS: dict[str, Runner] = {
         asked=False,
     ),
     CASADI.name: Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True),
+    HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True),
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),

@@ -10,6 +10,7 @@ from symdyn.emit.targets.c import C
 from symdyn.emit.targets.casadi import CASADI
 from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.gpu import GPU
+from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
@@ -30,6 +31,7 @@ TARGETS: dict[str, Target] = {
         CASADI,
         MATLAB,
         CPP,
+        HEYOKA,
     )
 }
 
