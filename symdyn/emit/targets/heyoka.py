@@ -86,6 +86,8 @@ HEYOKA = Target(
     first=0,
     keywords=KEYWORDS,
     lacks=LACKS,
+    functions=None,
+    tunes=False,
     printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
     comment=in_docstring,
     write=_write,
