@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import cuda_on_host
 import numpy
 import pytest
 
@@ -115,6 +116,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
     "numpy": "generate {scene} -o {folder}",
     "c": "generate {scene} --target c --batch -o {folder}",
     "js": "generate {scene} --target js -o {folder}",
+    "gpu": "generate {scene} --target gpu -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",
     "md": "walkthrough {scene} -o {folder}/l.md",
@@ -212,6 +214,34 @@ def in_c(path: Path) -> list[str]:
         return [done.stderr]
     said = [done.stderr] if done.stderr else []
     return said + re.findall(r"(?<!\w)canary\w*", subprocess.check_output([lister, str(made)], text=True))
+
+
+def in_cuda(path: Path) -> list[str]:
+    """Compile kernels of CUDA as C++, and look for canaries among the names and in what the compiler says."""
+    whole = cuda_on_host.HEADER + path.read_text(encoding="utf-8")
+    command = [
+        program("g++"),
+        "-x",
+        "c++",
+        "-Wall",
+        "-Wextra",
+        "-Wno-unused-function",
+        "-Wcomment",
+        "-S",
+        "-o",
+        "-",
+        "-",
+    ]
+    done = subprocess.run(command, input=whole, cwd=path.parent, capture_output=True, text=True, check=False)
+    return [done.stderr] if done.stderr else re.findall(r"(?<!\w)canary\w*", done.stdout)
+
+
+def in_opencl(path: Path) -> list[str]:
+    """Compile kernels of OpenCL, and look for canaries among the names and in what the compiler says."""
+    flags = ["-x", "cl", "-cl-std=CL1.2", "-Xclang", "-finclude-default-header", "-Wall", "-Wextra", "-Wcomment"]
+    command = [program("clang"), *flags, "-target", "spir64", "-emit-llvm", "-S", "-o", "-", path.name]
+    done = subprocess.run(command, cwd=path.parent, capture_output=True, text=True, check=False)
+    return [done.stderr] if done.stderr else re.findall(r"(?<!\w)canary\w*", done.stdout)
 
 
 def in_node(path: Path) -> list[str]:

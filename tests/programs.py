@@ -17,6 +17,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "cc": ("cc", "gcc", "clang"),
     "gcc": ("gcc",),
     "g++": ("g++",),
+    "clang": ("clang",),
     "node": ("node", "nodejs"),
     "chromium": ("chromium", "chromium-browser", "google-chrome", "chrome"),
     "pdflatex": ("pdflatex",),
@@ -27,6 +28,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "zsh": ("zsh",),
     "fish": ("fish",),
     "cmake": ("cmake",),
+    "nvcc": ("nvcc",),
 }
 """What tests may name, and the commands that are tried for it, in this order."""
 

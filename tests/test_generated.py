@@ -17,6 +17,8 @@ CASES = [
     ("two_link", "c", "float"),
     ("two_link", "js", "double"),
     ("two_link", "matlab", "double"),
+    ("two_link", "gpu", "double"),
+    ("two_link", "gpu", "float"),
     ("cart_pole", "numpy", "double"),
     ("cart_pole", "c", "double"),
     ("cart_pole", "js", "double"),

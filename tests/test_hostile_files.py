@@ -17,11 +17,13 @@ from hostile import (
     PAYLOADS,
     in_browser,
     in_c,
+    in_cuda,
     in_jupyter,
     in_markdown,
     in_node,
     in_notebook,
     in_octave,
+    in_opencl,
     in_pdflatex,
     in_python,
     in_xml,
@@ -39,6 +41,8 @@ Harness = Callable[[Path], list[str]]
 OPENERS: dict[str, Harness] = {
     ".py": in_python,
     ".c": in_c,
+    ".cu": in_cuda,
+    ".cl": in_opencl,
     ".mjs": in_node,
     ".js": in_node,
     ".m": in_octave,
@@ -63,6 +67,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def opened(paths: list[Path], browser: Any = None) -> list[str]:
     """Return what all programs see of canaries in files."""
     openers = OPENERS if browser is None else {".html": partial(in_browser, browser)}
+    paths = [path for path in paths if not path.stem.endswith("_main")]  # examples hold no words, and want a device
     return [f"{path.name}: {seen}" for path in paths if path.suffix in openers for seen in openers[path.suffix](path)]
 
 
@@ -78,7 +83,7 @@ def doors(*names: str) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "door", doors(*HEAVY, "numpy", "c", "js", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free")
+    "door", doors(*HEAVY, "numpy", "c", "js", "gpu", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free")
 )
 def test_no_file_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Path) -> None:
     paths = write(door, scene, tmp_path)
@@ -135,7 +140,7 @@ SHELL = "x.toml; touch canary; $(touch canary) `touch canary`"
 CONTROLLED = "\x1b[2J\n*+ int canary = 1; +*\r\u202e"
 
 
-@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "js"))
+@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "js", "gpu"))
 @pytest.mark.parametrize("name", [SHELL + PAYLOADS["docstring"], CONTROLLED], ids=["quotes", "controls"])
 def test_no_file_acts_on_the_name_of_the_file_of_its_scene(name: str, door: str, tmp_path: Path) -> None:
     path = tmp_path / f"{name}.toml"
@@ -245,6 +250,7 @@ SEEN = [  # what is taken away, what stands in its place, a payload, the door
     ("in_docstring", plainly, "docstring", "numpy"),
     ("in_comment", plainly, "comment of C", "c"),
     ("in_comment", plainly, "comment of JavaScript", "js"),
+    ("in_comment", plainly, "comment of C", "gpu"),
     ("in_latex", plainly, "write18", "tex"),
     ("in_markdown", plainly, "link of Markdown", "md"),
     ("in_code", lambda text: f"'''{text}'''", "triple", "ipynb"),

@@ -43,7 +43,7 @@ def run_opencl(sources: Sources) -> SimpleNamespace:
     """
     check_target(sources, GPU)
     opening = stem(sources.program.scene.name)
-    queue, kernels = _built(sources, opening)
+    queue, kernels = compiled_kernels(sources)
     dtype = find_real(sources.real).dtype
     functions = {
         name: KernelFunction(
@@ -106,8 +106,12 @@ def _launch(queue: Any, kernel: Any) -> Launch:
     return launch
 
 
-def _built(sources: Sources, opening: str) -> tuple[Any, Any]:
-    """Return a queue of the device, and the compiled kernels."""
+def compiled_kernels(sources: Sources) -> tuple[Any, Any]:
+    """Return a queue of the device, and the kernels as PyOpenCL has them, in double or float as the sources are.
+
+    Raises:
+        BuildError, MissingProgram: as `run_opencl`.
+    """
     if Path(VENDORS).is_dir():
         os.environ.setdefault(VENDORS_VARIABLE, VENDORS)  # read when PyOpenCL is imported
     try:
@@ -118,10 +122,15 @@ def _built(sources: Sources, opening: str) -> tuple[Any, Any]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that a compiler had something to say
         try:
-            built = cl.Program(context, sources.texts[f"{opening}.cl"]).build()
+            built = cl.Program(context, _opencl(sources)).build()
         except cl.Error as fault:
             raise BuildError(f"OpenCL refused the code: {fault}") from fault
     return cl.CommandQueue(context), built
+
+
+def _opencl(sources: Sources) -> str:
+    """Return the file for OpenCL."""
+    return next(text for name, text in sources.texts.items() if name.endswith(".cl"))
 
 
 def _device(cl: Any, real: str) -> Any:

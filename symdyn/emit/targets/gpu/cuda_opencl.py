@@ -87,7 +87,9 @@ def _write(draft: Draft) -> dict[str, str]:
 
 def _beside(sources: Sources) -> dict[str, str]:
     """Return an example for each spelling, which knows what must come out."""
-    return {}
+    from symdyn.emit.targets.gpu.example import files_beside
+
+    return files_beside(sources, BLOCK)
 
 
 GPU = Target(

@@ -1,0 +1,66 @@
+"""Beside kernels: an example for CUDA and one for OpenCL, which call every kernel and know what must come out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.real import find_real
+from symdyn.emit.code.target import Sources
+from symdyn.emit.code.worked_example import Called, Given, worked_example
+from symdyn.emit.render import render
+from symdyn.program.assemble import PARAMS, PREPARED, shared
+from symdyn.program.prepare import PREPARE
+
+STATES = 1000
+"""As many as fill several blocks, the last of them in part."""
+
+
+@dataclass(frozen=True)
+class Launched:
+    """One kernel of the example.
+
+    Attributes:
+        call: its name, what it is given, what must come out.
+        single: whether it runs for one state, since what the others have in common is all that it takes.
+        kept: whether other kernels read what comes out.
+    """
+
+    call: Called
+    single: bool
+    kept: bool
+
+
+def files_beside(sources: Sources, block: int) -> dict[str, str]:
+    """Return both examples; `block` is how many threads a block of CUDA has."""
+    opening, real = stem(sources.program.scene.name), find_real(sources.real)
+    made = worked_example(sources)
+    values = {
+        "stem": opening,
+        "real": real.name,
+        "dtype": real.dtype,
+        "suffix": real.suffix,
+        "states": STATES,
+        "block": block,
+        "given": [(one, _is_common(one)) for one in made.given],
+        "launched": [_launched(call) for call in made.called],
+        "left_out": made.left_out,
+    }
+    return {f"{opening}_main{ending}": render(f"gpu/main{ending}.jinja", values) for ending in (".cu", ".py")}
+
+
+def _is_common(one: Given) -> bool:
+    """Tell whether all states of the example have an argument in common."""
+    return _plain(one.name) in (PARAMS, PREPARED)
+
+
+def _launched(call: Called) -> Launched:
+    names = [_plain(name) for name in call.arguments]
+    common = {PARAMS, PREPARED}.intersection(names)
+    return Launched(call, single=bool(common) and not shared(names), kept=call.name == PREPARE)
+
+
+def _plain(name: str) -> str:
+    """Return an argument's name without the length that tells two of one name apart."""
+    head, _, tail = name.rpartition("_")
+    return head if head and tail.isdigit() else name

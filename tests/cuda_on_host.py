@@ -1,0 +1,72 @@
+"""CUDA without a GPU: kernels compiled as C++, where a launch is a loop over threads."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+HEADER = """
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#define __global__
+#define __device__
+#define __forceinline__ inline
+#define __launch_bounds__(threads)
+struct dimension { unsigned x; };
+static dimension blockIdx, blockDim, threadIdx;
+enum cudaError_t { cudaSuccess };
+enum direction { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
+static inline const char *cudaGetErrorString(cudaError_t) { return ""; }
+static inline cudaError_t cudaGetLastError() { return cudaSuccess; }
+static inline cudaError_t cudaMalloc(void **x, size_t n) { *x = malloc(n); return cudaSuccess; }
+static inline cudaError_t cudaFree(void *x) { free(x); return cudaSuccess; }
+static inline cudaError_t cudaMemcpy(void *to, const void *from, size_t n, direction)
+{
+    memcpy(to, from, n);
+    return cudaSuccess;
+}
+"""
+
+LAUNCH = re.compile(r"(\w+)<<<(.+?), (\d+)>>>\((.*?)\);")
+
+STRICT = ["-Wall", "-Wextra", "-Wdouble-promotion", "-Wfloat-conversion", "-Wshadow", "-Werror", "-Wno-unused-function"]
+
+
+def compiled(text: str, folder: Path, *flags: str, made: str = "made") -> Path:
+    """Return what g++ makes of CUDA text in which every launch stands as a loop."""
+    looped = (
+        "{ blockDim.x = \\3; for (blockIdx.x = 0; blockIdx.x < \\2; ++blockIdx.x)"
+        " for (threadIdx.x = 0; threadIdx.x < \\3; ++threadIdx.x) \\1(\\4); }"
+    )
+    (folder / "host.h").write_text(HEADER, encoding="utf-8")
+    (folder / "host.cpp").write_text(LAUNCH.sub(looped, text), encoding="utf-8")
+    command = ["g++", "-std=c++17", *STRICT, "-include", "host.h", *flags, "host.cpp", "-o", made]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / made
+
+
+def launcher(text: str, folder: Path, names: Sequence[str], arities: Sequence[int]) -> ctypes.CDLL:
+    """Return a library with `run_<kernel>(blocks, n, arguments, out)` for every kernel; no products are fused."""
+    calls = []
+    for name, arity in zip(names, arities, strict=True):
+        given = "".join(f"a{i}, " for i in range(arity))
+        head = given.replace("a", "REAL *a")
+        calls.append(f'extern "C" void run_{name}(unsigned blocks, size_t n, {head}REAL *out)')
+        calls.append(f"{{ {name}<<<blocks, 128>>>(n, {given}out); }}")
+    real = "float" if "const float" in text else "double"
+    whole = "\n".join([text, *calls]).replace("REAL", real)
+    return ctypes.CDLL(str(compiled(whole, folder, "-O1", "-ffp-contract=off", "-shared", "-fPIC", made="kernels.so")))
+
+
+def run(library: ctypes.CDLL, name: str, n: int, given: Sequence[np.ndarray], out: np.ndarray) -> np.ndarray:
+    """Run a kernel on columns, with more threads than states, and return `out`, columns too."""
+    places = [ctypes.c_void_p(array.ctypes.data) for array in (*given, out)]
+    getattr(library, f"run_{name}")(ctypes.c_uint(n // 128 + 2), ctypes.c_size_t(n), *places)
+    return out
