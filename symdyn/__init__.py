@@ -28,7 +28,7 @@ from sys import modules
 TYPE_CHECKING = False  # importing typing would take longer than all else here
 if TYPE_CHECKING:
     from symdyn.build import lambdify
-    from symdyn.build.loaded import load
+    from symdyn.build.backends.door import load
     from symdyn.draw import animation, film, picture
     from symdyn.dynamics import derive
     from symdyn.dynamics.closed_forms.closed_form import closed_form
@@ -91,7 +91,7 @@ _DOORS = {
     "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
     "linearize": "symdyn.linear",
-    "load": "symdyn.build.loaded",
+    "load": "symdyn.build.backends.door",
     "lower": "symdyn.program",
     "picture": "symdyn.draw",
     "read": "symdyn.scene",

@@ -40,6 +40,7 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
         "roads": ["reactions", "loops", "recursive", "lagrange", "mechanism"],
         "closed_forms": ["roads", "loops", "recursive", "mechanism"],
     },
+    "build": {"": [], "backends": [""]},
     "emit": {"": [], "code": [""], "targets": ["code", ""], "print": [""]},
     "scene": {
         "values": [],

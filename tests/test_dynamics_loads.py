@@ -14,7 +14,7 @@ from running import agreements, call
 from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.build import build, lambdify
-from symdyn.build.loaded import load as load_scene
+from symdyn.build.backends.door import load as load_scene
 from symdyn.dynamics import OUTPUTS, Workspace, available, derive, derive_one, expected, roads_of
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.mechanism.cost import cost

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, overload
 
 import numpy as np
@@ -19,7 +19,7 @@ from symdyn.errors import EmitError, SceneError, UnknownNameError
 from symdyn.program import Program, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
-from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.value import value_of
 from symdyn.shown import Shown
@@ -45,6 +45,8 @@ class Loaded(Shown):
         closing: what was chosen about closed loops.
         free: values of parameters that stay arguments, which are taken where a call gives none.
         prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
+        backend: whose arrays they take.
+        again: a function and its arguments, which make all of it in another process; None for NumPy's.
     """
 
     scene: Scene
@@ -57,6 +59,8 @@ class Loaded(Shown):
     prepared: bool = False
     closing: LoopChoices = LoopChoices()  # noqa: RUF009  frozen
     free: Mapping[str, float] = field(default_factory=dict)
+    backend: str = "NumPy"
+    again: tuple[Callable[..., Loaded], tuple[Any, ...]] | None = None
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
@@ -96,7 +100,7 @@ class Loaded(Shown):
         return f"there is no function {name!r}; there are {known}; load(…, functions=…) takes others"
 
     def __repr__(self) -> str:
-        kind = "compiled" if self.compiled else "NumPy"
+        kind = self.backend if not self.compiled or self.backend != "NumPy" else "compiled"
         lines = [f"\n    {signature}" for signature in self.signatures.values()]
         more = [f"\n    ... ({len(lines)} in all)"] if len(lines) > MOST_SHOWN else []
         return f"<{self.scene.name}, {kind}:{''.join([*lines[:MOST_SHOWN], *more])}>"
@@ -106,69 +110,10 @@ class Loaded(Shown):
 
     def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Any, ...]]:
         settings = (self.compiler, self.machine, self.prepared, self.closing, self.free)
-        return _loaded, (self.scene, self.requests, *settings)
+        return self.again or (loaded, (self.scene, self.requests, *settings))
 
 
-def load(
-    scene: SceneLike,
-    functions: str | Sequence[str] | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    compiler: str | None = None,
-    machine: str = "native",
-    prepare: bool = False,
-    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
-    free: str | Sequence[str] = (),
-) -> Loaded:
-    """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
-
-    Where there is no compiler, or no header of Python, they are those of the generated NumPy module: slower, in float64
-    alone, otherwise the same. A warning says so, once.
-
-    >>> import symdyn
-    >>> cart = symdyn.load(symdyn.example("cart_pole"), ["mass_matrix", "pose:tip"], free="mp")
-    >>> cart
-    <cart_pole, compiled:
-        mass_matrix(q, params) -> M: (2),(1)->(2,2)
-        pose_tip(q, params) -> T: (2),(1)->(3,4)>
-    >>> cart.mass_matrix([0, 0]).round(6).tolist()
-    [[1.1, -0.025], [-0.025, 0.008333]]
-    >>> float(cart.mass_matrix([0, 0], mp=1.5)[0, 0])
-    2.5
-
-    Args:
-        scene: a scene, or a file that `symdyn.read` understands.
-        functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the
-            kinematics of the declared points, but not the Coriolis matrix and the coefficients k_z, k_C and so on,
-            which are large.
-        parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
-        compiler: as for `symdyn.build.build`.
-        machine: likewise.
-        closing: what to choose about closed loops, see `symdyn.dynamics.LoopChoices`.
-        prepare: whether to take work on parameters alone out of the calls: `prepared = arm.prepare(params)`, once, is
-            then the last operand of all other functions. Without free parameters there is nothing to prepare.
-        free: name of a parameter that stays an argument though it has a value, or names; a call that does not give it
-            takes that value.
-
-    Raises:
-        SceneError: the file has faults, or a parameter does not exist.
-        DerivationError: a function does not exist.
-        BuildError: the compiler that was asked for, here or as $CC, is not there or fails; an unknown
-            machine.
-    """
-    known = scene_of(scene)
-    bound = bind(known, parameters) if parameters else known
-    values = _values(bound, _names("free", free))
-    if values and parameters:  # what is bound to zero is gone from formulas, and could not be given by name
-        bound = bind(known, {name: value for name, value in parameters.items() if name not in values})
-    known = bound
-    names = None if functions is None else _names("functions", functions)
-    opened = tuple(replace(p, value=None) if p.name in values else p for p in known.parameters)
-    known = replace(known, parameters=opened)
-    requests = tuple(dict.fromkeys(usual(known, closing) if names is None else names))
-    return _loaded(known, requests, compiler, machine, prepare, closing, values)
-
-
-def _names(word: str, given: object) -> tuple[str, ...]:
+def names_of(word: str, given: object) -> tuple[str, ...]:
     """Return one name or several as a tuple.
 
     Raises:
@@ -181,7 +126,7 @@ def _names(word: str, given: object) -> tuple[str, ...]:
     return names
 
 
-def _values(scene: Scene, free: Sequence[str]) -> dict[str, float]:
+def values_of(scene: Scene, free: Sequence[str]) -> dict[str, float]:
     """Return the scene's values of parameters that stay arguments; one without a value is an argument anyway."""
     known = {p.name: p.value for p in scene.parameters}
     faults = [f'free: "{name}" is not a parameter; {suggestion(name, known)}' for name in free if name not in known]
@@ -191,7 +136,7 @@ def _values(scene: Scene, free: Sequence[str]) -> dict[str, float]:
     return {name: float(number) for name, number in numbers.items() if number is not None}
 
 
-def _loaded(
+def loaded(
     scene: Scene,
     requests: tuple[str, ...],
     compiler: str | None,
@@ -222,7 +167,7 @@ def _loaded(
 
 def _one_loaded(*settings: Any) -> NumericFunction:
     """Return one of the functions of `_loaded`, in a process that has none of them yet."""
-    return _loaded(*settings[:-1]).calls[settings[-1]]
+    return loaded(*settings[:-1]).calls[settings[-1]]
 
 
 def usual(
@@ -284,7 +229,7 @@ def lambdify(
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
-    wanted = _names("name", name)
+    wanted = names_of("name", name)
     known = scene_of(scene)
     program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing))
     sources = emit(program, target, real, option=runners[target].many)

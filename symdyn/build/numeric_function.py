@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, Signature
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -68,6 +68,7 @@ class NumericFunction(Shown):
     usual: Mapping[str, float] = field(default_factory=dict)
     fixed: Mapping[str, str] = field(default_factory=dict)
     again: tuple[Callable[..., Any], tuple[Any, ...]] | None = None
+    words: ClassVar[frozenset[str]] = WORDS
 
     def __post_init__(self) -> None:
         """Take over what help shows."""
@@ -79,8 +80,8 @@ class NumericFunction(Shown):
         Raises:
             ArgumentError: a value that is missing, given twice, or nothing that the function takes.
         """
-        if len(given) < len(self.operands) or not WORDS.issuperset(named):
-            values = {key: named.pop(key) for key in list(named) if key not in WORDS}
+        if len(given) < len(self.operands) or not self.words.issuperset(named):
+            values = {key: named.pop(key) for key in list(named) if key not in self.words}
             given = self._completed(given, values)
         try:
             return self.call(*given, **named)
@@ -103,7 +104,7 @@ class NumericFunction(Shown):
         """What editors and help show."""
         takes = [Parameter(one.name, Parameter.POSITIONAL_OR_KEYWORD) for one in self.operands]
         names = [name for one in self.operands if one.name in BY_NAME for name in one.entries if name.isidentifier()]
-        taken = {one.name for one in self.operands} | WORDS
+        taken = {one.name for one in self.operands} | self.words
         kind = Parameter.KEYWORD_ONLY
         free = [Parameter(name, kind, default=self.usual.get(name)) for name in names if name not in taken]
         return Signature([*takes, *free])
@@ -123,7 +124,7 @@ class NumericFunction(Shown):
             elif one.scalar:
                 known[one.name] = (taken or self.usual)[one.entries[0]]
             else:
-                known[one.name] = _together([taken.get(name, self.usual.get(name)) for name in one.entries])
+                known[one.name] = self._together([taken.get(name, self.usual.get(name)) for name in one.entries])
         faults += [self._strange(name, known) for name in named]
         if faults:
             raise ArgumentError(f"{self.name}: {'; '.join(faults)}; {self.told}")
@@ -150,19 +151,15 @@ class NumericFunction(Shown):
             return [f"{len(given)} arguments are given; {self.told}"]
         faults, leading = [], {}
         for one, value in zip(self.operands, given, strict=False):
-            try:
-                array = np.asarray(value)
-                numbers = array.dtype.kind in REAL
-            except ValueError:  # rows of several lengths
-                numbers = False
+            shape = self._shape(value)
             wanted = "one number" if one.scalar else f"{len(one.entries)} numbers, {listed(one.entries)}"
-            if not numbers:
+            if shape is None:
                 faults.append(f"{one.name} is no array of real numbers; give {wanted}")
-            elif not one.scalar and array.shape[-1:] != (len(one.entries),):
-                found = f"has {array.shape[-1]} in its last dimension" if array.ndim else "is one number"
+            elif not one.scalar and shape[-1:] != (len(one.entries),):
+                found = f"has {shape[-1]} in its last dimension" if shape else "is one number"
                 faults.append(f"{one.name} {found}; give {wanted}")
             else:
-                leading[one.name] = array.shape if one.scalar else array.shape[:-1]
+                leading[one.name] = shape if one.scalar else shape[:-1]
         try:
             np.broadcast_shapes(*leading.values())
         except ValueError:
@@ -170,13 +167,24 @@ class NumericFunction(Shown):
             faults.append(f"leading dimensions do not broadcast: {shown}")
         return faults
 
+    def _shape(self, value: Any) -> tuple[int, ...] | None:
+        """Return the shape of real numbers, None of anything else."""
+        try:
+            array = np.asarray(value)
+        except ValueError:  # rows of several lengths
+            return None
+        return array.shape if array.dtype.kind in REAL else None
 
-def _together(values: Sequence[Any]) -> Any:
-    """Return entries as one array, along its last dimension."""
-    try:
+    def _together(self, values: Sequence[Any]) -> Any:
+        """Return entries as one array, along its last dimension."""
+        try:
+            return self._stack(values)
+        except (ValueError, RuntimeError) as error:
+            raise ArgumentError(f"values by name do not broadcast: {error}") from error
+
+    def _stack(self, values: Sequence[Any]) -> Any:
+        """Return the same; ValueError where they do not broadcast."""
         return np.stack(np.broadcast_arrays(*values), axis=-1)
-    except ValueError as error:
-        raise ArgumentError(f"values by name do not broadcast: {error}") from error
 
 
 def numeric_function(

@@ -15,6 +15,7 @@ from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.errors import EmitError
+from symdyn.program import Program
 from symdyn.program.assemble import shared
 
 TAGS: Mapping[str, str] = {"float": "f32", "double": "f64"}
@@ -85,6 +86,13 @@ def _ufunc(page: Page, function: FunctionText) -> dict[str, object]:
 def docstring(page: Page, function: FunctionText) -> str:
     """Return what `help` says about one function: arguments by name with shapes and units, the result, the cost."""
     return render("ufunc/doc.txt.jinja", {"page": page, "function": function}).strip("\n")
+
+
+def docstrings(program: Program) -> dict[str, str]:
+    """Return what `help` says about every function of a program, by its name."""
+    page = C.draft(program, REALS["double"], "").page
+    names = (routine.function.name for routine in program.routines)
+    return {name: docstring(page, function) for name, function in zip(names, page.functions, strict=True)}
 
 
 def _literal(line: str) -> str:

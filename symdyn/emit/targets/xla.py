@@ -1,0 +1,51 @@
+"""What XLA calls: a handler a function over the C target's batch code, by XLA's foreign function interface in C."""
+
+from __future__ import annotations
+
+from math import prod
+
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.target import Sources
+from symdyn.emit.render import render
+from symdyn.program.assemble import shared
+
+TYPES = {"double": "XLA_FFI_DataType_F64", "float": "XLA_FFI_DataType_F32"}
+
+
+def handler(sources: Sources, function: str) -> str:
+    """Return what the handler of one of the functions is called."""
+    return f"{stem(sources.program.scene.name)}_{function}_xla"
+
+
+def handlers(sources: Sources) -> dict[str, str]:
+    """Return one file more for sources of C with batch code, by its name; functions without entries have no handler.
+
+    It includes XLA's `xla/ffi/api/c_api.h`, which comes with jaxlib.
+    """
+    name = stem(sources.program.scene.name)
+    functions = []
+    for spelled, routine in zip(sources.functions, sources.program.routines, strict=True):
+        arguments = routine.function.arguments
+        names = [one.name for one in arguments]
+        common = shared(names)
+        lengths = [len(one.symbols) for one in arguments]
+        if 0 in (*lengths, *routine.function.shape):
+            continue
+        functions.append(
+            {
+                "name": spelled,
+                "ranks": [len(one.shape) for one in arguments],
+                "lengths": lengths,
+                "common": names.index(common) if common else -1,
+                "rank": len(routine.function.shape),
+                "size": prod(routine.function.shape),
+            }
+        )
+    values = {
+        "stem": name,
+        "real": sources.real,
+        "dtype": TYPES[sources.real],
+        "operands": max((len(one.function.arguments) for one in sources.program.routines), default=1),
+        "functions": functions,
+    }
+    return {f"{name}_xla.c": render("jax/handlers.c.jinja", values)}
