@@ -69,6 +69,7 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
         "render": ["interactive", "practice", "", "languages"],
     },
     "program": {"passes": [], "": ["passes"]},
+    "verify": {"written": [], "": ["written"]},
 }
 
 WIDTH, HEIGHT, STEP, GAP, LINE = 118, 30, 62, 24, 13

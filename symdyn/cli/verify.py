@@ -24,7 +24,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
 from symdyn.scene import express, read_bindings
 from symdyn.scene.values.formula import parse
-from symdyn.verify import DIFFERENT, PROVED, Certificate, Rigorous, certify, rigorous
+from symdyn.verify import DIFFERENT, PROVED, Certificate, Rigorous, Written, certify, rigorous
 
 STATES = 4
 
@@ -38,7 +38,9 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_prepare(verb)
     verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type of the measured code")
     verb.add_argument(
-        "--targets", metavar="LIST", help="of which the code is measured, e.g. c,rust (default: those that run quickly)"
+        "--targets",
+        metavar="LIST",
+        help="whose files are proved and measured, e.g. c,rust (default: those that run quickly)",
     )
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     bounds = verb.add_argument_group("guaranteed bounds")
@@ -153,6 +155,7 @@ def show(certificate: Certificate) -> None:
     fields = certificate.fields
     primes = " and ".join(map(str, fields.primes))
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
+    show_written(certificate.written)
     measured = [
         (
             a.function,
@@ -174,6 +177,25 @@ def show(certificate: Certificate) -> None:
     for note in certificate.notes:
         print(f"Note: {note}")
     print(f"{certificate.scene}: {_word(certificate.passed)}")
+
+
+def show_written(files: tuple[Written, ...]) -> None:
+    """Print what was proved of files, if anything."""
+    rows = [
+        (
+            f"{one.target} --{one.option}" if one.option else one.target,
+            one.file,
+            one.sha256[:12],
+            f"{one.verdict}: {one.where}" if one.where else one.verdict,
+            str(len(one.functions) or ""),
+            str(one.compared),
+        )
+        for one in files
+    ]
+    if rows:
+        columns = ("target", "file", "sha256", "arithmetic", "functions ", "bytes of fixed text ")
+        print_table("Files read back: the same functions, constants rounded correctly", columns, rows)
+        print("Fixed text (sines, tiles, loops over blocks) is that of the templates, and measured.\n")
 
 
 def _word(passed: bool) -> str:

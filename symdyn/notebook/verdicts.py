@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from symdyn.notebook.page import Markup, folded, head, note, notes, table, verdict
-from symdyn.verify import DIFFERENT, PROVED, Certificate, Finding, Rigorous
+from symdyn.verify import DIFFERENT, PROVED, Certificate, Finding, Rigorous, Written
 
 
 def certificate(found: Certificate) -> list[Markup]:
@@ -15,6 +15,7 @@ def certificate(found: Certificate) -> list[Markup]:
     sure = f"; the chance that a false one passed is below 1e{likely:.0f}" if likely else ""
     wrong = [one for one in found.findings if one.verdict == DIFFERENT]
     off = [one for one in found.accuracy if not one.passed]
+    broken = [one for one in found.written if not one.passed]
     fields = found.fields
     primes = " and ".join(map(str, fields.primes))
     return [
@@ -23,12 +24,14 @@ def certificate(found: Certificate) -> list[Markup]:
         note(f"claims: {counts or 'none'}{sure}"),
         table(("what differs", "entry"), ((one.claim, one.where) for one in wrong)),
         table(("too far off", "module", "error over its bound"), ((a.function, a.module, a.worst) for a in off)),
+        table(("file", "verdict", "where"), ((one.file, one.verdict, one.where) for one in broken)),
         *([note(f"the code was refused: {found.refused}")] if found.refused else []),
         folded(
             f"{len(found.findings)} claims",
             table(("claim", "verdict", "degree", "chance of error"), map(_finding, found.findings)),
             note(f"at {fields.points} random points each over the primes {primes}, seed {fields.seed}"),
         ),
+        *([_files(found.written)] if found.written else []),
         folded(
             "error of the built code against 50 digits",
             table(
@@ -39,6 +42,17 @@ def certificate(found: Certificate) -> list[Markup]:
         ),
         *notes(found.notes),
     ]
+
+
+def _files(files: tuple[Written, ...]) -> Markup:
+    return folded(
+        "files read back",
+        table(
+            ("target", "option", "file", "SHA-256", "arithmetic", "functions", "bytes of fixed text"),
+            ((f.target, f.option, f.file, f.sha256[:12], f.verdict, len(f.functions), f.compared) for f in files),
+        ),
+        note("the same functions, constants rounded correctly; fixed text is that of the templates, and measured"),
+    )
 
 
 def _finding(one: Finding) -> tuple[str, str, str, str]:

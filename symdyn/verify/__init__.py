@@ -6,6 +6,7 @@ from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, Fields, 
 from symdyn.verify.law import Law, entries, everywhere, of_loops
 from symdyn.verify.laws import LAWS, laws
 from symdyn.verify.rigorous import Bound, Rigorous, rigorous
+from symdyn.verify.written import Written
 
 __all__ = [
     "DIFFERENT",
@@ -20,6 +21,7 @@ __all__ = [
     "Finding",
     "Law",
     "Rigorous",
+    "Written",
     "certify",
     "entries",
     "everywhere",

@@ -1,4 +1,4 @@
-"""The certificate of a scene: what was proved, over which fields, and how accurate the built code is."""
+"""The certificate of a scene: what was proved, over which fields, of which files, and how far the built code is off."""
 
 from __future__ import annotations
 
@@ -40,6 +40,8 @@ from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
 from symdyn.verify.laws_in_numbers import LOOKS
 from symdyn.verify.quaternions import on_unit_sphere
+from symdyn.verify.texts import written_of
+from symdyn.verify.written import Written
 
 Progress = Callable[[str], None]
 
@@ -55,6 +57,7 @@ class Certificate(Shown):
         accuracy: built modules against 50 digits.
         notes: what was left out and why.
         refused: the words of the compiler or of Node.js if it refused the code; "" if it did not.
+        written: files whose text was read back and proved.
     """
 
     scene: str
@@ -63,6 +66,7 @@ class Certificate(Shown):
     accuracy: tuple[Accuracy, ...]
     notes: tuple[str, ...]
     refused: str = ""
+    written: tuple[Written, ...] = ()
 
     def __repr__(self) -> str:
         verdicts = Counter(one.verdict for one in self.findings)
@@ -75,7 +79,8 @@ class Certificate(Shown):
     def passed(self) -> bool:
         """Whether nothing differs, the code compiles, and every module is as accurate as its numbers allow."""
         sound = all(f.verdict != DIFFERENT for f in self.findings)
-        return sound and not self.refused and all(a.passed for a in self.accuracy)
+        proved = all(one.passed for one in self.written)
+        return sound and proved and not self.refused and all(a.passed for a in self.accuracy)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate for JSON."""
@@ -110,12 +115,14 @@ def certify(
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
             function without, and is measured together with it.
         closing: what to choose about closed loops; the notes say it.
-        targets: of which the code is measured, keys of `symdyn.emit.TARGETS`; None takes those that run quickly.
+        targets: of which the code is measured, keys of `symdyn.emit.TARGETS`, and the text of the files proved, with
+            every option; None takes those that run quickly, and the files that are measured.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
         EmitError: there is no such target, or it does not have the number type.
     """
+    asked = targets is not None
     scene, targets = scene_of(scene), wanted_targets(targets, real)
     notes = [closing.words] if closing.words else []
     workspace = Workspace(scene, closing)
@@ -138,6 +145,8 @@ def certify(
     progress("proving over finite fields")
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
+    progress("reading files back")
+    written = written_of(code, real, targets, asked, notes, seed)
     progress("building")
     modules, refused = modules_of(code, real, notes, targets)
     if is_prepared(code):
@@ -151,7 +160,7 @@ def certify(
     progress("measuring against 50 digits")
     accuracy = measure(program, modules, seed=seed, real=real)
     notes += [f"{a.function}: real at none of the states tried" for a in accuracy if not a.states]
-    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused)
+    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused, written)
 
 
 def taken(

@@ -1,0 +1,52 @@
+"""The text of targets' files, read back and proved: what a certificate says beside graphs and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.algebra.finite_field import Redraw
+from symdyn.build import RUNNERS
+from symdyn.emit import TARGETS, Sources, emit
+from symdyn.emit.code.identifiers import stem
+from symdyn.errors import MissingProgram
+from symdyn.program import Program
+from symdyn.verify.written import READERS, Files, Written, printed, prove_texts
+
+
+def written_of(
+    program: Program, real: str, targets: Sequence[str], asked: bool, notes: list[str], seed: int
+) -> tuple[Written, ...]:
+    """Return what is known of the files of `targets`; notes say which are not read and why.
+
+    Args:
+        program: what is written.
+        real: number type of the files.
+        targets: keys of `TARGETS`; those that nothing reads are left out.
+        asked: whether they were asked for by name: then files with each option are proved too.
+        notes: added to.
+        seed: of primes and points.
+    """
+    targets = [name for name in targets if name in READERS]
+    if not targets:
+        return ()
+    try:
+        numbers = printed(program, real, seed)
+    except Redraw:
+        notes.append("files were not proved: no point was found at which all functions are defined")
+        return ()
+    found: list[Written] = []
+    for name in targets:
+        measured = RUNNERS[name].measured if name in RUNNERS else ""
+        for option in dict.fromkeys((measured, "", *TARGETS[name].options) if asked else (measured,)):
+            try:
+                found += prove_texts(numbers, files_of(emit(program, name, real, option=option)), READERS[name])
+            except MissingProgram as fault:
+                notes.append(f"files of {TARGETS[name].title} were not proved: {fault}")
+                break
+    return tuple(found)
+
+
+def files_of(sources: Sources) -> Files:
+    """Return the files of a target as readers take them."""
+    name = stem(sources.program.scene.name)
+    return Files(sources.target, sources.option, name, sources.functions, dict(sources))

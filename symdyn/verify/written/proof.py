@@ -1,0 +1,193 @@
+"""The text of files against their program: what was read must be the same functions, constants rounded correctly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from hashlib import sha256
+from pathlib import PurePath
+
+from symdyn.algebra.finite_field import Redraw
+from symdyn.graph import Graph, substitute
+from symdyn.program import Program
+from symdyn.verify.written.field import Uninterpreted, points
+from symdyn.verify.written.nearest import nearest
+from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.syntax import fixed_text, parse
+
+PROVED, COMPARED, DIFFERENT, UNREAD = "proved", "compared", "different", "not read"
+
+Contents = str | bytes
+
+
+@dataclass(frozen=True)
+class Written:
+    """What is known of one file.
+
+    Attributes:
+        target: what it was written for.
+        option: of the target, "" for none.
+        file: its name.
+        sha256: of its bytes, in hexadecimal.
+        functions: what it calls those that were read and proved.
+        verdict: PROVED, COMPARED where there is nothing but fixed text, DIFFERENT, or UNREAD where the file says what
+            has no meaning here.
+        where: of what differs, the function, the entry and the line; "" where nothing does.
+        compared: bytes of fixed text, which are those of a fresh file.
+    """
+
+    target: str
+    option: str
+    file: str
+    sha256: str
+    functions: tuple[str, ...]
+    verdict: str
+    where: str
+    compared: int
+
+    @property
+    def passed(self) -> bool:
+        """Whether the file is what it must be."""
+        return self.verdict in (PROVED, COMPARED)
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A program as it is printed: every constant is the nearest number of the type.
+
+    Attributes:
+        program: what is printed.
+        real: the type.
+        fields: fields at points.
+        values: of the entries of each function there: a tuple a point.
+    """
+
+    program: Program
+    real: str
+    fields: tuple[Uninterpreted, ...]
+    values: tuple[tuple[tuple[int, ...], ...], ...]
+
+    def wanted(self, names: Sequence[str], graph: Graph) -> tuple[Wanted, ...]:
+        """Return the functions that files must hold, called `names`, with symbols of a graph as arguments' entries."""
+        found = []
+        for name, routine in zip(names, self.program.routines, strict=True):
+            given = routine.function.arguments
+            arguments = {one.name: tuple(graph.symbol(str(symbol.value)) for symbol in one.symbols) for one in given}
+            scalars = frozenset(one.name for one in given if one.scalar)
+            found.append(Wanted(name, arguments, scalars, routine.function.shape))
+        return tuple(found)
+
+
+def printed(program: Program, real: str, seed: int = 1) -> Printed:
+    """Return a program as it is printed with numbers of a type.
+
+    Raises:
+        Redraw: no point was found at which every function is defined.
+    """
+    graph = Graph()
+    rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
+    fields, values = points(substitute(program.outputs, rounded, graph), seed)
+    found, first = [], 0
+    for routine in program.routines:
+        last = first + len(routine.function.entries)
+        found.append(tuple(at_point[first:last] for at_point in values))
+        first = last
+    return Printed(program, real, fields, tuple(found))
+
+
+@dataclass(frozen=True)
+class Files:
+    """The files of one target.
+
+    Attributes:
+        target: of `READERS`.
+        option: of the target, "" for none.
+        stem: how their names begin.
+        functions: what the program's functions are called there, in order.
+        contents: by file name.
+    """
+
+    target: str
+    option: str
+    stem: str
+    functions: tuple[str, ...]
+    contents: Mapping[str, Contents]
+
+
+def prove_texts(
+    program: Printed, files: Files, languages: Mapping[str, Language], fresh: Mapping[str, Contents] | None = None
+) -> tuple[Written, ...]:
+    """Return what is known of the files of one target.
+
+    Args:
+        program: what they must compute.
+        files: what was found.
+        languages: what they are read as, by the ends of their names; the others are fixed text.
+        fresh: contents of files made now, whose fixed text theirs must be; None where the files are these.
+
+    Raises:
+        MissingProgram: a grammar is not installed.
+    """
+    found, seen = [], set()
+    for name, contents in files.contents.items():
+        source = _bytes(contents)
+        language = languages.get(PurePath(name).suffix)
+        about = partial(Written, files.target, files.option, name, sha256(source).hexdigest())
+        try:
+            reading, fixed = _read(program, files, source, language)
+        except Unread as fault:
+            found.append(about((), UNREAD, str(fault), 0))
+            continue
+        seen |= {one.function for one in reading.functions}
+        where = next(filter(None, (_difference(program, files, one) for one in reading.functions)), "")
+        if not where and fresh is not None:
+            where = _fixed_difference(program, files, fixed, fresh.get(name), language)
+        functions = tuple(one.name for one in reading.functions)
+        verdict = DIFFERENT if where else PROVED if functions else COMPARED
+        found.append(about(() if where else functions, verdict, where, len(fixed)))
+    missing = [name for name in files.functions if name not in seen]
+    if missing and found and all(one.passed for one in found):
+        found[0] = replace(found[0], functions=(), verdict=DIFFERENT, where=f"no function {missing[0]} was found")
+    return tuple(found)
+
+
+def _bytes(contents: Contents) -> bytes:
+    return contents.encode() if isinstance(contents, str) else contents
+
+
+def _read(program: Printed, files: Files, source: bytes, language: Language | None) -> tuple[Reading, bytes]:
+    """Return what is read of a file, and its fixed text."""
+    if language is None:
+        return Reading((), ()), source
+    graph = Graph()
+    root = parse(language.grammar, language.plain(source))
+    reading = language.read(Text(root, source, files.stem, program.real, program.wanted(files.functions, graph), graph))
+    return reading, fixed_text(source, root, reading.cuts, language.comments)
+
+
+def _difference(program: Printed, files: Files, read: Read) -> str:
+    """Return where a function of a file is another one than that of the program, "" if nowhere."""
+    for field, wanted in zip(program.fields, program.values[files.functions.index(read.function)], strict=True):
+        try:
+            values = field.values(read.entries)
+        except Redraw:
+            return f"{read.name}, line {min(read.lines)}: divides by zero"
+        for place, (mine, theirs) in enumerate(zip(values, wanted, strict=True)):
+            if mine != theirs:
+                return f"{read.name}, entry {place}, line {read.lines[place]}: is another function"
+    return ""
+
+
+def _fixed_difference(
+    program: Printed, files: Files, fixed: bytes, fresh: Contents | None, language: Language | None
+) -> str:
+    """Return where fixed text is not that of a fresh file, "" if nowhere."""
+    if fresh is None:
+        return "no such file is made for these functions"
+    _, expected = _read(program, files, _bytes(fresh), language)
+    if fixed == expected:
+        return ""
+    mine, theirs = fixed.splitlines(), expected.splitlines()
+    line = next((k for k, (a, b) in enumerate(zip(mine, theirs, strict=False)) if a != b), min(len(mine), len(theirs)))
+    return f"fixed text: {(mine[line] if line < len(mine) else b'the end').decode('utf-8', 'replace').strip()!r}"

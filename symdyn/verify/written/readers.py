@@ -1,0 +1,13 @@
+"""Which files of a target are read, by the ends of their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from symdyn.verify.written.c import C
+from symdyn.verify.written.reading import Language
+
+READERS: Mapping[str, Mapping[str, Language]] = {
+    "c": {".c": C, ".h": C},
+}
+"""Target: ending of a file: what it is read as. Other files of a target are fixed text."""

@@ -1,0 +1,134 @@
+"""C files are read back as operations: what they compute is proved, what they must not say is refused."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from math import nextafter
+
+import pytest
+from arms import chain
+
+import symdyn
+from symdyn.emit import TARGETS, emit
+from symdyn.program import Program
+from symdyn.program import prepare as prepare_program
+from symdyn.verify.texts import files_of
+from symdyn.verify.written import READERS, Written, printed, prove_texts
+
+SCENES = ("two_link", "four_bar", "cart_pole")
+
+
+def program_of(scene: str) -> Program:
+    return symdyn.lower(symdyn.derive(symdyn.example(scene)))
+
+
+def proved(program: Program, option: str = "", real: str = "double") -> tuple[Written, ...]:
+    files = files_of(emit(program, "c", real, option=option))
+    return prove_texts(printed(program, real), files, READERS["c"])
+
+
+@pytest.fixture(scope="module")
+def two_link() -> Program:
+    return symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix"]))
+
+
+def altered(program: Program, old: str, new: str, option: str = "") -> Written:
+    """Return what is known of the C file with one piece of text changed."""
+    files = files_of(emit(program, "c", option=option))
+    text = files.contents["two_link.c"]
+    assert isinstance(text, str)
+    assert old in text
+    changed = {**files.contents, "two_link.c": text.replace(old, new, 1)}
+    return prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["c"], files.contents)[0]
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("option", ["", *TARGETS["c"].options])
+@pytest.mark.parametrize("scene", SCENES)
+def test_every_file_of_c_is_proved(scene: str, option: str, real: str) -> None:
+    program = program_of(scene)
+    for code in (program, prepare_program(program)):
+        found = proved(code, option, real)
+
+        assert {one.verdict for one in found} <= {"proved", "compared"}, found
+        names = [routine.function.name for routine in code.routines]
+        assert {f"{scene}_{name}" for name in names} <= {one for file in found for one in file.functions}
+        text = str(emit(code, "c", real, option=option)[found[0].file])
+        blocks = {f"{name}_block" for name in names if f"void {name}_block(" in text}
+        assert blocks <= set(found[0].functions)
+        assert bool(blocks) == (option == "batch")
+
+
+def test_long_functions_are_read_through_their_parts() -> None:
+    program = symdyn.lower(symdyn.derive(chain(90), ["gravity_forces", "inverse_dynamics"]))
+
+    assert "_part1" in str(emit(program, "c")["chain90.c"])
+    assert proved(program)[0].verdict == proved(program, "batch")[0].verdict == "proved"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("x3 = qdd_1 + qdd_2", "x3 = qdd_1 - qdd_2", "two_link_inverse_dynamics, entry 0, line "),
+        ("s1 = sin(q_1)", "s1 = cos(q_1)", "entry 0"),
+        ("q_1 = q[0]", "q_1 = q[1]", "entry 0"),
+        ("= q[0]", "= q[2]", "reads entry 2 of q, which has 2"),
+        ("out[1] =", "out[0] =", "writes entry 0 of the result again"),
+        ("out[1] = x5;", "", "never writes entry 1 of the result"),
+        ("q_1 = q[0]", "q_1 = q_1", "has no value yet"),
+        ("const double x3", "const float x3", "is not double"),
+        ("const double x3", "double x3", "is no array of a known length"),
+        ("x3 = qdd_1 + qdd_2", "x3 = qdd_1 % qdd_2", "is no operation of real numbers"),
+        ("x3 = qdd_1 + qdd_2", "x3 = 1 / 2 * (qdd_1 + qdd_2)", "is no sum or product of whole numbers"),
+        ("x3 = qdd_1 + qdd_2", "x3 = (x2, qdd_1 + qdd_2)", "is no expression"),
+        ("x3 = qdd_1 + qdd_2", "sin = qdd_1", "hides a function"),
+        ("x3 = qdd_1 + qdd_2", "x2 = qdd_1", "has a value already"),
+        ("    out[0] =", "    if (x3 > 1.0) return;\n    out[0] =", "is no statement"),
+        ("out[1] = x5;", "out[1] = x5 + 0.0 * q[0];", "after the result was written, which may be the same array"),
+        ("void two_link_mass_matrix", "void two_link_matrix", "fixed text"),
+        ("#include <math.h>", "#define sin cos", "fixed text"),
+        ("{\n    const double q_1", "{\n#define x3 x2\n    const double q_1", "is no statement"),
+        ("x3 = qdd_1 + qdd_2;", "x3 = qdd_1 + qdd_2", "is no syntax"),
+    ],
+)
+def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, new: str, told: str) -> None:
+    found = altered(two_link, old, new)
+
+    assert not found.passed
+    assert told in found.where
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("k < 64; k++) {\n        const double s1", "k < 63; k++) {\n        const double s1", "as many states"),
+        ("sincos_row(64, q + 0 * stride, w[0]", "sincos_row(64, q + 1 * stride, w[0]", "is another function"),
+        ("sincos_row(64, q + 0 * stride", "sincos_row(32, q + 0 * stride", "as many states"),
+        ("out[0 * stride + k] =", "out[1 * stride + k] =", "again"),
+        ("qdd[0 * stride + k]", "qdd[0 * stride]", "is no entry of a state"),
+        ("    while (k < n) {", "    while (k <= n) {", "fixed text"),
+        ("n[j] * 1.5707963267341256", "n[j] * 1.5707963267341258", "fixed text"),
+        ("ALIGNED double w[4][64]", "ALIGNED double w[3][64]", "is row 3 of a local array of 3"),
+    ],
+)
+def test_what_was_changed_in_blocks_is_found_too(two_link: Program, old: str, new: str, told: str) -> None:
+    found = altered(two_link, old, new, "batch")
+
+    assert not found.passed
+    assert told in found.where
+
+
+def test_a_comment_may_say_anything(two_link: Program) -> None:
+    assert altered(two_link, "Do not edit;", "Edited:").passed
+
+
+def test_one_unit_in_the_last_place_of_a_constant_is_found() -> None:
+    program = symdyn.lower(symdyn.derive(symdyn.example("puma560"), ["gravity_forces"]))
+    files = files_of(emit(program, "c"))
+    text = str(files.contents["puma560.c"])
+    digits = next(re.finditer(r"(?<![\w.])\d+\.\d{3,}(?![\w.])", text[text.index("#include") :]))[0]
+    changed = {"puma560.c": text.replace(digits, repr(nextafter(float(digits), 9.0)))}
+    found = prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["c"])[0]
+
+    assert found.verdict == "different"
