@@ -412,6 +412,12 @@ class _Frame:
         if WHOLE.fullmatch(source):
             return Index(int(source))
         decimal = source.decode("ascii", "replace")
+        if decimal[0] in "-+":  # the grammar takes a sign along
+            size = self._decimal(node, decimal[1:])
+            return -size if decimal[0] == "-" else size
+        return self._decimal(node, decimal)
+
+    def _decimal(self, node: Node, decimal: str) -> Expr:
         if self.file.text.real == "float":
             if not decimal.endswith("f"):
                 raise unread(node, "is no float")
