@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.verify.written.c import C
+from symdyn.verify.written.matlab import MATLAB
 from symdyn.verify.written.reading import Language
 
 READERS: Mapping[str, Mapping[str, Language]] = {
     "c": {".c": C, ".h": C},
+    "matlab": {".m": MATLAB},
 }
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
@@ -89,9 +90,14 @@ def fixed_text(source: bytes, root: Node, cuts: tuple[Cut, ...], comments: froze
 
 def _outside(root: Node, cuts: tuple[Cut, ...]) -> Iterator[Node]:
     """Iterate over the nodes that are in no cut."""
-    spans = {(cut.start, cut.end) for cut in cuts}
+    spans = sorted((cut.start, cut.end) for cut in cuts)
+
+    def inside(node: Node) -> bool:
+        place = bisect_right(spans, (node.start_byte, root.end_byte))
+        return place > 0 and node.end_byte <= spans[place - 1][1]
+
     stack = [root]
     while stack:
         node = stack.pop()
         yield node
-        stack += [one for one in node.children if (one.start_byte, one.end_byte) not in spans]
+        stack += [one for one in node.children if not inside(one)]
