@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from ctypes import CDLL
+from typing import Any
 
 import numpy as np
 from cases import Case
@@ -25,13 +26,14 @@ def timed(case: Case) -> list[Timed]:
     files, (name,) = with_calls(emit(case.programs["inverse_dynamics"], "cpp"))
     header, calls = files.items()
     text = calls[1].replace(f'#include "{header[0]}"', header[1])
-    return [one_state(case, "cpp", CDLL(str(compiled(text, (*flags(), "-std=gnu++17"), "g++"))), name)]
+    library = CDLL(str(compiled(text, (*flags(), "-std=gnu++17"), "g++")))
+    return [one_state(case, "cpp", getattr(library, name))]
 
 
-def one_state(case: Case, peer: str, library: CDLL, name: str) -> Timed:
-    """Return inverse dynamics of a library that has it as C calls it."""
+def one_state(case: Case, peer: str, function: Any) -> Timed:
+    """Return inverse dynamics by a function of C, of three addresses and that of its result."""
     output = "inverse_dynamics"
-    clock, call = loops(), ctypes.cast(getattr(library, name), ctypes.c_void_p)
+    clock, call = loops(), ctypes.cast(function, ctypes.c_void_p)
     arguments = padded([np.ascontiguousarray(case.states[a]) for a in case.arguments(output)])
     states, size = case.references[output].shape
     out = np.zeros((states, size))

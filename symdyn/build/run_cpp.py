@@ -24,11 +24,8 @@ def run_cpp(sources: Sources) -> Module:
     """
     check_target(sources, CPP)
     files, exports = with_calls(sources)
-    path, library = load(
-        files,
-        find_compiler(language=CPLUSPLUS),
-        kind=Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL),
-    )
+    kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
+    path, library = load(files, find_compiler(language=CPLUSPLUS), kind=kind)
     return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library))
 
 

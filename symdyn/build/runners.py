@@ -17,6 +17,7 @@ from symdyn.build.run_heyoka import run_heyoka
 from symdyn.build.run_node import run_js
 from symdyn.build.run_octave import run_matlab
 from symdyn.build.run_opencl import run_opencl
+from symdyn.build.run_rust import run_rust
 from symdyn.build.warned import check_target, warn_once
 from symdyn.emit import Sources, emit
 from symdyn.emit.code.identifiers import stem
@@ -28,6 +29,7 @@ from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
+from symdyn.emit.targets.rust import RUST
 from symdyn.emit.targets.ufunc import DOUBLES, UFUNC
 from symdyn.errors import CompilerFault, MissingProgram
 
@@ -91,6 +93,7 @@ RUNNERS: dict[str, Runner] = {
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
     CPP.name: Runner(run_cpp, batches=False, many="", measured="", usual=False, asked=True),
+    RUST.name: Runner(run_rust, batches=False, many="", measured="", usual=False, asked=True),
 }
 
 

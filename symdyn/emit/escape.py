@@ -3,6 +3,7 @@
     in_latex        prose of LaTeX                     in_comment      comments of C and JavaScript
     in_html         HTML and SVG, attributes too       in_docstring    docstrings
     in_markdown     prose of Markdown and notebooks    in_code         Python code, as data
+    in_rustdoc      prose of Rust's doc comments
     in_script       JSON in a <script> element         in_script_code  JavaScript there
     in_percent_comment  comments and help of MATLAB
 
@@ -65,6 +66,11 @@ def in_markdown(text: str) -> str:
     Notebooks look for formulas in the text and, once more, in the page that is made of it; no formula spans elements.
     """
     return _LINK.sub(lambda found: f"{found[0]}\\", "".join(_MARKDOWN.get(x, x) for x in text))
+
+
+def in_rustdoc(text: str) -> str:
+    """Return prose for one line of a Rust doc comment, which is Markdown: no code in it that `cargo test` would run."""
+    return in_markdown(" ".join(_printable(text).split()))
 
 
 def in_script(value: Any) -> str:

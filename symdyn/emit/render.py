@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from symdyn.emit.escape import in_comment, in_docstring, in_html, in_percent_comment
+from symdyn.emit.escape import in_comment, in_docstring, in_html, in_percent_comment, in_rustdoc
 from symdyn.resources import template_folder
 
 if TYPE_CHECKING:
@@ -44,7 +44,12 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,
     )
-    environment.filters |= {"in_comment": in_comment, "in_docstring": in_docstring, "in_html": in_html}
+    environment.filters |= {
+        "in_comment": in_comment,
+        "in_docstring": in_docstring,
+        "in_html": in_html,
+        "in_rustdoc": in_rustdoc,
+    }
     environment.filters |= {"in_percent_comment": in_percent_comment}
     environment.globals |= {"verbatim": verbatim, "script": script}
     return environment

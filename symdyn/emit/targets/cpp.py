@@ -20,7 +20,7 @@ from symdyn.emit.code.real import digits
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c.batch import cuts
+from symdyn.emit.targets.c.batch import FEW, cuts
 from symdyn.emit.targets.c.sincos import CHAINS, sincos_values
 from symdyn.graph import Op
 
@@ -61,7 +61,7 @@ def namespace(stem: str) -> str:
 
 def _write(draft: Draft) -> dict[str, str]:
     """Return the header."""
-    codes = cuts(draft.program, draft.page, draft.printer, together=True)
+    codes = cuts(draft.program, draft.page, draft.printer, few=FEW)
     operations = {op for function in draft.page.functions for op in function.operations}
     values = {
         "page": draft.page,

@@ -14,6 +14,7 @@ from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
+from symdyn.emit.targets.rust import RUST
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError
 from symdyn.program import Program
@@ -31,6 +32,7 @@ TARGETS: dict[str, Target] = {
         CASADI,
         MATLAB,
         CPP,
+        RUST,
         HEYOKA,
     )
 }

@@ -114,29 +114,33 @@ def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple
     )
 
 
-def cuts(program: Program, page: Page, printer: Printer, together: bool = False) -> tuple[CutText | None, ...]:
+def cuts(
+    program: Program, page: Page, printer: Printer, few: int | None = None, address: str = "&{}"
+) -> tuple[CutText | None, ...]:
     """Return every function of the page in stages, None for one that stays as it is.
 
-    Long ones are cut into parts. Angles are taken `together` where one state has several, or one by one.
+    Long ones are cut into parts. Where one state has `few` angles or more, they are taken together, else one by one.
+    `address` is how a part is handed a number.
     """
     return tuple(
-        _cut(routine, text, program, printer, together)
+        _cut(routine, text, program, printer, few, address)
         for routine, text in zip(program.routines, page.functions, strict=True)
     )
 
 
-def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer, together: bool) -> CutText | None:
-    long = _length(routine) > LONGEST
+def _cut(
+    routine: Routine, text: FunctionText, program: Program, printer: Printer, few: int | None, address: str
+) -> CutText | None:
+    together, long = few is not None, _length(routine) > LONGEST
     if not (long or together):
         return None
     writer = _writer(routine, text, program, printer, LONGEST, short=together and long)
     angles = sum(isinstance(stage, SineCosine) for stage in writer.plan.stages)
     parts, size = _parts(writer), prod(text.shape)
     if parts:
-        several = together and angles > 0
-        calls = writer.scalar_calls(_by_address(text), together)
-        return CutText(size, writer.plan.rows, calls, parts, sincos=several)
-    if together and angles >= FEW:
+        calls = writer.scalar_calls(_by_address(text, address), together)
+        return CutText(size, writer.plan.rows, calls, parts, sincos=together and angles > 0)
+    if few is not None and angles >= few:
         results = tuple(writer.entry(place) for place in range(size))
         return CutText(size, 0, writer.scalar(), (), results, sincos=True)
     return None
@@ -233,9 +237,9 @@ def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
     return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
 
 
-def _by_address(function: FunctionText) -> str:
+def _by_address(function: FunctionText, address: str = "&{}") -> str:
     """Return what a scalar function hands on to its parts, which take single numbers by address."""
-    return _handed(function, {name: f"&{name}" for name in function.scalars})
+    return _handed(function, {name: address.format(name) for name in function.scalars})
 
 
 def _lanes(copied: int, work: int) -> int:

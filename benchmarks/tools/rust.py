@@ -1,0 +1,24 @@
+"""The module of Rust, compiled by rustc for this machine, called one state a call."""
+
+from __future__ import annotations
+
+from cases import Case
+from harness import Timed
+
+from symdyn.build.compiler import RUSTC, find_compiler
+from symdyn.build.dialects import RUST
+from symdyn.build.run_rust import run_rust
+from symdyn.emit import emit
+from tools.cpp import one_state
+
+
+def version() -> str:
+    """Return how the module is compiled."""
+    compiler = find_compiler(language=RUSTC)
+    return f"{compiler.version.splitlines()[0]}, {' '.join((*RUST.flags, *compiler.machine))}"
+
+
+def timed(case: Case) -> list[Timed]:
+    """Return inverse dynamics, one state a call."""
+    code = run_rust(emit(case.programs["inverse_dynamics"], "rust"))
+    return [one_state(case, "rust", code.inverse_dynamics._call)]
