@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,7 @@ from symdyn.build.run_casadi import run_casadi
 from symdyn.dynamics import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.targets.casadi import Block, jacobians
+from symdyn.emit.targets.casadi import EXTERNAL, Block, jacobians
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.scene import Scene, read
@@ -61,7 +62,7 @@ def test_whole_derivatives_are_blocks_of_the_jacobian_and_single_ones_fill_what_
     program = lower(derive(read(EXAMPLES / "two_link.toml"), asked))
     whole = "inverse_dynamics_derivatives"
 
-    assert jacobians(program) == {
+    assert jacobians(program, frozenset()) == {
         "inverse_dynamics": {
             "q": Block(whole, 0, 2),
             "qd": Block(whole, 2, 4),
@@ -75,7 +76,7 @@ def test_whole_derivatives_are_blocks_of_the_jacobian_and_single_ones_fill_what_
 @pytest.mark.parametrize("scene", ["heavy_top", "rolling_disc", "four_bar"])
 def test_derivatives_that_are_none_by_the_coordinates_are_no_jacobian(scene: str) -> None:
     asked = ("forward_dynamics", "forward_dynamics_derivatives", "forward_dynamics_by_q", "forward_dynamics_by_qd")
-    found = jacobians(lower(derive(read(EXAMPLES / f"{scene}.toml"), asked)))
+    found = jacobians(lower(derive(read(EXAMPLES / f"{scene}.toml"), asked)), frozenset())
 
     blocks = found.get("forward_dynamics", {})
     assert "q" not in blocks
@@ -182,6 +183,36 @@ def test_three_dimensions_are_blocks_side_by_side_and_names_are_legal_for_casadi
     assert calls.deep([3, 5])[1, 2, 0] == 3 * 10 + 5
     for k, name in enumerate(sources.functions[1:]):
         assert getattr(calls, name)([0.5, 1]) == [0.5 + k]
+
+
+@runs
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_our_c_is_what_casadi_calls_with_its_jacobians(tmp_path: Path, compiler: str) -> None:
+    import casadi
+
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no {compiler}")
+    asked = [*with_derivatives("two_link"), "mass_matrix", "kinetic_energy"]
+    asked += [f"{name}_by_parameters" for name in DYNAMICS]
+    program = lower(derive(read(EXAMPLES / "two_link.toml"), asked))
+    path = write(emit(program, "casadi", option=EXTERNAL), tmp_path)[1]
+    library = tmp_path / "two_link_external.so"
+    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-shared", "-fPIC", path.name, "-o"]
+    subprocess.run([compiler, *flags, library.name, "-lm"], cwd=tmp_path, check=True)
+
+    for name, ours in run_casadi(emit(program, "casadi")).module.functions.items():
+        called = casadi.external(name, str(library))
+        assert (called.name_in(), called.name_out()) == (ours.name_in(), ours.name_out())
+        given = drawn(ours)
+        np.testing.assert_allclose(called(*given).full(), ours(*given).full(), rtol=1e-13, atol=1e-13)
+        columns = [np.random.default_rng(2).normal(size=(ours.numel_in(i), 3)) + 2 for i in range(ours.n_in())]
+        np.testing.assert_allclose(called(*columns).full(), ours(*columns).full(), rtol=1e-12, atol=1e-12)
+        if name in DYNAMICS:
+            for one, other in zip(called.jacobian()(*given, 0), ours.jacobian()(*given, 0), strict=True):
+                np.testing.assert_allclose(one.full(), other.full(), rtol=1e-12, atol=1e-12)
+    with pytest.raises(RuntimeError, match="Derivatives cannot be calculated for mass_matrix"):
+        casadi.external("mass_matrix", str(library)).jacobian()
 
 
 @runs
