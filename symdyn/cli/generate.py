@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
+from symdyn.build.complete import complete
 from symdyn.cli.scene_options import (
     add_closing,
     add_formulation,
@@ -80,6 +81,10 @@ def run(options: argparse.Namespace) -> int:
                 say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
         progress("printing")
         sources = emit(program, options.target, options.real, again(options, always="target"), options.option)
+        progress("compiling")
+        sources, told = complete(sources)
+        if told:
+            say(f"symdyn: {told}")
         more = beside(sources)
     print_paths(*write({**sources, **_ours(more, Path(options.output))}, options.output))
     return 0

@@ -9,6 +9,7 @@ from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.casadi import CASADI
 from symdyn.emit.targets.cpp import CPP
+from symdyn.emit.targets.fmu import FMU
 from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
@@ -34,6 +35,7 @@ TARGETS: dict[str, Target] = {
         CPP,
         RUST,
         HEYOKA,
+        FMU,
     )
 }
 

@@ -1,0 +1,91 @@
+"""Binaries of this platform in FMUs whose sources `emit` wrote: model by model one shared library, portable code."""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+from symdyn.build.compiler import PATIENCE, compile_library, find_compiler
+from symdyn.build.dialects import Needs
+from symdyn.emit import Sources
+from symdyn.emit.targets.fmu import FMU, members, packed
+from symdyn.errors import BuildError
+
+SYSTEMS = {
+    "linux": ("linux", "linux", ".so"),
+    "darwin": ("darwin", "darwin", ".dylib"),
+    "win32": ("win", "windows", ".dll"),
+}
+"""By `sys.platform`: what FMI 2 calls it, what FMI 3 calls it, how libraries end."""
+
+FAMILIES = {
+    "x86_64": "x86_64",
+    "amd64": "x86_64",
+    "arm64": "aarch64",
+    "aarch64": "aarch64",
+    "i686": "x86",
+    "x86": "x86",
+}
+"""Families of machines, as FMI 3 calls them."""
+
+
+def with_binaries(sources: Sources, compiler: str | None = None, patience: float = PATIENCE) -> Sources:
+    """Return FMUs with a binary of this platform beside their sources.
+
+    Args:
+        sources: of the target fmu.
+        compiler: command to compile with; None looks for $CC, cc, gcc, clang and the ziglang package.
+        patience: seconds until a compiler that hangs is stopped.
+
+    Raises:
+        MissingCompiler: there is none.
+        BuildError: sources of another target, a platform that FMI has no name for, or the compiler refuses.
+    """
+    if sources.target != FMU.name:
+        raise BuildError(f"binaries are for FMUs, and these are sources of target {sources.target}")
+    files = tuple((name, _filled(text, compiler, patience)) for name, text in sources.files if isinstance(text, bytes))
+    return replace(sources, files=files)
+
+
+def _filled(archive: bytes, compiler: str | None, patience: float) -> bytes:
+    found = members(archive)
+    model = ElementTree.fromstring(found["modelDescription.xml"])
+    exchange = model.find("ModelExchange")
+    assert exchange is not None, "every one of ours has it"
+    place = binary_place(model.attrib["fmiVersion"], exchange.attrib["modelIdentifier"])
+    return packed({**found, place: _compiled(found, compiler, patience, Path(place).suffix)})
+
+
+def binary_place(version: str, identifier: str) -> str:
+    """Return where the binary of this platform stands in an FMU of version "2.0" or "3.0".
+
+    Raises:
+        BuildError: FMI has no name for this platform.
+    """
+    system, family = SYSTEMS.get(sys.platform), FAMILIES.get(platform.machine().lower())
+    if system is None or family is None:
+        raise BuildError(
+            f"FMI has no name for {sys.platform} on {platform.machine()}; the sources can be compiled there"
+        )
+    bits = 8 * ctypes.sizeof(ctypes.c_void_p)
+    folder = f"{system[0]}{bits}" if version.startswith("2") else f"{family}-{system[1]}"
+    return f"binaries/{folder}/{identifier}{system[2]}"
+
+
+def _compiled(found: Mapping[str, bytes], compiler: str | None, patience: float, suffix: str) -> bytes:
+    with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
+        place, code = Path(folder), []
+        for name, text in found.items():
+            if name.startswith("sources/"):
+                path = place / Path(name).name
+                path.write_bytes(text)
+                code += [path] if path.suffix == ".c" else []
+        made = place / f"model{suffix}"
+        compile_library(find_compiler(compiler, "portable"), code, made, patience, Needs(headers=(str(place),)))
+        return made.read_bytes()

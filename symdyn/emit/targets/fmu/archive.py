@@ -1,0 +1,29 @@
+"""The archive that an FMU is: the same members, the same bytes."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+
+BIRTHDAY = (1980, 1, 1, 0, 0, 0)
+"""When every member was written: no date reaches a file."""
+
+
+def packed(files: Mapping[str, str | bytes]) -> bytes:
+    """Return files as an archive, in their order."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, contents in files.items():
+            member = zipfile.ZipInfo(name, BIRTHDAY)
+            member.create_system = 3
+            member.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            member.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(member, contents)
+    return stream.getvalue()
+
+
+def members(archive: bytes) -> dict[str, bytes]:
+    """Return the files of an archive, in their order."""
+    with zipfile.ZipFile(io.BytesIO(archive)) as opened:
+        return {name: opened.read(name) for name in opened.namelist()}

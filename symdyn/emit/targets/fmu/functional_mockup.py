@@ -1,0 +1,176 @@
+"""The FMU target: forward dynamics of a scene as a model of FMI 2.0 and one of FMI 3.0, each a source FMU.
+
+    states        coordinates and velocities, closed loops and unit quaternions kept where rates are evaluated
+    inputs        driving forces, and what the scene declares in [inputs]
+    outputs       what the scene declares in [outputs]; positions and velocities where it declares none
+    parameters    all that have a name, tunable, the scene's value as start
+
+Both do model exchange and co-simulation. `build` adds a binary where there is a compiler. The code of the equations is
+that of the C target; the files of FMI around it declare the types of the standard themselves.
+
+Reference: Modelica Association, Functional Mock-up Interface 2.0.4 and 3.0.1, https://fmi-standard.org.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from symdyn.dynamics.mechanism.directions import has_quaternions
+from symdyn.dynamics.mechanism.prescribed import has_motion, prescribed
+from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.emit.code.operators import Printer
+from symdyn.emit.code.real import Real
+from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.escape import in_c_string
+from symdyn.emit.render import render, verbatim
+from symdyn.emit.targets.c import C
+from symdyn.emit.targets.fmu.archive import packed
+from symdyn.emit.targets.fmu.description import described
+from symdyn.emit.targets.fmu.start import starting_state
+from symdyn.emit.targets.fmu.variables import Variable, driven, variables
+from symdyn.errors import EmitError
+from symdyn.graph import Graph, Op
+from symdyn.program.prepare import is_prepared
+from symdyn.scene import Scene
+
+TOLERANCE = "1e-09"
+"""Relative and absolute tolerance of a co-simulation that is not told one."""
+
+PLACES = {
+    "q": "m->q",
+    "qd": "m->u",
+    "tau": "m->tau",
+    "t": "m->n.time",
+    "inputs": "m->inputs",
+    "params": "m->n.p",
+    "prepared": "m->prepared",
+}
+"""Where arguments of functions stand in an instance."""
+
+DIFFERENTIATED = ("forward_dynamics", "outputs", "coordinate_rates")
+
+
+def needed(scene: Scene) -> tuple[str, ...]:
+    """Return the functions that the model of a scene is made of."""
+    names = ["forward_dynamics"]
+    names += ["coordinate_rates"] if has_quaternions(scene) else []
+    names += ["outputs"] if scene.outputs else []
+    if scene.is_closed:
+        names += ["constraint_residual", "constraint_jacobian"]
+    else:
+        names += [f"{name}_derivatives" for name in names]
+        by_inputs = [name for name in names if name in DIFFERENTIATED[:2]] if scene.inputs else []
+        names += [f"{name}_by_inputs" for name in by_inputs]
+    return (*names, *(["prescribed_motion"] if has_motion(scene) else []))
+
+
+def _write(draft: Draft) -> dict[str, bytes]:
+    """Return the archives of both versions."""
+    program, scene = draft.program, draft.program.scene
+    if not scene.velocities:
+        raise EmitError(f"{scene.name}: nothing moves: no joint has a coordinate")
+    there = variables(program, *starting_state(scene))
+    code = C.write(C.draft(program, draft.real, draft.page.command))
+    values = _values(draft, there)
+    fixed = {
+        "instance.h": f"{verbatim('fmu/instance.h')}\n",
+        "steps.h": f"{verbatim('fmu/steps.h')}\n",
+    }
+    facts = described(draft, there, not scene.is_closed, TOLERANCE)
+    files = {}
+    for version, more in (("fmi2", {}), ("fmi3", {"sources/buildDescription.xml": "fmu/build.xml.jinja"})):
+        speaking = {
+            f"{version}.h": f"{verbatim(f'fmu/{version}.h')}\n",
+            f"{version}.c": render(f"fmu/{version}.c.jinja", values),
+        }
+        facts |= {"compiled": [f"{version}.c", f"{draft.stem}.c"], "token": ""}
+        bare = render(f"fmu/{version}.xml.jinja", facts), render("fmu/mechanism.h.jinja", values | {"token": ""})
+        texts = [text for text in {**code, **fixed, **speaking}.values() if isinstance(text, str)]
+        token = {"token": hashlib.sha256("\0".join([*bare, *texts]).encode()).hexdigest()[:32]}
+        made: dict[str, str | bytes] = {"modelDescription.xml": render(f"fmu/{version}.xml.jinja", facts | token)}
+        made |= {name: render(template, facts) for name, template in more.items()}
+        speaking["mechanism.h"] = render("fmu/mechanism.h.jinja", values | token)
+        made |= {f"sources/{name}": text for name, text in {**speaking, **fixed, **code}.items()}
+        files[f"{draft.stem}_{version}.fmu"] = packed(made)
+    return files
+
+
+def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
+    """Return what the templates of the C files are given."""
+    program, scene = draft.program, draft.program.scene
+    shapes = {one.function.request or one.function.name: one.function.shape for one in program.routines}
+    states = [one for one in there if one.state]
+    inputs = [one for one in there if one.causality == "input"]
+    free = [one for one in there if one.causality == "parameter"]
+    given = [one.name for one in inputs]
+    names, velocities = list(scene.coordinates), scene.velocities
+    pinned = prescribed(scene, Graph()).place
+    rows = shapes["constraint_residual"][0] if scene.is_closed else 0
+    along = PLACES | {"qd": "along"}
+    return {
+        "about": draft.about,
+        "stem": draft.stem,
+        "tolerance": TOLERANCE,
+        "nq": len(names),
+        "nu": len(velocities),
+        "nd": len(inputs) - len(scene.inputs),
+        "ni": len(scene.inputs),
+        "ny": len(scene.outputs),
+        "np": len(free),
+        "nr": rows,
+        "nprepared": shapes["prepare"][0] if is_prepared(program) else 0,
+        "names": ", ".join(f'"{in_c_string(one.name)}"' for one in there),
+        "start_states": _numbers([there[one.state].start for one in states]),
+        "start_inputs": _numbers([*(one.start for one in inputs), 0.0]),
+        "start_parameters": _numbers([*(one.start for one in free), 0.0]),
+        "driven": ", ".join(str(given.index(name)) if name else "-1" for name in driven(scene)),
+        "quaternions": ", ".join(str(names.index(group[0])) for group in quaternions(scene)),
+        "pinned": {
+            "coordinates": ", ".join(str(names.index(velocities[k].removesuffix("_dot"))) for k in pinned),
+            "velocities": ", ".join(map(str, pinned)),
+        }
+        if pinned
+        else {},
+        "differentiated": not scene.is_closed,
+        "calls": {name: _call(draft, name, PLACES) for name in shapes},
+        "calls_along": {name: _call(draft, name, along) for name in shapes if name == "coordinate_rates"},
+    }
+
+
+def _call(draft: Draft, request: str, places: dict[str, str]) -> str:
+    """Return a call of a function up to where its result goes."""
+    (k,) = (k for k, r in enumerate(draft.program.routines) if request in (r.function.request, r.function.name))
+    function = draft.page.functions[k]
+    return f"{draft.stem}_{function.name}({''.join(f'{places[a.name]}, ' for a in function.arguments)}"
+
+
+def _numbers(values: list[float | None]) -> str:
+    return ", ".join(repr(float(value or 0.0)) for value in values)
+
+
+LACKS = {Op.SIGN: "a model without events cannot stick; smooth it, as friction does with smoothing, or tanh(v/0.01)"}
+
+
+def _printer(real: Real) -> Printer:
+    printer = C.printer(real)
+    return Printer({op: one for op, one in printer.spellings.items() if op not in LACKS}, printer.literal)
+
+
+FMU = Target(
+    name="fmu",
+    title="FMU",
+    text="models of FMI 2.0 and 3.0, for exchange and co-simulation",
+    reals=("double",),
+    options={},
+    files={"{stem}_fmi2.fmu": bytes, "{stem}_fmi3.fmu": bytes},
+    first=0,
+    keywords=frozenset(),  # every function begins with the name of the scene
+    lacks=LACKS,
+    functions=needed,
+    tunes=True,
+    printer=_printer,
+    comment=C.comment,
+    write=_write,
+    beside=alone,
+)
