@@ -28,7 +28,6 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "zsh": ("zsh",),
     "fish": ("fish",),
     "cmake": ("cmake",),
-    "nvcc": ("nvcc",),
 }
 """What tests may name, and the commands that are tried for it, in this order."""
 
