@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.verify.written.c import C
+from symdyn.verify.written.cpp import CPP
+from symdyn.verify.written.kernels import CUDA, OPENCL
 from symdyn.verify.written.matlab import MATLAB
 from symdyn.verify.written.reading import Language
 
 READERS: Mapping[str, Mapping[str, Language]] = {
     "c": {".c": C, ".h": C},
     "matlab": {".m": MATLAB},
+    "cpp": {".hpp": CPP},
+    "gpu": {".cu": CUDA, ".cl": OPENCL},
 }
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""

@@ -1,0 +1,173 @@
+"""The meaning of a C++ header as far as generated ones go: templates over the type T of real numbers.
+
+    raw::<function>          one state, by addresses; the arguments and the result may be the same array
+    own::<function>_part<n>  a piece of it, read where it is called
+
+`own::sincos_row<n>`, `own::exp_of`, `own::sign_of` and the functions with lengths in types are fixed text. Constants
+are doubles that T is made of.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from symdyn.graph import Expr, Op
+from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
+from symdyn.verify.written.c_values import MATH, OURS, File, Value
+from symdyn.verify.written.memory import Index, Pointer, Work
+from symdyn.verify.written.reading import Language, Reading, Text
+from symdyn.verify.written.syntax import said, unread
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+GRAMMAR = "tree_sitter_cpp"
+
+UNKNOWN = re.compile(rb"\b(SYMDYN_PART|SYMDYN_EACH|__restrict)\b")
+"""What the grammar knows nothing of: macros for attributes and for a loop of fixed text, a word of compilers."""
+
+STANDARD = {**MATH, "abs": Op.ABS}
+"""Of <cmath>, once they are named by `using`."""
+
+SINES = re.compile(r"own::sincos_row<([1-9][0-9]*)>")
+LOOP = re.compile(r"for\(std::size_ti=0;i<([0-9]+);i\+\+\)\{(\w+)\[i\]=(\w+)\[i\];\}")
+NOTHING = re.compile(r"T\*constw=nullptr;")
+
+
+def plain(source: bytes) -> bytes:
+    """Return a header as the grammar takes it: spaces in place of what it does not know, directives aside."""
+
+    def blank(found: re.Match[bytes]) -> bytes:
+        line = source[source.rfind(b"\n", 0, found.start()) + 1 : found.start()]
+        return found[0] if line.startswith(b"#") else b" " * len(found[0])
+
+    return UNKNOWN.sub(blank, source)
+
+
+def read(text: Text) -> Reading:
+    """Return what the functions of a C++ header compute."""
+    file = File(text, _definitions(text.root), GRAMMAR)
+    functions = []
+    for wanted in text.wanted:
+        name = f"raw::{wanted.name}"
+        if name in file.functions:
+            takes(file, name, [*wanted.arguments, "out"])
+            given = opened(wanted, columns=False, apart=False)
+            CppStatements(file, wanted, given.names).run(name)
+            functions.append(finished(file, name, wanted, given.result))
+    return Reading(tuple(functions), tuple(file.cuts.values()))
+
+
+def _definitions(root: Node) -> dict[str, Node]:
+    """Return the functions of the namespaces `raw` and `own` by their qualified names."""
+    found: dict[str, Node] = {}
+    again: set[str] = set()
+    stack = [(root, "")]
+    while stack:
+        node, space = stack.pop()
+        if node.type == "namespace_definition":
+            name = node.child_by_field_name("name")
+            inner = said(name) if name is not None and said(name) in ("raw", "own") else ""
+            stack += [(child, inner) for child in node.children]
+        elif node.type in INSIDE:
+            stack += [(child, space) for child in node.children]
+        elif node.type == "function_definition" and space:
+            name_in_space = f"{space}::{declared_name(node)}"
+            if name_in_space in found:
+                again.add(name_in_space)
+            found[name_in_space] = node
+    for name_in_space in again:
+        if name_in_space != "own::sincos_row":  # of every type one
+            raise unread(found[name_in_space], "is defined twice")
+    return found
+
+
+INSIDE = ("translation_unit", "preproc_ifdef", "preproc_if", "declaration_list", "template_declaration")
+
+
+@dataclass
+class CppStatements(Statements):
+    """What only C++ says: the type T, functions looked up by `using`."""
+
+    used: set[str] = field(default_factory=set)
+
+    @property
+    def real_word(self) -> str:
+        """What the type of real numbers is called."""
+        return "T"
+
+    def statement(self, node: Node) -> None:
+        """Read one statement."""
+        words = "".join(said(node).split())
+        copied = LOOP.fullmatch(words) if node.type == "for_statement" else None
+        if node.type == "using_declaration" and words.startswith("usingstd::") and words[10:-1] in STANDARD:
+            self._use(node, words[10:-1])
+        elif copied is not None:
+            self._copy(node, int(copied[1]), copied[2], copied[3])
+        elif node.type == "declaration" and NOTHING.fullmatch(words):
+            self.set(node.children[1].children[0].children[-1], Pointer(Work(0)))
+        else:
+            super().statement(node)
+
+    def _use(self, node: Node, name: str) -> None:
+        if name in self.names:
+            raise unread(node, "hides a name")
+        self.used.add(name)
+
+    def function_of(self, name: str) -> Op | None:
+        """Return which operation a function is, None if none."""
+        if name.startswith("own::") and name in self.file.functions:
+            return OURS.get(name[5:])
+        return STANDARD.get(name) if name in self.used else None
+
+    def called(self, node: Node) -> Value:
+        """Return the value of a call; T(0.5) is a number."""
+        if said(node.children[0]) != "T":
+            return super().called(node)
+        given = self.arguments(node)
+        if len(given) != 1 or given[0].type != "number_literal":
+            raise unread(node, "is no constant")
+        self.literal = True
+        value = self.number(given[0])
+        self.literal = False
+        return self._converted(node, value) if isinstance(value, Index) else value
+
+    literal: bool = False
+
+    def decimal(self, node: Node, digits: str) -> Expr:
+        """Return the double that T is made of."""
+        if not self.literal:
+            raise unread(node, "is a double, and no T")
+        return self.exactly(node, digits)
+
+    def call(self, node: Node) -> None:
+        """Read `own::sincos_row<n>(…)`, or a part of this function."""
+        name, given = "".join(said(node.children[0]).split()), self.arguments(node)
+        row = SINES.fullmatch(name)
+        if row is not None and "own::sincos_row" in self.file.functions and len(given) == 3:
+            values = [self.value(one) for one in given]
+            sizes = {one.memory.size for one in values if isinstance(one, Pointer) and isinstance(one.memory, Work)}
+            if len(sizes) != 1 or not {said(one) for one in given} <= self.arrays:
+                raise unread(node, "does not take three arrays of one length")
+            self.sines(node, values, [Index(place) for place in range(int(row[1]))])
+        elif name in self.file.functions and re.fullmatch(rf"own::{self.wanted.name}_part[0-9]+", name):
+            inner = parameters(self.file.functions[name])
+            if len(inner) != len(given) or len(set(inner)) != len(inner):
+                raise unread(node, f"does not give {name} what it takes")
+            values_by_name = {one: self.value(argument) for one, argument in zip(inner, given, strict=True)}
+            CppStatements(self.file, self.wanted, values_by_name).run(name)
+        else:
+            super().call(node)
+
+    def _copy(self, node: Node, count: int, to: str, source: str) -> None:
+        if to not in self.names or source not in self.arrays:
+            raise unread(node, "is no copy of a local array")
+        values = self.names[source]
+        if not (isinstance(values, Pointer) and isinstance(values.memory, Work) and values.memory.size == count):
+            raise unread(node, "is no copy of a whole array")
+        self.copy(self.names[to], values, node)
+
+
+CPP = Language("C++", GRAMMAR, frozenset({"comment"}), read, plain)

@@ -1,0 +1,143 @@
+"""The meaning of kernels for CUDA and OpenCL: one state a thread, entry i of state k at [i * n + k].
+
+The arrays of a kernel do not overlap, which `restrict` promises to the compiler and a comment to the caller. What a
+thread begins with, its number k and that there is nothing to do from n on, is read word by word.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from symdyn.graph import Expr, Op
+from symdyn.verify.written.c import definitions
+from symdyn.verify.written.c_statements import Statements, finished, opened, takes
+from symdyn.verify.written.c_values import MATH, File, Value
+from symdyn.verify.written.memory import Index, Pointer, Work
+from symdyn.verify.written.reading import Language, Reading, Text
+from symdyn.verify.written.syntax import line_of, said, unread
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+C, CUDA_GRAMMAR = "tree_sitter_c", "tree_sitter_cuda"
+
+UNKNOWN = re.compile(rb"\b(__kernel|__global|__constant)\b")
+"""What a grammar of C knows nothing of: where arrays are."""
+
+STARTS = {
+    CUDA_GRAMMAR: "const size_t k = (size_t)blockIdx.x * blockDim.x + threadIdx.x;",
+    C: "const ulong k = get_global_id(0);",
+}
+"""How a thread learns which state is its own."""
+
+BEYOND = "if (k >= n) { return; }"
+
+
+def plain(source: bytes) -> bytes:
+    """Return kernels of OpenCL as a grammar of C takes them: spaces in place of what it does not know."""
+    return UNKNOWN.sub(lambda found: b" " * len(found[0]), source)
+
+
+def read(text: Text, grammar: str) -> Reading:
+    """Return what the kernels of a file compute."""
+    file = File(text, definitions(text.root), grammar)
+    functions = []
+    for wanted in text.wanted:
+        name = f"{text.stem}_{wanted.name}"
+        if name in file.functions:
+            takes(file, name, ["n", *wanted.arguments, "out"])
+            given = opened(wanted, columns=True, apart=True)
+            given.names["n"] = Index(0, 0, 1)
+            body = KernelStatements(file, wanted, given.names)
+            body.run(name)
+            if body.begun != len(BEGINNING):
+                raise unread(file.functions[name], "does not begin with the number of its state")
+            functions.append(finished(file, name, wanted, given.result))
+    return Reading(tuple(functions), tuple(file.cuts.values()))
+
+
+BEGINNING = ("declaration", "if_statement")
+
+
+@dataclass
+class KernelStatements(Statements):
+    """What only kernels say: which state is theirs, and both sines of an angle at once."""
+
+    begun: int = 0
+    waiting: set[str] = field(default_factory=set)
+
+    def statement(self, node: Node) -> None:
+        """Read one statement."""
+        if self.begun == len(BEGINNING):
+            super().statement(node)
+            return
+        expected = (STARTS[self.file.grammar], BEYOND)[self.begun]
+        if " ".join(said(node).split()) != expected:
+            raise unread(node, f"is not {expected}")
+        self.begun += 1
+        if self.begun == len(BEGINNING):
+            self.names["k"] = Index(0, 1)
+
+    def function_of(self, name: str) -> Op | None:
+        """Return which operation a function is, None if none; OpenCL has one name for all types."""
+        if self.file.grammar == CUDA_GRAMMAR or name in self.file.functions:
+            return super().function_of(name)
+        return MATH.get(name)
+
+    def declare_array(self, node: Node) -> None:
+        """Read `double c1;`, which a call of sincos will set."""
+        if node.type != "identifier":
+            raise unread(node, "is no declaration that is read here")
+        self.set(node, Pointer(Work(1)))
+        self.waiting.add(said(node))
+
+    def name(self, node: Node) -> Value:
+        """Return what a name stands for; what waits for sincos has no value before."""
+        value = super().name(node)
+        if isinstance(value, Pointer) and isinstance(value.memory, Work):
+            return value.load(Index(0))
+        return value
+
+    def address(self, node: Node) -> Value:
+        """Return where a number will be set."""
+        operator, operand = node.children
+        if operator.type != "&" or said(operand) not in self.waiting:
+            raise unread(node, "is not the address of a number that waits for a value")
+        self.waiting.remove(said(operand))
+        return self.names[said(operand)]
+
+    def call(self, node: Node) -> None:
+        """Read `sincos(q_1, &s1, &c1)` of CUDA."""
+        name = "sincosf" if self.file.text.real == "float" else "sincos"
+        given = self.arguments(node)
+        if self.file.grammar != CUDA_GRAMMAR or said(node.children[0]) != name or len(given) != 3:
+            super().call(node)
+            return
+        angle, sine, cosine = self.real(given[0]), self.value(given[1]), self.value(given[2])
+        self._sine(node, angle, sine, cosine)
+
+    def _sine(self, node: Node, angle: Expr, sine: Value, cosine: Value) -> None:
+        if not (isinstance(sine, Pointer) and isinstance(cosine, Pointer)):
+            raise unread(node, "does not set two numbers")
+        sine.store(Index(0), self.file.text.graph.sin(angle), line_of(node))
+        cosine.store(Index(0), self.file.text.graph.cos(angle), line_of(node))
+
+    def called(self, node: Node) -> Value:
+        """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine."""
+        if self.file.grammar == CUDA_GRAMMAR or said(node.children[0]) != "sincos":
+            return super().called(node)
+        given = self.arguments(node)
+        if len(given) != 2:
+            raise unread(node, "has another number of arguments")
+        angle, cosine = self.real(given[0]), self.value(given[1])
+        if not isinstance(cosine, Pointer):
+            raise unread(node, "does not set a number")
+        cosine.store(Index(0), self.file.text.graph.cos(angle), line_of(node))
+        return self.file.text.graph.sin(angle)
+
+
+CUDA = Language("CUDA", CUDA_GRAMMAR, frozenset({"comment"}), partial(read, grammar=CUDA_GRAMMAR))
+OPENCL = Language("OpenCL", C, frozenset({"comment"}), partial(read, grammar=C), plain)

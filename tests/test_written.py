@@ -1,0 +1,81 @@
+"""Laws of every reader: what a target writes is proved, and a constant that is a unit off is found."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from math import nextafter
+
+import pytest
+from formulas import every_op
+
+import symdyn
+from symdyn.emit import TARGETS, emit
+from symdyn.errors import EmitError
+from symdyn.program import Program, at_rest, lower
+from symdyn.program import prepare as prepare_program
+from symdyn.verify.texts import files_of
+from symdyn.verify.written import READERS, Printed, Written, printed, prove_texts
+
+CASES = [(name, option) for name in READERS for option in ("", *TARGETS[name].options)]
+SCENES = ("two_link", "four_bar", "puma560")
+
+pytestmark = pytest.mark.parametrize(("name", "option"), CASES)
+
+
+@pytest.fixture(scope="module")
+def programs() -> dict[str, Program]:
+    """Return programs to write: three scenes as they are, one prepared, one at rest."""
+    found = {}
+    for scene in SCENES:
+        found[scene] = lower(symdyn.derive(symdyn.example(scene)))
+    found["prepared"] = prepare_program(found["two_link"])
+    found["static"] = lower(at_rest(symdyn.derive(symdyn.example("two_link"))))
+    return found
+
+
+def proved(numbers: Printed, name: str, option: str) -> tuple[Written, ...]:
+    files = files_of(emit(numbers.program, name, numbers.real, option=option))
+    return prove_texts(numbers, files, READERS[name])
+
+
+@pytest.mark.parametrize("which", [*SCENES, "prepared", "static"])
+def test_what_is_written_is_proved(programs: dict[str, Program], name: str, option: str, which: str) -> None:
+    for real in TARGETS[name].reals:
+        found = proved(printed(programs[which], real), name, option)
+
+        assert {one.verdict for one in found} <= {"proved", "compared"}, found
+        assert any(one.functions for one in found)
+
+
+def test_every_operation_is_read(name: str, option: str) -> None:
+    for real in TARGETS[name].reals:
+        try:
+            found = proved(printed(lower(every_op()), real), name, option)
+        except EmitError:
+            continue  # the target says what it lacks
+
+        assert {one.verdict for one in found} <= {"proved", "compared"}, found
+
+
+def test_a_constant_that_is_one_unit_off_is_found(programs: dict[str, Program], name: str, option: str) -> None:
+    numbers = printed(programs["puma560"], "double" if "double" in TARGETS[name].reals else TARGETS[name].reals[0])
+    files = files_of(emit(numbers.program, name, numbers.real, option=option))
+    fresh = dict(files.contents)
+    arithmetic = {one.file for one in prove_texts(numbers, files, READERS[name]) if one.functions}
+    for file in arithmetic:
+        text = str(fresh[file])
+        digits = re.findall(r"(?<![\w.])\d\.\d{4,}(?![\w.])", text)[-1]
+        there = text.rindex(digits)
+        changed = text[:there] + repr(nextafter(float(digits), 99.0)) + text[there + len(digits) :]
+        found = prove_texts(numbers, replace(files, contents={**fresh, file: changed}), READERS[name], fresh)
+
+        assert [one.file for one in found if not one.passed] == [file]
+
+
+def test_a_function_that_is_not_there_is_missed(programs: dict[str, Program], name: str, option: str) -> None:
+    numbers = printed(programs["two_link"], TARGETS[name].reals[0])
+    files = files_of(emit(numbers.program, name, numbers.real, option=option))
+    empty = dict.fromkeys(files.contents, "")
+
+    assert not all(one.passed for one in prove_texts(numbers, replace(files, contents=empty), READERS[name]))
