@@ -120,7 +120,7 @@ def nvcc() -> str:
 
 
 @pytest.mark.targets
-@pytest.mark.runs()
+@pytest.mark.runs
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", ["every_op", "two_link prepared", "four_bar", "arm7"])
 def test_nvcc_compiles_kernels_and_the_example_without_a_word(name: str, real: str, tmp_path: Path) -> None:
