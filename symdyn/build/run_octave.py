@@ -109,6 +109,7 @@ class _Process:
             self._process.stdin.write(" ".join([f"{self._package}.{name}", *sizes]).encode() + b"\n")
             for array in arrays:
                 self._process.stdin.write(array.tobytes())
+            self._process.stdin.write(b"\n")
             self._process.stdin.flush()
             line = self._process.stdout.readline().decode(errors="replace").strip()
         except OSError:

@@ -28,11 +28,18 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
         folder: where they go; it is made if it is missing, as are the folders in it.
 
     Raises:
-        EmitError: the folder cannot be made or written to.
+        EmitError: the folder cannot be made or written to; two names are one where capital letters do not count.
     """
     place = Path(folder)
     if "\0" in str(place):
         raise EmitError(f"{place}: no system allows this name; give another folder")
+    folded: dict[str, str] = {}
+    for name in files:
+        other = folded.setdefault(name.casefold(), name)
+        if other != name:
+            raise EmitError(
+                f"{other} and {name} differ in capital letters alone, and are one file on many systems; rename one"
+            )
     try:
         place.mkdir(parents=True, exist_ok=True)
         with ExitStack() as left_over:

@@ -1,5 +1,6 @@
 % Answers calls until its input ends. A call is a line: the name of a function, then rows and columns of each argument;
-% the doubles of all arguments follow, bit by bit. The answer is a line: how many doubles, which follow, or what is wrong.
+% the doubles of all arguments follow, bit by bit, and one byte, since a line is read when something follows it. The
+% answer is a line: how many doubles, which follow, or what is wrong.
 while true
   line = fgetl(stdin);
   if ~ischar(line)
@@ -9,8 +10,12 @@ while true
   sizes = reshape(str2double(words(2:end)), 2, []);
   given = cell(1, columns(sizes));
   for k = 1:columns(sizes)
-    given{k} = reshape(fread(stdin, prod(sizes(:, k)), 'double=>double', 0, 'ieee-le'), sizes(:, k).');
+    given{k} = zeros(sizes(:, k).');
+    if ~isempty(given{k})  % to read nothing is to read all there is
+      given{k}(:) = fread(stdin, numel(given{k}), 'double=>double', 0, 'ieee-le');
+    end
   end
+  fread(stdin, 1);
   try
     result = feval(words{1}, given{:});
     fprintf('%d\n', numel(result));

@@ -13,20 +13,24 @@ from symdyn.program import identifier
 C_HEADERS = """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool
 stddef stdint stdio stdlib string tgmath time wchar wctype"""
 
+MATLAB = """case catch classdef elseif end endfor endfunction endif endparfor endswitch endwhile function otherwise
+parfor persistent spmd until unwind_protect"""
+"""Words that no package of MATLAB or Octave can have, and no name of C or Python has yet."""
+
 DEVICES = re.compile(r"(con|prn|aux|nul|(com|lpt)\d)\Z", re.IGNORECASE)
 
 
 def stem(scene: str) -> str:
     """Return the file name of a scene without its ending, which also opens the names of its C functions.
 
-    A scene called numpy or math would hide the module or header that its own code needs, and Windows writes no file
-    called CON.c; each gets an underscore.
+    A scene called numpy or math would hide the module or header that its own code needs, a package of MATLAB is not
+    called end, and Windows writes no file called CON.c; each gets an underscore.
     """
     name = identifier(scene) or "scene"
     if not name[0].isalpha():
         name = f"m{name}"
     module = name == "numpy" or keyword.iskeyword(name) or name in sys.stdlib_module_names
-    return f"{name}_" if module or name in C_HEADERS.split() or is_device(name) else name
+    return f"{name}_" if module or name in (*C_HEADERS.split(), *MATLAB.split()) or is_device(name) else name
 
 
 def page_stem(scene: str) -> str:
