@@ -107,7 +107,7 @@
  *   out[2 * n]  tau
  * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_inverse_dynamics(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict qdd, __constant const double *params, __global double *restrict out)
+__kernel void two_link_inverse_dynamics(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict qdd, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -146,7 +146,7 @@ __kernel void two_link_inverse_dynamics(ulong n, __global const double *restrict
  *   out[2 * n]  qdd
  * A NaN in q, qd, tau or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_forward_dynamics(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict tau, __constant const double *params, __global double *restrict out)
+__kernel void two_link_forward_dynamics(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict tau, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -191,7 +191,7 @@ __kernel void two_link_forward_dynamics(ulong n, __global const double *restrict
  *   out[4 * n]  M, shape (2, 2)
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_mass_matrix(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_mass_matrix(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -220,7 +220,7 @@ __kernel void two_link_mass_matrix(ulong n, __global const double *restrict q, _
  *   out[2 * n]  c
  * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_velocity_forces(ulong n, __global const double *restrict q, __global const double *restrict qd, __constant const double *params, __global double *restrict out)
+__kernel void two_link_velocity_forces(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -247,7 +247,7 @@ __kernel void two_link_velocity_forces(ulong n, __global const double *restrict 
  *   out[2 * n]  g
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_gravity_forces(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_gravity_forces(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -278,7 +278,7 @@ __kernel void two_link_gravity_forces(ulong n, __global const double *restrict q
  *   out[4 * n]  C, shape (2, 2)
  * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_coriolis_matrix(ulong n, __global const double *restrict q, __global const double *restrict qd, __constant const double *params, __global double *restrict out)
+__kernel void two_link_coriolis_matrix(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -308,7 +308,7 @@ __kernel void two_link_coriolis_matrix(ulong n, __global const double *restrict 
  *   out[2 * n]  p
  * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_momentum(ulong n, __global const double *restrict q, __global const double *restrict qd, __constant const double *params, __global double *restrict out)
+__kernel void two_link_momentum(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -338,7 +338,7 @@ __kernel void two_link_momentum(ulong n, __global const double *restrict q, __gl
  *   out[1 * n]  K
  * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_kinetic_energy(ulong n, __global const double *restrict q, __global const double *restrict qd, __constant const double *params, __global double *restrict out)
+__kernel void two_link_kinetic_energy(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -366,7 +366,7 @@ __kernel void two_link_kinetic_energy(ulong n, __global const double *restrict q
  *   out[1 * n]  P
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_potential_energy(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_potential_energy(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -394,7 +394,7 @@ __kernel void two_link_potential_energy(ulong n, __global const double *restrict
  *   out[4 * n]  k_z, shape (2, 2)
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_z(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_k_z(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -422,7 +422,7 @@ __kernel void two_link_k_z(ulong n, __global const double *restrict q, __constan
  *   out[2 * n]  k_C, shape (2, 1)
  * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_C(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_k_C(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -444,7 +444,7 @@ __kernel void two_link_k_C(ulong n, __global const double *restrict q, __constan
  *   out[4 * n]  k_D, shape (2, 2)
  * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_D(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_k_D(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -469,7 +469,7 @@ __kernel void two_link_k_D(ulong n, __global const double *restrict q, __constan
  *   out[2 * n]  k_G
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_G(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_k_G(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -499,7 +499,7 @@ __kernel void two_link_k_G(ulong n, __global const double *restrict q, __constan
  *   out[12 * n]  T, shape (3, 4)
  * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_pose_tool(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_pose_tool(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -536,7 +536,7 @@ __kernel void two_link_pose_tool(ulong n, __global const double *restrict q, __c
  *   out[12 * n]  J, shape (6, 2)
  * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_jacobian_tool(ulong n, __global const double *restrict q, __constant const double *params, __global double *restrict out)
+__kernel void two_link_jacobian_tool(ulong n, __global const double *restrict q, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -576,7 +576,7 @@ __kernel void two_link_jacobian_tool(ulong n, __global const double *restrict q,
  *   out[6 * n]  a
  * A NaN in q, qd or params[2:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_jdot_qdot_tool(ulong n, __global const double *restrict q, __global const double *restrict qd, __constant const double *params, __global double *restrict out)
+__kernel void two_link_jdot_qdot_tool(ulong n, __global const double *restrict q, __global const double *restrict qd, __global const double *restrict params, __global double *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {

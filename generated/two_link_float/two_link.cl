@@ -106,7 +106,7 @@
  *   out[2 * n]  tau
  * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_inverse_dynamics(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict qdd, __constant const float *params, __global float *restrict out)
+__kernel void two_link_inverse_dynamics(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict qdd, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -145,7 +145,7 @@ __kernel void two_link_inverse_dynamics(ulong n, __global const float *restrict 
  *   out[2 * n]  qdd
  * A NaN in q, qd, tau or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_forward_dynamics(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict tau, __constant const float *params, __global float *restrict out)
+__kernel void two_link_forward_dynamics(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict tau, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -190,7 +190,7 @@ __kernel void two_link_forward_dynamics(ulong n, __global const float *restrict 
  *   out[4 * n]  M, shape (2, 2)
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_mass_matrix(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_mass_matrix(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -219,7 +219,7 @@ __kernel void two_link_mass_matrix(ulong n, __global const float *restrict q, __
  *   out[2 * n]  c
  * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_velocity_forces(ulong n, __global const float *restrict q, __global const float *restrict qd, __constant const float *params, __global float *restrict out)
+__kernel void two_link_velocity_forces(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -246,7 +246,7 @@ __kernel void two_link_velocity_forces(ulong n, __global const float *restrict q
  *   out[2 * n]  g
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_gravity_forces(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_gravity_forces(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -277,7 +277,7 @@ __kernel void two_link_gravity_forces(ulong n, __global const float *restrict q,
  *   out[4 * n]  C, shape (2, 2)
  * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_coriolis_matrix(ulong n, __global const float *restrict q, __global const float *restrict qd, __constant const float *params, __global float *restrict out)
+__kernel void two_link_coriolis_matrix(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -307,7 +307,7 @@ __kernel void two_link_coriolis_matrix(ulong n, __global const float *restrict q
  *   out[2 * n]  p
  * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_momentum(ulong n, __global const float *restrict q, __global const float *restrict qd, __constant const float *params, __global float *restrict out)
+__kernel void two_link_momentum(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -337,7 +337,7 @@ __kernel void two_link_momentum(ulong n, __global const float *restrict q, __glo
  *   out[1 * n]  K
  * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_kinetic_energy(ulong n, __global const float *restrict q, __global const float *restrict qd, __constant const float *params, __global float *restrict out)
+__kernel void two_link_kinetic_energy(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -365,7 +365,7 @@ __kernel void two_link_kinetic_energy(ulong n, __global const float *restrict q,
  *   out[1 * n]  P
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_potential_energy(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_potential_energy(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -393,7 +393,7 @@ __kernel void two_link_potential_energy(ulong n, __global const float *restrict 
  *   out[4 * n]  k_z, shape (2, 2)
  * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_z(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_k_z(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -421,7 +421,7 @@ __kernel void two_link_k_z(ulong n, __global const float *restrict q, __constant
  *   out[2 * n]  k_C, shape (2, 1)
  * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_C(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_k_C(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -443,7 +443,7 @@ __kernel void two_link_k_C(ulong n, __global const float *restrict q, __constant
  *   out[4 * n]  k_D, shape (2, 2)
  * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_D(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_k_D(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -468,7 +468,7 @@ __kernel void two_link_k_D(ulong n, __global const float *restrict q, __constant
  *   out[2 * n]  k_G
  * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_k_G(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_k_G(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -498,7 +498,7 @@ __kernel void two_link_k_G(ulong n, __global const float *restrict q, __constant
  *   out[12 * n]  T, shape (3, 4)
  * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_pose_tool(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_pose_tool(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -535,7 +535,7 @@ __kernel void two_link_pose_tool(ulong n, __global const float *restrict q, __co
  *   out[12 * n]  J, shape (6, 2)
  * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_jacobian_tool(ulong n, __global const float *restrict q, __constant const float *params, __global float *restrict out)
+__kernel void two_link_jacobian_tool(ulong n, __global const float *restrict q, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
@@ -575,7 +575,7 @@ __kernel void two_link_jacobian_tool(ulong n, __global const float *restrict q, 
  *   out[6 * n]  a
  * A NaN in q, qd or params[2:4] makes what depends on it NaN, and raises nothing.
  */
-__kernel void two_link_jdot_qdot_tool(ulong n, __global const float *restrict q, __global const float *restrict qd, __constant const float *params, __global float *restrict out)
+__kernel void two_link_jdot_qdot_tool(ulong n, __global const float *restrict q, __global const float *restrict qd, __global const float *restrict params, __global float *restrict out)
 {
     const ulong k = get_global_id(0);
     if (k >= n) {
