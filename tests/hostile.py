@@ -68,6 +68,7 @@ PAYLOADS = {
     "link of MATLAB": "<a href=\"matlab:fopen('canary', 'w')\">canary</a>",
     "Texinfo": "-*- texinfo -*- @include canary",
     "lines of MATLAB": "%{ %} ... %!test fopen('canary', 'w');",
+    "fence of Markdown": "```rust {.canary}",
     "entities": "&lt;script&gt; &#60; &amp; ]]>",
     "letters": "длина 長さ é “q” ½ ∑ √ ẋ 😀 €",
 }
@@ -116,6 +117,8 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
     "numpy": "generate {scene} -o {folder}",
     "c": "generate {scene} --target c --batch -o {folder}",
     "js": "generate {scene} --target js -o {folder}",
+    "cpp": "generate {scene} --target cpp -o {folder}",
+    "rust": "generate {scene} --target rust -o {folder}",
     "gpu": "generate {scene} --target gpu -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",
@@ -214,6 +217,29 @@ def in_c(path: Path) -> list[str]:
         return [done.stderr]
     said = [done.stderr] if done.stderr else []
     return said + re.findall(r"(?<!\w)canary\w*", subprocess.check_output([lister, str(made)], text=True))
+
+
+def in_cpp(path: Path) -> list[str]:
+    """Compile a header with every warning, and look for canaries among the names and in what the compiler says."""
+    command = [program("g++"), "-std=c++17", "-x", "c++", "-Wall", "-Wextra", "-S", "-o", "-", path.name]
+    done = subprocess.run(command, cwd=path.parent, capture_output=True, text=True, check=False)
+    return [done.stderr] if done.stderr else re.findall(r"(?<!\w)canary\w*", done.stdout)
+
+
+def in_rust(path: Path) -> list[str]:
+    """Compile a module, run examples of its comments, make its pages, and look for canaries among names and links."""
+    before, folder = {*os.listdir(path.parent)}, path.parent / "pages"
+    given = ["--edition=2021", "-Dwarnings", path.name]
+    steps = [
+        [program("rustc"), "--crate-type=lib", "--emit=llvm-ir", "-o", "-", *given],
+        [program("rustdoc"), "--test", *given],
+        [program("rustdoc"), "-o", folder.name, *given],
+    ]
+    done = [subprocess.run(one, cwd=path.parent, capture_output=True, text=True, check=False) for one in steps]
+    pages = "".join(page.read_text(encoding="utf-8") for page in sorted(folder.rglob("*.html")))
+    found = left_behind(path.parent, before) + re.findall(r"(?<!\w)canary\w*", done[0].stdout)
+    found += [tag for tag in re.findall(r"<[a-z][^<>]*>", pages) if re.search(r'(href|src)="\w+:[^"]*canary', tag)]
+    return found + [one.stderr or one.stdout for one in done if one.returncode or one.stderr]
 
 
 def in_cuda(path: Path) -> list[str]:

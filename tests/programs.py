@@ -18,6 +18,8 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "gcc": ("gcc",),
     "g++": ("g++",),
     "clang": ("clang",),
+    "clang++": ("clang++",),
+    "rustc": ("rustc",),
     "node": ("node", "nodejs"),
     "chromium": ("chromium", "chromium-browser", "google-chrome", "chrome"),
     "pdflatex": ("pdflatex",),

@@ -16,6 +16,8 @@ CASES = [
     ("two_link", "c", "double"),
     ("two_link", "c", "float"),
     ("two_link", "js", "double"),
+    ("two_link", "cpp", "double"),
+    ("two_link", "rust", "double"),
     ("two_link", "matlab", "double"),
     ("two_link", "gpu", "double"),
     ("two_link", "gpu", "float"),

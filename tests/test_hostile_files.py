@@ -17,6 +17,7 @@ from hostile import (
     PAYLOADS,
     in_browser,
     in_c,
+    in_cpp,
     in_cuda,
     in_jupyter,
     in_markdown,
@@ -26,6 +27,7 @@ from hostile import (
     in_opencl,
     in_pdflatex,
     in_python,
+    in_rust,
     in_xml,
     scene_with,
     unescaped,
@@ -41,6 +43,8 @@ Harness = Callable[[Path], list[str]]
 OPENERS: dict[str, Harness] = {
     ".py": in_python,
     ".c": in_c,
+    ".hpp": in_cpp,
+    ".rs": in_rust,
     ".cu": in_cuda,
     ".cl": in_opencl,
     ".mjs": in_node,
@@ -52,7 +56,7 @@ OPENERS: dict[str, Harness] = {
     ".md": lambda path: in_markdown(path.read_text(encoding="utf-8")),
 }
 
-HEAVY = ("matlab",)
+HEAVY = ("matlab", "rust")
 SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 
 
@@ -83,7 +87,7 @@ def doors(*names: str) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "door", doors(*HEAVY, "numpy", "c", "js", "gpu", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free")
+    "door", doors(*HEAVY, "numpy", "c", "cpp", "js", "gpu", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free")
 )
 def test_no_file_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Path) -> None:
     paths = write(door, scene, tmp_path)
@@ -140,7 +144,7 @@ SHELL = "x.toml; touch canary; $(touch canary) `touch canary`"
 CONTROLLED = "\x1b[2J\n*+ int canary = 1; +*\r\u202e"
 
 
-@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "js", "gpu"))
+@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "cpp", "js", "gpu"))
 @pytest.mark.parametrize("name", [SHELL + PAYLOADS["docstring"], CONTROLLED], ids=["quotes", "controls"])
 def test_no_file_acts_on_the_name_of_the_file_of_its_scene(name: str, door: str, tmp_path: Path) -> None:
     path = tmp_path / f"{name}.toml"
@@ -227,7 +231,7 @@ def test_no_file_acts_on_the_names_of_a_robot(
 WORDS = ("arguments", "I", "this", "main", "NULL", "constructor", "errno")
 
 
-@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "js", "tex"))
+@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "cpp", "js", "tex"))
 def test_names_may_be_words_of_any_language(door: str, tmp_path: Path) -> None:
     text = scene_with({"length": "length"}).replace("axis =", 'coordinate = "undefined"\ndrive = "linux"\naxis =')
     for old, new in zip(("g", "m", "l", "bob", "hinge", "stranger", "p0"), WORDS, strict=True):
@@ -251,6 +255,7 @@ SEEN = [  # what is taken away, what stands in its place, a payload, the door
     ("in_comment", plainly, "comment of C", "c"),
     ("in_comment", plainly, "comment of JavaScript", "js"),
     ("in_comment", plainly, "comment of C", "gpu"),
+    ("in_comment", plainly, "comment of C", "cpp"),
     ("in_latex", plainly, "write18", "tex"),
     ("in_markdown", plainly, "link of Markdown", "md"),
     ("in_code", lambda text: f"'''{text}'''", "triple", "ipynb"),
@@ -271,7 +276,13 @@ SEEN_TOO = [
     ("in_html", plainly, "mathematics", "html"),
 ]
 SEEN_HEAVY = [
-    ("in_percent_comment", lambda text: "\n".join(f"% {line}" for line in text.split("\n")), "link of MATLAB", "matlab")
+    (
+        "in_percent_comment",
+        lambda text: "\n".join(f"% {line}" for line in text.split("\n")),
+        "link of MATLAB",
+        "matlab",
+    ),
+    ("in_rustdoc", plainly, "link of Markdown", "rust"),
 ]
 EVERY = [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}") for x in SEEN]
 EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.slow) for x in SEEN_TOO]
