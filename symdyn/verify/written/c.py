@@ -31,7 +31,7 @@ SINES, COPY = "sincos_row", "memcpy"
 GROUP = 8
 """`sincos_row` takes a multiple of so many angles."""
 
-UNKNOWN = re.compile(rb'\b(ALIGNED|ALONE|PART|EACH)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)')
+UNKNOWN = re.compile(rb'\b(ALIGNED|ALONE|PART|EACH|SHOWN)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)')
 """What grammars know nothing of: macros for attributes and for a loop of fixed text, a brace in a condition."""
 
 LOOP = re.compile(r"for\(size_tk=0;k<([0-9]+);k\+\+\)")

@@ -251,6 +251,8 @@ def takes(file: File, name: str, expected: list[str]) -> None:
 def declared_name(node: Node) -> str:
     """Return the name that a function definition gives."""
     declarator = node.child_by_field_name("declarator")
+    while declarator is not None and declarator.type == "pointer_declarator":  # nobody reads what returns an address
+        declarator = declarator.child_by_field_name("declarator")
     name = declarator.child_by_field_name("declarator") if declarator is not None else None
     if declarator is None or declarator.type != "function_declarator" or name is None:
         raise unread(node, "is no plain function")

@@ -8,10 +8,14 @@ from symdyn.verify.written.c import C
 from symdyn.verify.written.cpp import CPP
 from symdyn.verify.written.kernels import CUDA, OPENCL
 from symdyn.verify.written.matlab import MATLAB
+from symdyn.verify.written.python import CASADI, HEYOKA, NUMPY
 from symdyn.verify.written.reading import Language
 
 READERS: Mapping[str, Mapping[str, Language]] = {
+    "numpy": {".py": NUMPY},
     "c": {".c": C, ".h": C},
+    "casadi": {".py": CASADI, ".c": C},
+    "heyoka": {".py": HEYOKA},
     "matlab": {".m": MATLAB},
     "cpp": {".hpp": CPP},
     "gpu": {".cu": CUDA, ".cl": OPENCL},
