@@ -58,6 +58,8 @@ BARS = (
     Bar("Rust, one state, times our C", ("rust", ID, "state"), 1.3, C),
     Bar("our C called by CasADi, times the C that CasADi writes of our SX", ("casadi, our C", ID, "state"), 1.2,
         ("casadi, its C", ID, "state")),
+    Bar("our C mapped by CasADi, times the C that CasADi writes of our SX", ("casadi, our C", ID, "batch"), 1.2,
+        ("casadi, its C", ID, "batch")),
     Bar("WebAssembly in Node.js, one state", ("wasm", ID, "state"), 110),
     Bar("WebAssembly in Node.js, batch", ("wasm", ID, "batch"), 50),
     Bar("Octave, text, batch", ("octave", ID, "batch"), 5000),
