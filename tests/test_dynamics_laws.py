@@ -68,7 +68,7 @@ def kinematics(one):
 def test_every_law_is_proved(one):
     findings = prove(on_unit_sphere(one, laws(workspace(one), expected(one, Unasked.NEVER))))[1]
 
-    assert len(findings) == 15
+    assert len(findings) == 21
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
 
 

@@ -23,6 +23,8 @@ from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspa
 from symdyn.dynamics.loops import loop_decisions
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
+from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
+from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
@@ -239,7 +241,7 @@ def unasked(name: str) -> None:
     row = OUTPUTS[name]
     assert (row.unasked == Unasked.AT_A_LOOK) == (name in LOOKED_AT), name
     assert (row.unasked == Unasked.WRITTEN) == (name.startswith("k_") or row.cubic), name
-    unwritten = row.unique is not None or row.place == "body" or name in CENTROIDAL
+    unwritten = row.unique is not None or row.place == "body" or name in {**CENTROIDAL, **REGRESSORS, **PASSIVITY}
     assert (row.unasked > Unasked.WRITTEN) == unwritten, name
     assert (row.unasked == Unasked.PROVED) == (name in ("reactions", "com_acceleration")), name
 

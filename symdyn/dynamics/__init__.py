@@ -26,6 +26,7 @@ from symdyn.dynamics.roads.derive import (
 from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS, coefficients
+from symdyn.dynamics.roads.regressor_outputs import linear_parameters
 from symdyn.dynamics.roads.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ __all__ = [
     "derive_one",
     "expected",
     "follow",
+    "linear_parameters",
     "of_place",
     "reactions_at",
     "roads_of",

@@ -24,7 +24,7 @@ from fractions import Fraction
 from symdyn.errors import SceneError
 from symdyn.scene.forces import FORCES, sections
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.ten_parameters import named_body
+from symdyn.scene.ten_parameters import named_body, with_symbolic_inertia
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import mul
 from symdyn.scene.values.key import Key
@@ -63,6 +63,25 @@ def with_symbols(scene: Scene, what: str) -> Scene:
         named = _named(scene, what, names)
         if not taken & {parameter.name for parameter in names.added}:
             return replace(named, parameters=scene.parameters + tuple(names.added))
+        suffix += "_b"
+
+
+def with_force_parameters(scene: Scene) -> Scene:
+    """Return the scene with parameters for all that driving forces are linear in, and what stands beside it.
+
+    All ten of every body, zeros too; armatures, damping, dry friction and the numbers of springs, dampers and loads
+    where they are declared as numbers. Parameters that nothing uses any longer go.
+    """
+    declared = {parameter.name for parameter in scene.parameters}
+    opened = with_symbolic_inertia(scene, declared)
+    taken = {parameter.name for parameter in opened.parameters} | declared | moving_names(scene)
+    suffix = ""
+    while True:
+        names = Names(suffix)
+        joints = tuple(_damper(_rotor(joint, k, names), k, names) for k, joint in enumerate(opened.joints, start=1))
+        named = replace(opened, joints=joints, elements=_elements(opened, "forces", names))
+        if not taken & {parameter.name for parameter in names.added}:
+            return replace(named, parameters=opened.parameters + tuple(names.added))
         suffix += "_b"
 
 

@@ -5,6 +5,7 @@ The equations of motion are linear in them (Atkeson, An, Hollerbach 1986).
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from symdyn.scene.values.folding import add, mul, neg
@@ -29,14 +30,14 @@ INERTIAL = (
 Ten = tuple[Quantity, ...]
 
 
-def with_symbolic_inertia(scene: Scene) -> Scene:
-    """Return the scene with mass, first moment and inertia of every body as free parameters.
+def with_symbolic_inertia(scene: Scene, avoid: Collection[str] = ()) -> Scene:
+    """Return the scene with mass, first moment and inertia of every body as free parameters; none in `avoid`.
 
     Parameters that nothing uses any longer go.
     """
     used = _used(scene)
     kept = tuple(parameter for parameter in scene.parameters if parameter.name in used)
-    taken = {parameter.name for parameter in kept} | moving_names(scene)
+    taken = {parameter.name for parameter in kept} | moving_names(scene) | set(avoid)
     suffix = ""
     while taken & {f"{kind}{k}{suffix}" for kind, _, _ in INERTIAL for k in range(1, len(scene.bodies) + 1)}:
         suffix += "_b"

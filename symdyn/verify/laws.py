@@ -10,6 +10,7 @@ FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dyna
 S·R = τ + Q                          along its joint's freedom a reaction is the drive and the joint's own forces
 Σ R·(S q̇) = (τ + Q)·q̇               all the rest of the reactions is without power in any motion that the loops allow
 Σ R + Σ loads = d/dt [p; L]          reactions of the ground and loads change momentum and angular momentum
+Y π = τ                              regressors times declared parameters, which stand in `laws_of_regressors`
 dC/dt = J u, p = m J u               laws of the centre of mass, which stand in `laws_of_momentum`
 """
 
@@ -26,6 +27,7 @@ from symdyn.verify.law import Law, entries, everywhere
 from symdyn.verify.laws_of_loops import LAWS_OF_LOOPS
 from symdyn.verify.laws_of_momentum import LAWS_OF_MOMENTUM
 from symdyn.verify.laws_of_reactions import LAWS_OF_REACTIONS
+from symdyn.verify.laws_of_regressors import LAWS_OF_REGRESSORS
 
 
 def laws(workspace: Workspace, outputs: Collection[str] | None = None) -> list[Claim]:
@@ -121,5 +123,6 @@ LAWS: list[Law] = [
     *LAWS_OF_LOOPS,
     *LAWS_OF_REACTIONS,
     *LAWS_OF_MOMENTUM,
+    *LAWS_OF_REGRESSORS,
 ]
 """The laws that are proved; those of trees hold for the spanning tree of a closed scene, with the forces on it."""

@@ -14,7 +14,7 @@ Gravity is the acceleration -g of the ground, so no body needs a weight. Joint a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
@@ -54,6 +54,17 @@ def rnea(
     for i in tree.outward():  # pass 1: motion, ground to tips
         before = motion[tree.parent[i]]
         motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i]))
+    forces = transmitted(tree, motion, acceleration, acting)
+    for ball in tree.balls:
+        for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
+            forces[k] = forces[k] + moment
+    return forces
+
+
+def transmitted(
+    tree: LeanTree, motion: Sequence[LinkMotion], acceleration: Sequence[Expr], acting: Sequence[Wrench] = ()
+) -> list[Expr]:
+    """Return the forces on the velocities, shape (n,), that give all bodies their motions; balls without rotors."""
     wrench = [balance(body, moved) for body, moved in zip(tree.body, motion, strict=True)]
     for i, (f, n) in enumerate(acting):
         wrench[i] = (sub(wrench[i][0], n), sub(wrench[i][1], f))
@@ -63,17 +74,18 @@ def rnea(
         tau[i] = (f[2] if tree.slides[i] else n[2]) + tree.armature[i] * acceleration[i]
         n, f = tree.link[i].wrench_back(n, f)
         wrench[p] = (add(wrench[p][0], n), add(wrench[p][1], f))
-    forces = tree.gather(tau)
-    for ball in tree.balls:
-        for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
-            forces[k] = forces[k] + moment
-    return forces
+    return tree.gather(tau)
 
 
 def moving(w: Vec, dw: Vec, a: Vec) -> LinkMotion:
     """Return a motion with its U: six products of ω, nine entries."""
-    (x, y, z), (dx, dy, dz) = w, dw
-    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    x, y, z = w
+    return with_products(w, (x * x, y * y, z * z, x * y, x * z, y * z), dw, a)
+
+
+def with_products(w: Vec, products: Sequence[Expr], dw: Vec, a: Vec) -> LinkMotion:
+    """Return a motion with its U, for ωx², ωy², ωz², ωx ωy, ωx ωz, ωy ωz."""
+    (dx, dy, dz), (xx, yy, zz, xy, xz, yz) = dw, products
     U = (
         (-(yy + zz), xy - dz, xz + dy),
         (xy + dz, -(xx + zz), yz - dx),
@@ -88,15 +100,33 @@ def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool) -> LinkMotion:
     The last entry of ω̇ is dz; `ends` tells that nobody needs the others.
     """
     x, y, z = w
-    xx, zz, xy, xz, yz = x * x, z * z, x * y, x * z, y * z
+
+    def twice() -> Iterator[Expr]:
+        double = z * 2
+        yield x * double
+        yield y * double
+
+    return turning_with(w, (x * x, z * z, x * y, x * z, y * z), twice, dz, a, column, ends)
+
+
+def turning_with(
+    w: Vec,
+    products: Sequence[Expr],
+    twice: Callable[[], Iterable[Expr]],
+    dz: Expr,
+    a: Vec,
+    column: Vec,
+    ends: bool,
+) -> LinkMotion:
+    """Return the same for ωx², ωz², ωx ωy, ωx ωz, ωy ωz; `twice` gives the last two doubled, if they are wanted."""
+    xx, zz, xy, xz, yz = products
     yy = -column[2] - xx
     dx, dy = yz - column[1], column[0] - xz
-    twice = z * 2
-    last = (x * twice - column[0], y * twice - column[1]) if ends else (xz - dy, yz + dx)
+    zx, zy = (a - b for a, b in zip(twice(), column[:2], strict=True)) if ends else (xz - dy, yz + dx)
     U = (
         (-(yy + zz), xy - dz, column[0]),
         (xy + dz, -(xx + zz), column[1]),
-        (*last, column[2]),
+        (zx, zy, column[2]),
     )
     return LinkMotion(w, (dx, dy, dz), a, U, (xx, yy, zz))
 

@@ -118,6 +118,8 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "dq_i": ("direction of the independent positions, along the velocities", {"rad": "rad", "m": "m"}),
     "dqd_i": ("direction of the independent velocities", {"rad": "rad/s", "m": "m/s"}),
     "dqdd_i": ("direction of the independent accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
+    "qd_r": ("reference velocities", {"rad": "rad/s", "m": "m/s"}),
+    "qdd_r": ("reference accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
 }
 
@@ -140,6 +142,9 @@ DIRECTIONS = {
 
 OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
 """Arguments of the independent velocities of a closed scene, or of the coordinates whose rates they are."""
+
+REFERENCE, REFERENCE_RATE = "qd_r", "qdd_r"
+"""Arguments of what goes along a reference motion beside the motion itself."""
 
 WEIGHTS = "weights"
 """The argument that makes one number of a result: their sum, each entry with its weight."""
@@ -170,7 +175,7 @@ def conventions(scene: Scene, name: str) -> str:
     if name == "q":
         told = coordinates_of_joints(scene) or runs(scene.coordinates)
         return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
-    if name in ("qd", "dq") and not plain:
+    if name in ("qd", "dq", "qd_r") and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""
 
@@ -235,7 +240,7 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             text = f"{text}: {', '.join(str(node.value) for node in independent_symbols(workspace, name[-2:]))}"
         if name in ("qi", "ui"):
             nodes = independent_symbols(workspace, name)
-        elif name in DIRECTIONS.values():
+        elif name in (REFERENCE, REFERENCE_RATE, *DIRECTIONS.values()):
             nodes = direction(workspace.graph, name, len(kinds))
         entries = tuple(spelled[kind] for kind in kinds)
         result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))

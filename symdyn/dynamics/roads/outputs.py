@@ -21,7 +21,9 @@ from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
 from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange
+from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
+from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
@@ -326,6 +328,8 @@ OUTPUTS: dict[str, Output] = {
     **REACTIONS,
     **CENTROIDAL,
     **SIGNALS,
+    **REGRESSORS,
+    **PASSIVITY,
 }
 
 

@@ -1,0 +1,81 @@
+"""Laws of regressors: times the parameters as declared they are what they are regressors of.
+
+τ = Y π + r, τ = Y_base β + r        r: driving forces where all of π is zero
+K, P = Y_E π + r                     energies
+τ_r = τ, Y_r = Y_base, C v = c       along the motion itself, where q̇_r = v = q̇ and q̈_r = q̈
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.roads.named_functions import REFERENCE, REFERENCE_RATE, direction
+from symdyn.dynamics.roads.regressor_outputs import base_values, energies_by_momentum, parameters, remainder
+from symdyn.graph import Expr, substitute
+from symdyn.verify.equality import Claim
+from symdyn.verify.law import Law, entries, everywhere
+
+DRIVING, DRIVING_TREE = "inverse_dynamics", "tree_forces"
+
+
+def _product(w: Workspace, rows: Sequence[Expr], values: Sequence[Expr]) -> list[Expr]:
+    count = len(values)
+    return [
+        w.graph.total(rows[i * count + k] * value for k, value in enumerate(values)) for i in range(len(rows) // count)
+    ]
+
+
+def _driving(w: Workspace) -> tuple[Expr, ...]:
+    return entries(w, DRIVING_TREE if w.scene.is_closed else DRIVING)
+
+
+def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
+    def claim(w: Workspace) -> Claim | None:
+        known = values(w)
+        if not known:
+            return None
+        sums = [a + b for a, b in zip(_product(w, entries(w, output), known), remainder(w), strict=True)]
+        return Claim(output.replace("_", " "), "Y parameters + rest", "tau", tuple(sums), _driving(w))
+
+    return Law((DRIVING, output), (DRIVING_TREE, output), claim)
+
+
+def _energies(w: Workspace) -> Claim:
+    products = _product(w, entries(w, "energy_regressor"), parameters(w))
+    sums = [a + b for a, b in zip(products, remainder(w, energies_by_momentum), strict=True)]
+    both = (*entries(w, "kinetic_energy"), *entries(w, "potential_energy"))
+    return Claim("energy regressor", "Y pi + rest", "K, P", tuple(sums), both)
+
+
+def _along_itself(w: Workspace, output: str) -> tuple[Expr, ...]:
+    """Return an output where the reference is the motion itself."""
+    n, state = w.state.n, w.state
+    moved = dict(zip(direction(w.graph, REFERENCE, n), state.qd, strict=True))
+    moved |= dict(zip(direction(w.graph, REFERENCE_RATE, n), state.qdd, strict=True))
+    return tuple(substitute(entries(w, output), moved))
+
+
+def _passive(w: Workspace) -> Claim:
+    return Claim("forces along a reference", "at qd_r = qd", "tau", _along_itself(w, "slotine_li_forces"), _driving(w))
+
+
+def _passive_columns(w: Workspace) -> Claim:
+    along, own = _along_itself(w, "slotine_li_regressor"), entries(w, "base_regressor")
+    return Claim("regressor along a reference", "at qd_r = qd", "base regressor", along, own)
+
+
+def _velocity_forces(w: Workspace) -> Claim:
+    return Claim(
+        "C times a velocity", "at qd_r = qd", "c", _along_itself(w, "coriolis_times"), entries(w, "velocity_forces")
+    )
+
+
+LAWS_OF_REGRESSORS: tuple[Law, ...] = (
+    _of_forces("regressor", parameters),
+    _of_forces("base_regressor", base_values),
+    everywhere(_energies, "kinetic_energy", "potential_energy", "energy_regressor"),
+    Law((DRIVING, "slotine_li_forces"), (DRIVING_TREE, "slotine_li_forces"), _passive),
+    everywhere(_passive_columns, "slotine_li_regressor", "base_regressor"),
+    everywhere(_velocity_forces, "coriolis_times", "velocity_forces"),
+)

@@ -1,0 +1,111 @@
+"""Regressors: proved by two roads, times parameters the forces of the scene and of any other with the same joints."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wide import everything
+
+import symdyn
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics import Workspace, derive_one, linear_parameters
+from symdyn.dynamics.roads.count import state_dependent_counts
+from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
+from symdyn.dynamics.roads.regressor_outputs import REGRESSORS, base_columns, columns, parameters
+from symdyn.errors import DerivationError
+from symdyn.graph import evaluate
+from symdyn.scene import bind, read
+from symdyn.scene.ten_parameters import INERTIAL
+from symdyn.verify import PROVED
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
+
+from robots_dh import robot, robot_scene  # noqa: E402
+
+BESIDE = ("kinetic_energy", "potential_energy", "velocity_forces")
+SCENES = ("pendulum", "two_link", "spatial_3r", "governor", "scara", "gripper2", "heavy_top", "free_body", "rsup")
+CLOSED = ("four_bar", "rssr", "rolling_disc", "spatial_slider_crank")
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.long
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("name", SCENES + CLOSED)
+def test_two_roads_agree_and_the_laws_of_regressors_hold(name: str) -> None:
+    scene = read(EXAMPLES / f"{name}.toml")
+    forces = "tree_forces" if scene.is_closed else "inverse_dynamics"
+    found = symdyn.certify(scene, (forces, *BESIDE, *REGRESSORS, *PASSIVITY))
+
+    assert {finding.verdict for finding in found.findings} == {PROVED}
+    claims = {finding.claim.partition(":")[0] for finding in found.findings}
+    assert {"regressor", "base regressor", "energy regressor", "C times a velocity"} <= claims
+    assert {"forces along a reference", "regressor along a reference"} <= claims
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("numpy_alone")
+def test_what_forces_are_not_linear_in_is_left_beside_the_regressor() -> None:
+    scene = everything()
+    found = symdyn.certify(scene, ("tree_forces" if scene.is_closed else "inverse_dynamics", "regressor"))
+    assert found.passed
+    told = columns(Workspace(scene))
+    assert len(told) > len(INERTIAL) * len(scene.bodies)
+
+
+@pytest.mark.parametrize("name", ["spatial_3r", "two_link"])
+def test_the_regressor_of_one_scene_gives_the_forces_of_another_with_its_joints(name: str) -> None:
+    scene = read(EXAMPLES / f"{name}.toml")
+    rng = np.random.default_rng(3)
+    known = {p.name: float(rng.uniform(0.5, 2)) for p in scene.parameters}
+    other = {**known, **{one: value * 1.7 for one, value in known.items() if one[0] in "mI"}}
+    q, qd, qdd = rng.uniform(-2, 2, (3, len(scene.coordinates)))
+    Y = symdyn.lambdify(bind(scene, known), "regressor")(q, qd, qdd)
+    w = Workspace(bind(scene, other))
+    pi = evaluate(parameters(w), Floats(), {w.graph.symbol(one): value for one, value in other.items()})
+    tau = symdyn.lambdify(bind(scene, other), "inverse_dynamics")(q, qd, qdd)
+
+    np.testing.assert_allclose(Y @ pi, tau, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "count", "base", "forces", "along", "times"),
+    [
+        ("puma560", 36, (368, 267), (280, 267), (407, 307), (262, 241)),
+        ("panda", 43, (650, 451), (335, 323), (697, 498), (323, 305)),
+    ],
+)
+def test_columns_and_operations_are_as_few_as_they_were(
+    name: str, count: int, base: object, forces: object, along: object, times: object
+) -> None:
+    w = Workspace(robot_scene(robot(name)))
+    assert len(base_columns(w)) == count
+    counted = {one: state_dependent_counts(derive_one(w, one)) for one in ("base_regressor", *(o for o in PASSIVITY))}
+    assert {one: (c.multiplications, c.additions) for one, c in counted.items()} == {
+        "base_regressor": base,
+        "slotine_li_forces": forces,
+        "slotine_li_regressor": along,
+        "coriolis_times": times,
+    }
+
+
+def test_parameters_are_told_by_name_with_formulas() -> None:
+    scene = read(EXAMPLES / "pendulum.toml")
+    told = dict(linear_parameters(scene))
+    assert list(told) == [*(f"{kind}1" for kind, _, _ in INERTIAL), "b"]
+    assert {str(told["m1"]), str(told["Iyz1"])} == {str(told["m1"].graph.symbol("m")), "0"}
+    assert [name for name, _ in linear_parameters(scene, "base_regressor")] == list(base_columns(Workspace(scene)))
+    with pytest.raises(DerivationError, match="give regressor or base_regressor"):
+        linear_parameters(scene, "mass_matrix")
+
+
+def test_equal_columns_are_one_and_say_so() -> None:
+    told = base_columns(Workspace(read(EXAMPLES / "two_link.toml")))
+    assert told == ("mxR1", "myR1", "JxxR1 + JyyR1", "mxR2", "myR2", "JxxR2 + JyyR2")
+
+
+def test_parameters_of_the_scene_s_own_are_columns_too() -> None:
+    assert columns(Workspace(read(EXAMPLES / "governor.toml")))[-1] == "k"
