@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_values import File
 from symdyn.verify.written.memory import Index
-from symdyn.verify.written.reading import Cut, Language, Read, Reading, Text, Wanted
+from symdyn.verify.written.reading import Language, Read, Reading, Text, Wanted
 from symdyn.verify.written.syntax import said, unread
 
 if TYPE_CHECKING:
@@ -84,11 +84,7 @@ def _function(file: File, name: str, wanted: Wanted, columns: bool) -> Read:
     given = opened(wanted, columns, apart=columns)
     if columns:
         given.names["stride"] = Index(0, 0, 1)
-    body = CStatements(file, wanted, given.names)
-    body.run(name)
-    if columns:
-        cut = file.cuts[name]
-        file.cuts[name] = Cut(cut.start, cut.end, f"{name} of {body.lanes}")
+    CStatements(file, wanted, given.names).run(name)
     return finished(file, name, wanted, given.result)
 
 
@@ -137,7 +133,7 @@ class CStatements(Statements):
         if len(arguments) != 3 or arguments[2].type != "sizeof_expression":
             raise unread(node, "is no copy that is read here")
         size = arguments[2].children[1:]
-        if len(size) != 1 or not {said(size[0]), said(arguments[1])} <= self.arrays:
+        if len(size) != 1 or not {said(size[0]), said(arguments[1])} <= self.arrays.keys():
             raise unread(arguments[2], "is not the size of a local array")
         if said(size[0]) != said(arguments[1]):
             raise unread(arguments[2], f"is not the size of {said(arguments[1])}")

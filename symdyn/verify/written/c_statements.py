@@ -26,11 +26,11 @@ class Statements(Values):
     """The statements of one function.
 
     Attributes:
-        arrays: names of local arrays, whose size the language knows.
+        arrays: local arrays, whose size the language knows, with their declarations.
         lanes: states of a block, 0 until it is said.
     """
 
-    arrays: set[str] = field(default_factory=set)
+    arrays: dict[str, str] = field(default_factory=dict)
     lanes: int = 0
 
     @property
@@ -53,6 +53,9 @@ class Statements(Values):
             raise unread(node, "has no body")
         self.file.cuts[name] = Cut(body.start_byte, body.end_byte, name)
         self.block(body)
+        lanes = [f"{self.lanes} states"] if self.lanes else []
+        about = ", ".join([name, *lanes, *self.arrays.values()])  # sizes that code around relies on, or the stack
+        self.file.cuts[name] = Cut(body.start_byte, body.end_byte, about)
 
     def block(self, body: Node) -> None:
         """Read all statements of a body."""
@@ -103,11 +106,12 @@ class Statements(Values):
         inner, size = self._array(node)
         if inner.type == "identifier":
             self.set(inner, Pointer(Work(size)))
-            self.arrays.add(said(inner))
+            self.arrays[said(inner)] = said(node)
             return
         name, rows = self._array(inner)
         self.of_lanes(node, size)
         self.set(name, Rows(tuple(Work(size, row=True) for _ in range(rows))))
+        self.arrays[said(name)] = said(node)
 
     def set(self, node: Node, value: Value) -> None:
         """Let a new name stand for a value."""
@@ -177,7 +181,7 @@ class Statements(Values):
         for place, value in enumerate(values):
             memory.store(Index(place), value, line_of(listed))
         self.set(name, Pointer(memory))
-        self.arrays.add(said(name))
+        self.arrays[said(name)] = said(declarator)
 
     def _array(self, node: Node) -> tuple[Node, int]:
         """Return what is declared an array, and its length."""

@@ -149,7 +149,7 @@ class CppStatements(Statements):
         if row is not None and "own::sincos_row" in self.file.functions and len(given) == 3:
             values = [self.value(one) for one in given]
             sizes = {one.memory.size for one in values if isinstance(one, Pointer) and isinstance(one.memory, Work)}
-            if len(sizes) != 1 or not {said(one) for one in given} <= self.arrays:
+            if len(sizes) != 1 or not {said(one) for one in given} <= self.arrays.keys():
                 raise unread(node, "does not take three arrays of one length")
             self.sines(node, values, [Index(place) for place in range(int(row[1]))])
         elif name in self.file.functions and re.fullmatch(rf"own::{self.wanted.name}_part[0-9]+", name):
