@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from symdyn.build.complete import complete
@@ -18,12 +18,13 @@ from symdyn.cli.scene_options import (
     split,
 )
 from symdyn.cli.talk import Waiting, asking, print_paths, say
-from symdyn.dynamics import available
+from symdyn.dynamics import Equations, LoopChoices, available
 from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError
 from symdyn.program import at_rest, formulate, lower, prepare, tunable
 from symdyn.program.prepare import is_prepared
+from symdyn.scene import Scene
 from symdyn.scene.robot_words import leaves
 
 MADE, BEGINNING = b"Written by symdyn generate", 1000
@@ -73,8 +74,7 @@ def run(options: argparse.Namespace) -> int:
         if target.tunes:
             program = tunable(scene, outputs, options.formulation, closing)
         else:
-            equations = formulate(scene, outputs, options.formulation, closing)
-            program = lower(at_rest(equations) if options.static else equations)
+            program = lower(equations_of(options, scene, outputs, closing))
         if options.prepare:
             program = prepare(program)
             if not is_prepared(program):
@@ -88,6 +88,12 @@ def run(options: argparse.Namespace) -> int:
         more = beside(sources)
     print_paths(*write({**sources, **_ours(more, Path(options.output))}, options.output))
     return 0
+
+
+def equations_of(options: argparse.Namespace, scene: Scene, outputs: Sequence[str], closing: LoopChoices) -> Equations:
+    """Return what becomes code, at rest if that is asked for."""
+    equations = formulate(scene, outputs, options.formulation, closing)
+    return at_rest(equations) if options.static else equations
 
 
 def _ours(files: Mapping[str, str], folder: Path) -> dict[str, str]:

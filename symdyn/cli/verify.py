@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Sequence
 
 from symdyn.algebra.big import BigFloats
 from symdyn.cli.scene_options import (
@@ -42,6 +43,11 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help="whose files are proved and measured, e.g. c,rust (default: those that run quickly)",
     )
+    verb.add_argument(
+        "--files",
+        metavar="DIR",
+        help="prove files that symdyn generate has written to DIR, however long ago; what they are, their headers say",
+    )
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     bounds = verb.add_argument_group("guaranteed bounds")
     bounds.add_argument(
@@ -67,6 +73,11 @@ def run(options: argparse.Namespace) -> int:
         raise VerifyError("--rigorous measures code without prepare; leave out --prepare")
     if options.states < 1:
         raise VerifyError(f"--states {options.states}: give one state at least")
+    if options.files is not None:
+        with Waiting() as progress:
+            found = _of_files(options, progress)
+        give(found.as_dict()) if options.json else show(found)
+        return 0 if found.passed else 1
     scene = read_scene(options)
     closing = closing_of(options, scene)
     outputs = split(options.functions)
@@ -98,6 +109,22 @@ def run(options: argparse.Namespace) -> int:
     else:
         show(certificate)
     return 0 if certificate.passed else 1
+
+
+def _of_files(options: argparse.Namespace, progress: Callable[[str], None]) -> Certificate:
+    """Return the certificate of the files of a folder; their headers say all that options could."""
+    from symdyn.cli.verify_files import certify_files
+
+    said = [
+        action.option_strings[0]
+        for action in options.parser._actions
+        if action.option_strings
+        and action.dest not in ("files", "seed", "json", "quiet", "digits", "help")
+        and getattr(options, action.dest) != action.default
+    ]
+    if said:
+        raise VerifyError(f"{said[0]} goes without --files: what the files are, their headers say; leave {said[0]} out")
+    return certify_files(options, progress)
 
 
 def numbers(text: str) -> dict[str, float]:
@@ -167,16 +194,22 @@ def show(certificate: Certificate) -> None:
         )
         for a in certificate.accuracy
     ]
-    columns = ("function", "module", "median ", "max ", "of bound ", "")
-    states = certificate.accuracy[0].states if certificate.accuracy else 0
-    title = f"Error of the built code against 50 digits, {states} states, ulp of the largest entry"
-    print_table(title, columns, measured)
-    print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
+    if measured or not certificate.written:
+        show_measured(certificate, measured)
     if certificate.refused:
         print(f"The code was refused: {certificate.refused}")
     for note in certificate.notes:
         print(f"Note: {note}")
     print(f"{certificate.scene}: {_word(certificate.passed)}")
+
+
+def show_measured(certificate: Certificate, measured: Sequence[tuple[str, ...]]) -> None:
+    """Print how far built code is off."""
+    columns = ("function", "module", "median ", "max ", "of bound ", "")
+    states = certificate.accuracy[0].states if certificate.accuracy else 0
+    title = f"Error of the built code against 50 digits, {states} states, ulp of the largest entry"
+    print_table(title, columns, measured)
+    print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
 
 
 def show_written(files: tuple[Written, ...]) -> None:

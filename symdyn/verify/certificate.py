@@ -189,6 +189,30 @@ def _agreement(w: Workspace, request: str, one: Function, other: Function) -> Cl
     return Claim(name, one.formulation, other.formulation, tuple(of(w, one.entries)), tuple(of(w, other.entries)))
 
 
+def of_files(
+    equations: Equations,
+    program: Program,
+    written: Sequence[Written],
+    seed: int = 1,
+    notes: Sequence[str] = (),
+) -> Certificate:
+    """Return the certificate of files that were read back: they are the program, and the program is its equations.
+
+    Args:
+        equations: what was asked for.
+        program: what the files must compute, prepared or not.
+        written: what is known of the files.
+        seed: of primes and points.
+        notes: what else is said.
+    """
+    scene = equations.scene
+    plain = lower(equations)
+    claims = _program_claims(scene, equations.functions, plain) + _composed_claims(plain, program)
+    claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])
+    fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
+    return Certificate(scene.name, fields, tuple(findings), (), tuple(notes), "", tuple(written))
+
+
 def _program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:
     """Return that each routine of the program computes its function, parameters with values bound."""
     values = {p.name: p.value for p in scene.parameters if p.value is not None}

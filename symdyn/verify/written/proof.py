@@ -16,7 +16,7 @@ from symdyn.verify.written.nearest import nearest
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
 from symdyn.verify.written.syntax import fixed_text, parse
 
-PROVED, COMPARED, DIFFERENT, UNREAD = "proved", "compared", "different", "not read"
+PROVED, COMPARED, DIFFERENT, UNREAD, MISSING = "proved", "compared", "different", "not read", "missing"
 
 Contents = str | bytes
 
@@ -31,8 +31,8 @@ class Written:
         file: its name.
         sha256: of its bytes, in hexadecimal.
         functions: what it calls those that were read and proved.
-        verdict: PROVED, COMPARED where there is nothing but fixed text, DIFFERENT, or UNREAD where the file says what
-            has no meaning here.
+        verdict: PROVED, COMPARED where there is nothing but fixed text, DIFFERENT, UNREAD where the file says what has
+            no meaning here, or MISSING.
         where: of what differs, the function, the entry and the line; "" where nothing does.
         compared: bytes of fixed text, which are those of a fresh file.
     """
@@ -146,6 +146,9 @@ def prove_texts(
         functions = tuple(one.name for one in reading.functions)
         verdict = DIFFERENT if where else PROVED if functions else COMPARED
         found.append(about(() if where else functions, verdict, where, len(fixed)))
+    for name in fresh or ():
+        if name not in files.contents:
+            found.append(Written(files.target, files.option, name, "", (), MISSING, "there is no such file", 0))
     missing = [name for name in files.functions if name not in seen]
     if missing and found and all(one.passed for one in found):
         found[0] = replace(found[0], functions=(), verdict=DIFFERENT, where=f"no function {missing[0]} was found")

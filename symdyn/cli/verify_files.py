@@ -1,0 +1,153 @@
+"""`symdyn verify SCENE --files DIR`: files that were generated long ago, proved to be the scene's equations.
+
+Which functions, which target and which options stands in the files: the command that made them is read as data, by the
+parser of that command, and what it must not hold is refused. Nothing of a file is ever run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from symdyn.cli import Parser, add_talk, generate
+from symdyn.cli.scene_options import closing_of, read_scene, split
+from symdyn.dynamics import available
+from symdyn.emit import TARGETS, emit
+from symdyn.errors import VerifyError
+from symdyn.program import lower, prepare
+from symdyn.verify import Certificate
+from symdyn.verify.certificate import of_files
+from symdyn.verify.texts import files_of
+from symdyn.verify.written import READERS, printed, prove_texts
+
+COMMAND = re.compile(r"^\W*(symdyn generate [ -~]{1,4000}?)\s*$", re.MULTILINE)
+"""The line of a header, whatever begins a comment there."""
+
+HEADER, MOST_FILES, LARGEST = 1 << 20, 2000, 1 << 28
+
+NEVER = ("-h", "--help", "-o", "--output", "--json", "--quiet")
+"""What no header says."""
+
+
+class _Header(Parser):
+    """The parser of `symdyn generate`, whose faults are those of a file."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong."""
+        raise VerifyError(message)
+
+
+def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) -> Certificate:
+    """Return the certificate of the files of a folder.
+
+    Raises:
+        VerifyError: there are none, or they say what no file of ours says.
+    """
+    folder = Path(options.files)
+    commands = commands_in(folder)
+    if not commands:
+        raise VerifyError(
+            f"{folder}: no file there says which command made it; give a folder that symdyn generate has written to"
+        )
+    parts = [_of_command(options, folder, command, files, progress) for command, files in commands.items()]
+    first, *rest = parts
+    written = tuple(one for part in parts for one in part.written)
+    named = {one.file for one in written}
+    left = [name for name in sorted(_names(folder)) if name not in named]
+    ours = [name for name in left if any(name in files for files in commands.values())]
+    told = [f"not read, by their names they are another scene's: {', '.join(ours)}"] if ours else []
+    told += [f"not read, nothing there says it is ours: {', '.join(one for one in left if one not in ours)}"]
+    told = told if len(left) > len(ours) else told[:-1]
+    return Certificate(
+        first.scene,
+        first.fields,
+        tuple(one for part in parts for one in part.findings),
+        (),
+        tuple(dict.fromkeys([note for part in (first, *rest) for note in part.notes] + told)),
+        "",
+        written,
+    )
+
+
+def commands_in(folder: Path) -> dict[str, list[str]]:
+    """Return the commands that files of a folder say they were made by, each with these files.
+
+    Raises:
+        VerifyError: it is no folder, or holds too much.
+    """
+    if not folder.is_dir():
+        raise VerifyError(
+            f"{folder}: is no folder; give the one that symdyn generate wrote to, as in --files generated"
+        )
+    found: dict[str, list[str]] = {}
+    for name in sorted(_names(folder)):
+        with (folder / name).open("rb") as file:
+            header = file.read(HEADER).decode("utf-8", "replace")
+        said = COMMAND.search(header)
+        if said is not None:
+            found.setdefault(said[1], []).append(name)
+    return found
+
+
+def _names(folder: Path) -> list[str]:
+    """Return the files of a folder and of those in it."""
+    paths = [path for pattern in ("*", "*/*") for path in folder.glob(pattern) if path.is_file()]
+    if len(paths) > MOST_FILES or any(path.stat().st_size > LARGEST for path in paths):
+        raise VerifyError(
+            f"{folder}: holds more than {MOST_FILES} files, or one that is too large; give another folder"
+        )
+    return [path.relative_to(folder).as_posix() for path in paths]
+
+
+def options_of(command: str, where: str) -> argparse.Namespace:
+    """Return what the command of a header asks for; it is data, and never run.
+
+    Raises:
+        VerifyError: it asks for what no header does.
+    """
+    try:
+        words = shlex.split(command)[2:]
+    except ValueError as fault:
+        raise VerifyError(f"{where}: its command is no line of a shell: {fault}") from fault
+    strange = [word for word in words if word.partition("=")[0] in NEVER or any(mark in word for mark in "\0\n")]
+    if strange:
+        raise VerifyError(f"{where}: its command says {strange[0]}, which no file of ours says")
+    header = _Header(prog="symdyn generate")
+    generate.add_options(header)
+    add_talk(header)
+    header.set_defaults(run=None, verb="generate", parser=header)
+    try:
+        return header.parse_args(words)
+    except VerifyError as fault:
+        raise VerifyError(f"{where}: its command is none of this version: {fault}") from fault
+
+
+def _of_command(
+    options: argparse.Namespace, folder: Path, command: str, files: list[str], progress: Callable[[str], None]
+) -> Certificate:
+    """Return the certificate of the files of one command, made again for the scene."""
+    where = f"{folder / files[0]}"
+    asked = options_of(command, where)
+    target = TARGETS[asked.target]
+    if asked.target not in READERS:
+        raise VerifyError(f"{where}: files of target {target.name} ({target.text}) are not read back")
+    asked.scene = options.scene
+    scene = read_scene(asked)
+    closing = closing_of(asked, scene)
+    progress("deriving")
+    names = split(asked.functions)
+    equations = generate.equations_of(asked, scene, available(scene, closing)[0] if names is None else names, closing)
+    program = lower(equations)
+    if asked.prepare:
+        program = prepare(program)
+    progress("reading files back")
+    fresh = files_of(emit(program, asked.target, asked.real, command, asked.option))
+    there = {name: (folder / name).read_bytes() for name in fresh.contents if (folder / name).is_file()}
+    found = type(fresh)(fresh.target, fresh.option, fresh.stem, fresh.functions, there)
+    written = prove_texts(printed(program, asked.real, options.seed), found, READERS[asked.target], fresh.contents)
+    progress("proving over finite fields")
+    return of_files(equations, program, written, options.seed, [f"made by: {command}"])
