@@ -119,6 +119,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
     "js": "generate {scene} --target js -o {folder}",
     "cpp": "generate {scene} --target cpp -o {folder}",
     "rust": "generate {scene} --target rust -o {folder}",
+    "wasm": "generate {scene} --target wasm --batch -o {folder}",
     "gpu": "generate {scene} --target gpu -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",

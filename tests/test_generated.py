@@ -18,6 +18,7 @@ CASES = [
     ("two_link", "js", "double"),
     ("two_link", "cpp", "double"),
     ("two_link", "rust", "double"),
+    ("two_link", "wasm", "double"),
     ("two_link", "matlab", "double"),
     ("two_link", "gpu", "double"),
     ("two_link", "gpu", "float"),

@@ -18,6 +18,7 @@ from symdyn.dynamics import Function
 from symdyn.emit import Sources
 from symdyn.emit.render import verbatim
 from symdyn.emit.targets.javascript import JS
+from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import BuildError, MissingNode
 
 CANDIDATES = ("node", "nodejs")
@@ -37,7 +38,7 @@ def find_node() -> str:
 
 
 def run_js(sources: Sources) -> SimpleNamespace:
-    """Return the functions of sources that `emit(program, "js")` made, running in a Node.js of their own.
+    """Return the functions of sources that `emit(program, "js")` or "wasm" made, running in a Node.js of their own.
 
     Each is an attribute and takes one state, arrays of shape (n,). Node.js ends when no function is used any longer.
 
@@ -45,7 +46,7 @@ def run_js(sources: Sources) -> SimpleNamespace:
         BuildError: sources of another target, or Node.js's own words where it refuses them.
         MissingNode: there is no Node.js.
     """
-    check_target(sources, JS)
+    check_target(sources, WASM if sources.target == WASM.name else JS)
     process = _Process(find_node(), next(iter(sources.texts.values())))
     named = zip(sources.functions, sources.program.routines, strict=True)
     return SimpleNamespace(**{name: _call(process, name, routine.function) for name, routine in named})

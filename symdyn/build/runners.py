@@ -31,6 +31,7 @@ from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.emit.targets.rust import RUST
 from symdyn.emit.targets.ufunc import DOUBLES, UFUNC
+from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import CompilerFault, MissingProgram
 
 Call = Callable[..., Any]
@@ -90,6 +91,7 @@ RUNNERS: dict[str, Runner] = {
     CASADI.name: Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True),
     HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True),
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
+    WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
     CPP.name: Runner(run_cpp, batches=False, many="", measured="", usual=False, asked=True),

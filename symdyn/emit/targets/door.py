@@ -17,6 +17,7 @@ from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.emit.targets.rust import RUST
 from symdyn.emit.targets.ufunc import UFUNC
+from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import EmitError
 from symdyn.program import Program
 from symdyn.program.prepare import PREPARE, is_prepared
@@ -36,6 +37,7 @@ TARGETS: dict[str, Target] = {
         RUST,
         HEYOKA,
         FMU,
+        WASM,
     )
 }
 

@@ -76,7 +76,7 @@ def _factor(text: str) -> str:
     return f"({text})" if " " in text or text.startswith("-") else text
 
 
-def _in_halves(coefficients: Sequence[float], first: int) -> list[float]:
+def in_halves(coefficients: Sequence[float], first: int) -> list[float]:
     """Return the coefficients of a polynomial in z/2 for those of one in z, the first of them times 2^first."""
     return [coefficient * 2.0**power for power, coefficient in enumerate(coefficients, first)]
 
@@ -86,8 +86,8 @@ def sincos_values(real: str) -> Mapping[str, Any]:
     return {
         "two_over_pi": repr(TWO_OVER_PI),
         "half_pi": tuple(map(repr, HALF_PI)),
-        "sine": horner(_in_halves([-c for c in SINE[real]], 1), "h[j]"),
-        "cosine": horner(_in_halves(COSINE[real], 2), "h[j]"),
+        "sine": horner(in_halves([-c for c in SINE[real]], 1), "h[j]"),
+        "cosine": horner(in_halves(COSINE[real], 2), "h[j]"),
         "chains": CHAINS,
         "limit_exponent": LIMIT_EXPONENT,
     }
