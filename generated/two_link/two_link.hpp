@@ -89,7 +89,7 @@
  *
  * One header of C++17; there is nothing to link. Lengths are checked by types:
  *
- *     std::array<double, 2> ...;
+ *     std::array<double, 2> q; std::array<double, 2> qd; std::array<double, 2> qdd; std::array<double, 5> params;
  *     auto out = two_link::inverse_dynamics(q, qd, qdd, params);
  *
  * A result is a std::array<T, entries>, a matrix row by row, or one number T. T is that of the first argument: double,

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from os import W_OK, access
 from typing import Any
 
-from symdyn.build.compiler import find_compiler, try_compiler
+from symdyn.build.compiler import CPLUSPLUS, RUSTC, find_compiler, try_compiler
 from symdyn.build.entry import distrust
 from symdyn.build.extension import python_headers
 from symdyn.build.folder import CACHE_VARIABLE, cache_folder
@@ -30,6 +30,8 @@ PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "python-flint", "jinja2", "rich
 
 PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),
+    "C++ compiler": (CPLUSPLUS.candidates, "verify measures no C++, which is written all the same"),
+    "Rust compiler": (RUSTC.candidates, "verify measures no Rust, which is written all the same"),
     "Node.js": (CANDIDATES, "verify runs no JavaScript, which is written all the same"),
     "Chromium": (
         ("chromium", "chromium-browser", "google-chrome", "chrome"),
