@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -12,8 +13,9 @@ import numpy as np
 import pytest
 from formulas import argument, every_op, function, one, states
 
-from symdyn import example
+from symdyn import example, read
 from symdyn.build import RUNNERS, run_python
+from symdyn.build.run_octave import compile_mex
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import Sources, emit, write
 from symdyn.errors import EmitError
@@ -21,14 +23,20 @@ from symdyn.graph import Graph, Op
 from symdyn.program import formulate, lower, prepare
 from symdyn.scene import Scene
 
+PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"
 OCTAVE = shutil.which("octave-cli") or shutil.which("octave")
 
 runs = [pytest.mark.targets, pytest.mark.runs, pytest.mark.skipif(OCTAVE is None, reason="no Octave")]
+runs_mex = [*runs, pytest.mark.skipif(shutil.which("mkoctfile") is None, reason="no mkoctfile")]
 
 
 def octave(sources: Sources, folder: Path, code: str) -> Any:
     """Return what code of Octave puts into `found`, with the package of sources on the path."""
     write(sources, folder)
+    return octave_in(folder, code)
+
+
+def octave_in(folder: Path, code: str) -> Any:
     words = [str(OCTAVE), "--quiet", "--norc", "--path", str(folder), "--eval", f"{code}; disp(jsonencode(found))"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -37,6 +45,15 @@ def octave(sources: Sources, folder: Path, code: str) -> Any:
 
 def two_link() -> Sources:
     return emit(lower(formulate(example("two_link"), ("mass_matrix", "kinetic_energy"))), "matlab")
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a package and what is compiled for it."""
+    folder = tmp_path_factory.mktemp("built")
+    write(emit(lower(formulate(example("two_link"), ("mass_matrix",))), "matlab", option="mex"), folder)
+    compile_mex(str(folder), "two_link")
+    return folder
 
 
 class TestText:
@@ -77,6 +94,77 @@ class TestText:
         with pytest.raises(EmitError, match=r"hand_a\.m and \+hand/hand_A\.m differ in capital letters alone"):
             write(sources, tmp_path / "out")
         assert not [*tmp_path.iterdir()]
+
+
+class TestMex:
+    pytestmark = runs_mex
+
+    def test_columns_are_states_and_pages_their_matrices_as_in_text(self) -> None:
+        program = lower(every_op())
+        module, plain = RUNNERS["matlab"].run(emit(program, "matlab", option="mex")), run_python(emit(program))
+        for routine in program.routines:
+            name = routine.function.name
+            for count in (0, 1, 2, 15, 16, 17, 64, 65, 150):
+                given = states(every_op(), name, count)
+                mixed = [given[0], given[1], states(every_op(), name, 1)[2][0]]
+                for values in (given, mixed):
+                    np.testing.assert_allclose(
+                        getattr(module, name)(*values), getattr(plain, name)(*values), rtol=1e-13, atol=1e-15
+                    )
+
+    def test_what_is_prepared_is_computed_for_many_sets_of_parameters(self) -> None:
+        program = prepare(lower(formulate(example("two_link"), ("coriolis_matrix",))))
+        module, plain = RUNNERS["matlab"].run(emit(program, "matlab", option="mex")), run_python(emit(program))
+        params = np.random.default_rng(1).uniform(1, 2, (40, 5))
+        prepared = module.prepare(params)
+        np.testing.assert_allclose(prepared, plain.prepare(params), rtol=1e-15)
+        q, qd = np.random.default_rng(2).uniform(-1, 1, (2, 40, 2))
+        wanted = plain.coriolis_matrix(q, qd, prepared)
+        np.testing.assert_allclose(module.coriolis_matrix(q, qd, prepared), wanted, rtol=1e-13, atol=1e-15)
+
+    def test_time_is_one_number_a_state(self, tmp_path: Path) -> None:
+        driven = PENDULUM.read_text("utf-8").replace('"-b*q1_dot"', '"t**2-b*q1_dot"')
+        (tmp_path / "driven.toml").write_text(driven, "utf-8")
+        program = lower(formulate(read(tmp_path / "driven.toml"), ("forward_dynamics",)))
+        assert "t" in [argument.name for argument in program.routines[0].function.arguments]
+        plain = run_python(emit(program))
+        for option in ("", "mex"):
+            module = RUNNERS["matlab"].run(emit(program, "matlab", option=option))
+            lengths = [len(a.symbols) for a in program.routines[0].function.arguments]
+            scalar = [a.scalar for a in program.routines[0].function.arguments]
+            rng = np.random.default_rng(3)
+            given = [rng.uniform(0.5, 1, (20,) if one else (20, n)) for one, n in zip(scalar, lengths, strict=True)]
+            np.testing.assert_allclose(module.forward_dynamics(*given), plain.forward_dynamics(*given), rtol=1e-12)
+
+    @pytest.mark.parametrize(
+        ("call", "fault"),
+        [
+            ("two_link.mass_matrix([1; 2])", "arguments two_link.mass_matrix: 1 arguments; give q, params"),
+            ("two_link_mex('mass_matrix', p)", "arguments two_link.mass_matrix: 1 arguments and 0 results; it takes 2"),
+            ("two_link_mex()", "name give the name of a function first, such as 'mass_matrix'"),
+            ("two_link_mex('mass')", "name there is no function mass"),
+            ("two_link.mass_matrix([1 2], p)", "rows two_link.mass_matrix: q is 1-by-2; it must have 2 rows, and a "),
+            ("two_link.mass_matrix(ones(2, 3, 2), p)", "rows two_link.mass_matrix: q has 3 dimensions; give a matrix "),
+            ("two_link.mass_matrix(ones(2, 3), ones(5, 2))", "columns two_link.mass_matrix: params has 2 columns, "),
+            ("two_link.mass_matrix(single([1; 2]), p)", "type two_link.mass_matrix: q is of class single; give real "),
+            ("two_link.mass_matrix([1; i], p)", "type two_link.mass_matrix: q is complex double; give real numbers, "),
+            ("two_link.mass_matrix(sparse([1; 2]), p)", "type two_link.mass_matrix: q is sparse double; give real "),
+            ("two_link.mass_matrix({1; 2}, p)", "type two_link.mass_matrix: q is of class cell; give real numbers, "),
+        ],
+    )
+    def test_what_is_wrong_is_said_with_an_identifier(self, call: str, fault: str, built: Path) -> None:
+        code = f"p = (1:5)'; try, {call}; catch e, found = [e.identifier ' ' e.message]; end"
+        told = octave_in(built, code).replace("two_link_mex: ", "", 1)  # which Octave says first, and MATLAB does not
+        assert told.startswith(f"two_link:{fault}")
+
+    def test_the_gateway_has_no_warning(self, tmp_path: Path) -> None:
+        write(emit(lower(every_op()), "matlab", option="mex"), tmp_path)
+        flags = "-O1 -Wall -Wextra -Wconversion -Wno-sign-conversion -Werror -fopenmp-simd"
+        done = subprocess.run(
+            ["mkoctfile", "--mex", "every_op_mex.c", "every_op.c"], cwd=tmp_path, env=os.environ | {"CFLAGS": flags},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 class TestOctave:

@@ -50,6 +50,13 @@ def test_generated_files_that_prepare_are_what_the_command_line_writes(
     compare("two_link", "two_link_prepared", words, tmp_path, update_golden, capsys)
 
 
+def test_generated_files_for_mex_are_what_the_command_line_writes(
+    tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--target", "matlab", "--mex", "--functions", "inverse_dynamics,mass_matrix,coriolis_matrix"]
+    compare("two_link", "two_link_mex", words, tmp_path, update_golden, capsys)
+
+
 @pytest.mark.parametrize("target", ["numpy", "c"])
 @pytest.mark.parametrize("scene", ["cart_pole", "four_bar"])
 def test_generated_reactions_are_what_the_command_line_writes(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import weakref
@@ -19,7 +20,7 @@ from symdyn.dynamics import Function
 from symdyn.emit import Sources, write
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.render import verbatim
-from symdyn.emit.targets.matlab import MATLAB
+from symdyn.emit.targets.matlab import FLAGS, MATLAB, MEX
 from symdyn.errors import BuildError, MissingProgram
 
 CANDIDATES = ("octave-cli", "octave")
@@ -58,6 +59,24 @@ def run_matlab(sources: Sources) -> SimpleNamespace:
     return SimpleNamespace(**{name: _call(process, name, routine.function) for name, routine in named})
 
 
+def compile_mex(folder: str, package: str) -> None:
+    """Compile the C of sources with option "mex" where it lies.
+
+    Raises:
+        BuildError: what the compiler says.
+        MissingProgram: there is no mkoctfile, which comes with the headers of Octave.
+    """
+    program = shutil.which("mkoctfile")
+    if program is None:
+        raise MissingProgram("no mkoctfile found; install it, `apt-get install octave-dev` for one")
+    done = subprocess.run(
+        [program, "--mex", f"{package}_mex.c", f"{package}.c"],
+        cwd=folder, env=os.environ | {"CFLAGS": FLAGS}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        raise BuildError(f"mkoctfile refused the code: {done.stderr or done.stdout}")
+
+
 def _call(process: _Process, name: str, function: Function) -> Callable[..., Any]:
     """Return one function as a callable."""
     scalars = [argument.scalar for argument in function.arguments]
@@ -87,6 +106,8 @@ class _Process:
         self._folder = TemporaryDirectory()
         self._package = stem(sources.program.scene.name)
         write(sources, self._folder.name)
+        if sources.option == MEX:
+            compile_mex(self._folder.name, self._package)
         command = (octave, *OPTIONS, "--path", self._folder.name, "--eval", verbatim("matlab/calls.m"))
         try:
             self._process = subprocess.Popen(

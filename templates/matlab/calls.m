@@ -1,6 +1,9 @@
 % Answers calls until its input ends. A call is a line: the name of a function, then rows and columns of each argument;
 % the doubles of all arguments follow, bit by bit, and one byte, since a line is read when something follows it. The
 % answer is a line: how many doubles, which follow, or what is wrong.
+crash_dumps_octave_core(false);
+sighup_dumps_octave_core(false);
+sigterm_dumps_octave_core(false);
 while true
   line = fgetl(stdin);
   if ~ischar(line)

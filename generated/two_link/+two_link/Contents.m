@@ -87,8 +87,8 @@
 %     params[5] = g, m/s^2: acceleration of free fall
 %
 % An argument is a matrix with a row for each of its entries and a column for each state; one column is the same for all
-% states. Of N states, a result of shape (n,) is n-by-N, one of shape (n, m) is n-by-m-by-N, and a number is 1-by-N. What
-% is single in single is computed so. NaN gives NaN. A state costs least in a call of some thousand.
+% states. Of N states, a result of shape (n,) is n-by-N, one of shape (n, m) is n-by-m-by-N, and a number is 1-by-N. NaN
+% gives NaN. A state costs least in a call of some thousand.
 %
-% Needs MATLAB R2016b or Octave 7, and nothing else: the folder that holds +two_link stands on the path. For C from
-% MATLAB Coder, call a function of the package in one of your own.
+% Needs MATLAB R2016b or Octave 7, and nothing else: the folder that holds +two_link stands on the path. Where an
+% argument is single, all is computed in single. For C from MATLAB Coder, call a function of the package in your own.

@@ -3,23 +3,29 @@
     +<scene>/Contents.m       what `help <scene>` shows in MATLAB
     +<scene>/mass_matrix.m    M = <scene>.mass_matrix(q, params)
 
-Every line computes a row of numbers, one a state, so that the interpreter is asked once for all states.
+Every line computes a row of numbers, one a state, so that the interpreter is asked once for all states. With option
+"mex" the functions are called likewise and compute nothing themselves:
+
+    <scene>_mex.c             what MATLAB and Octave call, by columns too
+    <scene>.c, <scene>.h      the C target's batch code, which that calls
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from math import prod
 
 from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
-from symdyn.emit.code.real import digits
+from symdyn.emit.code.real import REALS, digits
 from symdyn.emit.code.source_text import FunctionText, Line
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.escape import in_percent_comment
 from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH, C
 from symdyn.errors import EmitError
 from symdyn.graph import Op
+from symdyn.program.assemble import shared
 
 SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
@@ -62,17 +68,24 @@ DEVICES = [f"{port}{number}" for port in ("com", "lpt") for number in range(10)]
 KEYWORDS = frozenset((*RESERVED.split(), *USED.split(), "aux", "con", "nul", "prn", *DEVICES))
 
 
-def _write(draft: Draft) -> dict[str, str]:
-    """Return the package: its contents, then a file for every function."""
-    folder = f"+{draft.stem}"
-    files = {f"{folder}/Contents.m": render("matlab/Contents.m.jinja", {"about": draft.about, "package": draft.stem})}
+MEX = "mex"
+
+FLAGS = "-O3 -march=native -ffp-contract=fast -fopenmp-simd -fno-math-errno"
+"""What vector code takes of GCC and Clang."""
+
+
+def _write(draft: Draft) -> dict[str, Contents]:
+    """Return the package: its contents, then a file for every function, then C where that computes."""
+    folder, mex = f"+{draft.stem}", draft.option == MEX
+    about = {"about": draft.about, "package": draft.stem, "mex": mex, "flags": FLAGS}
+    files: dict[str, Contents] = {f"{folder}/Contents.m": render("matlab/Contents.m.jinja", about)}
     for function in draft.page.functions:
         if len(function.name) > LONGEST:
             raise EmitError(
                 f"function {function.name} has a name of {len(function.name)} characters; MATLAB knows no more than "
                 f"{LONGEST}: rename what it is called after"
             )
-        values = {"page": draft.page, "function": function, "package": draft.stem}
+        values = {"page": draft.page, "function": function, "package": draft.stem, "mex": mex}
         told = render("matlab/help.txt.jinja", values).rstrip("\n")
         values |= {
             "help": in_percent_comment(told),
@@ -81,7 +94,43 @@ def _write(draft: Draft) -> dict[str, str]:
             "real": bool(REAL_ALONE & function.operations),
         }
         files[f"{folder}/{function.name}.m"] = render("matlab/function.m.jinja", values)
-    return files
+    return files | (_gateway(draft) if mex else {})
+
+
+def _gateway(draft: Draft) -> dict[str, Contents]:
+    """Return the function of C that MATLAB calls, and the batch code that it calls."""
+    code = C.draft(draft.program, REALS["double"], draft.page.command, BATCH)
+    functions = []
+    for function, plain in zip(draft.page.functions, code.page.functions, strict=True):
+        names = [argument.name for argument in function.arguments]
+        common = shared(names)
+        order = [k for _, k in sorted((row, k) for k, (row, _) in enumerate(_entries(function)))]
+        functions.append(
+            {
+                "name": function.name,
+                "called": plain.name,
+                "arguments": function.arguments,
+                "common": names.index(common) if common else -1,
+                "shape": function.shape,
+                "size": len(function.outputs),
+                "order": [] if _same(function, order) else [order[k : k + 16] for k in range(0, len(order), 16)],
+            }
+        )
+    values = {
+        "about": C.comment(render("common/about.txt.jinja", {"page": code.page}).rstrip("\n")),
+        "package": draft.stem,
+        "flags": FLAGS,
+        "functions": functions,
+        "operands": max((1, *(len(function.arguments) for function in draft.page.functions))),
+        "rank": max((1, *(len(function.shape) for function in draft.page.functions))),
+        "longest": LONGEST,
+    }
+    return {f"{draft.stem}_mex.c": render("matlab/gateway.c.jinja", values), **C.write(code)}
+
+
+def _same(function: FunctionText, order: Sequence[int]) -> bool:
+    """Tell whether rows and columns may be told in either order: of a vector, and of a matrix that is symmetric."""
+    return all(function.outputs[k].code == line.code for k, line in zip(order, function.outputs, strict=True))
 
 
 def _entries(function: FunctionText) -> list[tuple[int, Line]]:
@@ -99,8 +148,8 @@ MATLAB = Target(
     title="MATLAB",
     text="functions for MATLAB and Octave, a column for each state; single is computed in single",
     reals=("double",),
-    options={},
-    files={"+{stem}/Contents.m": str, "+{stem}/{function}.m": str},
+    options={MEX: "functions that call our C, which is compiled by the mex of either"},
+    files={"+{stem}/Contents.m": str, "+{stem}/{function}.m": str, "{stem}_mex.c": str, **C.files},
     first=1,
     keywords=KEYWORDS,
     lacks={},
