@@ -61,23 +61,33 @@ static void release(Model *m)
 
 /* Values by reference */
 
+/* Returns of which kind a variable is, KINDS for none, and its place among those. */
+static int kind_of(unsigned reference, int *place)
+{
+    int kind = TIME, rest = reference < 1u << 30 ? (int)reference : 1 << 30;
+
+    while (kind < KINDS && rest >= COUNTS[kind])
+        rest -= COUNTS[kind++];
+    *place = rest;
+    return kind;
+}
+
 static int get_value(Model *m, unsigned reference, double *value)
 {
-    const int v = (int)reference;
+    int k;
+    const int kind = kind_of(reference, &k);
 
-    if (v < 0 || v >= VARIABLES) {
-        complain(m, "there is no variable of value reference %u", reference);
+    if ((kind == RATE || kind == OUTPUT) && !evaluate(m))
         return 0;
+    switch (kind) {
+    case TIME: *value = m->n.time; return 1;
+    case STATE: *value = m->n.x[k]; return 1;
+    case RATE: *value = m->dx[k]; return 1;
+    case INPUT: *value = m->n.in[k] + (m->n.time - m->n.since) * m->n.slope[k]; return 1;
+    case OUTPUT: *value = m->y[k]; return 1;
+    case PARAMETER: *value = m->n.p[k]; return 1;
+    default: complain(m, "there is no variable of value reference %u", reference); return 0;
     }
-    if (((v >= RATES && v < INPUTS) || (v >= OUTPUTS && v < PARAMETERS)) && !evaluate(m))
-        return 0;
-    *value = v < STATES ? m->n.time
-           : v < RATES ? m->n.x[v - STATES]
-           : v < INPUTS ? m->dx[v - RATES]
-           : v < OUTPUTS ? m->n.in[v - INPUTS] + (m->n.time - m->n.since) * m->n.slope[v - INPUTS]
-           : v < PARAMETERS ? m->y[v - OUTPUTS]
-           : m->n.p[v - PARAMETERS];
-    return 1;
 }
 
 /* Takes inputs to the time that it is, from where they may turn. */
@@ -90,39 +100,23 @@ static void settle(Model *m)
 
 static int set_value(Model *m, unsigned reference, double value)
 {
-    const int v = (int)reference, before = m->n.phase & (INSTANTIATED | INITIALIZING);
+    int k;
+    const int kind = kind_of(reference, &k);
 
-    if (v < 0 || v >= VARIABLES) {
-        complain(m, "there is no variable of value reference %u", reference);
-        return 0;
-    }
-    if (v >= STATES && v < RATES && before) {
-        m->n.x[v - STATES] = value;
-    } else if (v >= INPUTS && v < OUTPUTS) {
+    if (kind == STATE && m->n.phase & (INSTANTIATED | INITIALIZING)) {
+        m->n.x[k] = value;
+    } else if (kind == INPUT) {
         settle(m);
-        m->n.in[v - INPUTS] = value;
-        m->n.slope[v - INPUTS] = 0;
-    } else if (v >= PARAMETERS && m->n.phase != CONTINUOUS) {
-        m->n.p[v - PARAMETERS] = value;
+        m->n.in[k] = value;
+        m->n.slope[k] = 0;
+    } else if (kind == PARAMETER && m->n.phase != CONTINUOUS) {
+        m->n.p[k] = value;
         detuned(m);
     } else {
-        complain(m, "%s may not be set here: the instance is %s", NAMES[v], phase_name(m->n.phase));
+        complain(m, "%s may not be set here: the instance is %s", kind < KINDS ? NAMES[reference] : "what is not there",
+                 phase_name(m->n.phase));
         return 0;
     }
-    stale(m);
-    return 1;
-}
-
-static int set_slope(Model *m, unsigned reference, int order, double value)
-{
-    const int v = (int)reference;
-
-    if (v < INPUTS || v >= OUTPUTS || order != 1) {
-        complain(m, "value reference %u: rates, order 1, are taken of inputs alone", reference);
-        return 0;
-    }
-    settle(m);
-    m->n.slope[v - INPUTS] = value;
     stale(m);
     return 1;
 }
@@ -132,7 +126,7 @@ static int begin(Model *m)
 {
     for (int k = 0; k < NP; ++k)
         if (!isfinite(m->n.p[k])) {
-            complain(m, "the parameter %s has no finite value", NAMES[PARAMETERS + k]);
+            complain(m, "the parameter %s has no finite value", NAMES[1 + 2 * NX + NIN + NY + k]);
             return 0;
         }
     if (!evaluate(m))
@@ -151,14 +145,15 @@ static int along(Model *m, const unsigned *unknowns, size_t nu, const unsigned *
                  double *found)
 {
 #ifdef DIFFERENTIATED
-    double dx[NX] = {0}, din[NIN + 1] = {0}, ddx[NX], dy[NY + 1];
+    double dx[NX] = {0}, din[NIN + 1] = {0}, ddx[NX], dy[NY + 1] = {0};
 
     for (size_t i = 0; i < nk; ++i) {
-        const int v = (int)knowns[i];
-        if (v >= STATES && v < RATES)
-            dx[v - STATES] += seed[i];
-        else if (v >= INPUTS && v < OUTPUTS)
-            din[v - INPUTS] += seed[i];
+        int k;
+        const int kind = kind_of(knowns[i], &k);
+        if (kind == STATE)
+            dx[k] += seed[i];
+        else if (kind == INPUT)
+            din[k] += seed[i];
         else {
             complain(m, "value reference %u: there are derivatives by states and inputs alone", knowns[i]);
             return 0;
@@ -167,13 +162,14 @@ static int along(Model *m, const unsigned *unknowns, size_t nu, const unsigned *
     if (!directional(m, dx, din, ddx, dy))
         return 0;
     for (size_t i = 0; i < nu; ++i) {
-        const int v = (int)unknowns[i];
-        if (v >= STATES && v < RATES)
-            found[i] = dx[v - STATES];
-        else if (v >= RATES && v < INPUTS)
-            found[i] = ddx[v - RATES];
-        else if (v >= OUTPUTS && v < PARAMETERS)
-            found[i] = dy[v - OUTPUTS];
+        int k;
+        const int kind = kind_of(unknowns[i], &k);
+        if (kind == STATE)
+            found[i] = dx[k];
+        else if (kind == RATE)
+            found[i] = ddx[k];
+        else if (kind == OUTPUT)
+            found[i] = dy[k];
         else {
             complain(m, "value reference %u: there are derivatives of rates and outputs alone", unknowns[i]);
             return 0;
