@@ -1,4 +1,4 @@
-"""The archive that an FMU is: the same members, the same bytes."""
+"""The archive that an FMU is: the same members, the same bytes; stored as they are, since packers differ."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ def packed(files: Mapping[str, str | bytes]) -> bytes:
             member = zipfile.ZipInfo(name, BIRTHDAY)
             member.create_system = 3
             member.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
-            member.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(member, contents)
     return stream.getvalue()
 
