@@ -12,6 +12,7 @@ import pytest
 from mechanisms import random_tree
 
 from symdyn.build import run_python
+from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
@@ -128,6 +129,18 @@ def test_no_compiler_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
     assert certificate.passed
     assert any("no C compiler found" in note for note in certificate.notes)
     assert any("JavaScript was not measured: no Node.js found" in note for note in certificate.notes)
+
+
+def test_where_nothing_that_was_asked_for_runs_the_rest_is_certified(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert main(["verify", str(EXAMPLES[0]), "--functions", "mass_matrix,forward_dynamics", "--targets", "js"]) == 0
+
+    told = capsys.readouterr()
+    assert "JavaScript was not measured: no Node.js found" in told.out + told.err
+    assert "positive definite" in told.out
+    assert "50 digits" not in told.out
 
 
 def test_single_precision_is_measured_with_its_own_yardstick() -> None:

@@ -194,7 +194,7 @@ def show(certificate: Certificate) -> None:
         )
         for a in certificate.accuracy
     ]
-    if measured or not certificate.written:
+    if measured:
         show_measured(certificate, measured)
     if certificate.refused:
         print(f"The code was refused: {certificate.refused}")

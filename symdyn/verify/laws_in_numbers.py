@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.build import run_python
+from symdyn.emit import emit
 from symdyn.program.states import sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
 from symdyn.verify.law import Look, Seen
@@ -22,7 +24,8 @@ def positive_definite(seen: Seen) -> tuple[list[Finding], list[str]]:
         return [], ["positive definiteness of M: left out, free parameters that are not declared positive"]
     rng = random.Random(seen.seed)
     states = [sample(mass.arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
-    module = next(iter(seen.modules.values()))  # whose own accuracy is measured
+    measured = next(iter(seen.modules.values()), None)  # whose own accuracy is known
+    module = run_python(emit(seen.program)) if measured is None else measured
     with np.errstate(all="ignore"):
         matrices = [getattr(module, mass.name)(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
