@@ -28,12 +28,16 @@ from symdyn.emit import Sources, emit
 from symdyn.errors import SymdynError
 from symdyn.program import Program
 from symdyn.program import prepare as prepare_program
+from symdyn.program.prepare import is_prepared
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, printed, prove_texts
+from symdyn.verify.written.proof import read_text
 from symdyn.verify.written.reading import Language
 from symdyn.verify.written.syntax import parse
 
 STATES = 1000
+
+Spans = list[tuple[int, int]] | None
 
 SWAPS = {"+": "-", "-": "+", "*": "/", "/": "*", "=": "==", "<": "<=", ".*": "./", "./": ".*", "(": "[", ")": "]"}
 WORDS = {"sin": "cos", "cos": "sin", "sqrt": "fabs", "const": "", "double": "float", "size_t": "int", "let": "var"}
@@ -69,21 +73,26 @@ def tokens(source: bytes, language: Language) -> Iterator[tuple[int, int, int]]:
             yield node.start_byte, node.end_byte, node.start_point[0] + 1
 
 
-def mutants(file: str, text: str, language: Language, every: int) -> tuple[list[Mutant], int]:
-    """Return a mutant of every so many tokens, and how many were left out since they are comments."""
-    source, found, silent = text.encode(), [], 0
-    before = [b"x1"]
-    for count, (start, end, line) in enumerate(tokens(source, language)):
-        old = source[start:end]
+def mutants(file: str, text: str, language: Language, every: int, inside: Spans) -> tuple[list[Mutant], int]:
+    """Return a mutant of every so many tokens, and how many were left out since they are comments.
+
+    Of tokens `inside` these parts of the file alone, where they are not None.
+    """
+    source, found, silent, count = text.encode(), [], 0, 0
+    other = b"x1"
+    for start, end, line in tokens(source, language):
+        if inside is not None and not any(first <= start and end <= last for first, last in inside):
+            continue
+        old, count = source[start:end], count + 1
         if count % every == 0:
             if line < 0:
                 silent += 1
                 continue
-            kind, new = changed(old, before[-1], count // every)
+            kind, new = changed(old, other, count // every)
             mutated = source[:start] + new + source[end:]
             found.append(Mutant(file, line, f"{kind} {old.decode()!r} -> {new.decode()!r}", mutated.decode()))
-        if old.decode().isidentifier() and old != before[-1]:
-            before.append(old)
+        if old.decode().isidentifier():
+            other = old
     return found, silent
 
 
@@ -121,28 +130,44 @@ class Score:
 
 
 def score(program: Program, target: str, every: int, option: str = "", first: int | None = None) -> Score:
-    """Return what became of the mutants of a program's files, or of about `first` of them, spread over all."""
-    sources = emit(program, target, option=option)
-    files, numbers, total = files_of(sources), printed(program, sources.real), Score()
-    fresh = dict(files.contents)
-    for file, contents in fresh.items():
-        language = READERS[target].get(PurePath(file).suffix)
-        if language is None or not isinstance(contents, str):
-            continue
-        planted, silent = mutants(file, contents, language, every)
+    """Return what became of the mutants of a program's files, or of about `first` of them, spread over all.
+
+    Functions are written one by one, each with the fixed text around it, whose tokens are changed once.
+    """
+    alone = [replace(program, routines=(routine,)) for routine in program.routines]
+    total = Score()
+    for place, one in enumerate([program] if is_prepared(program) else alone):
+        sources = emit(one, target, option=option)
+        planted, silent = _planted(sources, every, with_fixed_text=place == 0)
         total.comments += silent
-        step = 1 if first is None else max(1, len(planted) // first)
-        for mutant in planted[::step]:
-            if mutant.text == contents:
+        step = 1 if first is None else max(1, len(planted) * len(program.routines) // first)
+        files, numbers = files_of(sources), printed(one, sources.real)
+        fresh = dict(files.contents)
+        for mutant in planted[place % step :: step]:
+            if mutant.text == fresh[mutant.file]:
                 continue
-            found = prove_texts(numbers, replace(files, contents={**fresh, file: mutant.text}), READERS[target], fresh)
-            if not all(one.passed for one in found):
+            mutated = replace(files, contents={**fresh, mutant.file: mutant.text})
+            if not all(found.passed for found in prove_texts(numbers, mutated, READERS[target], fresh)):
                 total.caught += 1
             elif same(sources, mutant):
                 total.same += 1
             else:
                 total.missed += (mutant,)
     return total
+
+
+def _planted(sources: Sources, every: int, with_fixed_text: bool) -> tuple[list[Mutant], int]:
+    """Return the mutants of all files, and how many tokens of comments were left out."""
+    files, numbers, found, silent = files_of(sources), printed(sources.program, sources.real), [], 0
+    for file, contents in sources.texts.items():
+        language = READERS[sources.target].get(PurePath(file).suffix)
+        if language is not None:
+            reading, _ = read_text(numbers, files, contents.encode(), language)
+            inside = None if with_fixed_text else [(cut.start, cut.end) for cut in reading.cuts]
+            more, comments = mutants(file, contents, language, every, inside)
+            found += more
+            silent += comments
+    return found, silent
 
 
 def same(sources: Sources, mutant: Mutant) -> bool:

@@ -166,13 +166,7 @@ class Values:
             return Index(int(source))
         digits = source.decode("ascii", "replace")
         size = self.decimal(node, digits.lstrip("-+"))  # the grammar takes a sign along
-        return self.negative(node, size) if digits[0] == "-" else size
-
-    def negative(self, node: Node, size: Expr) -> Expr:
-        """Return -size; -0.0 is the same number, but not the same bits, and never written."""
-        if size.is_zero:
-            raise unread(node, "is a zero with a sign")
-        return -size
+        return self.file.text.negative(size, line_of(node)) if digits[0] == "-" else size
 
     def name(self, node: Node) -> Value:
         """Return what a name stands for."""
@@ -194,7 +188,7 @@ class Values:
             return self.real(operand)
         if operator.type != "-":
             raise unread(node, "is no sign of a real number")
-        return self.negative(node, self.real(operand))
+        return self.file.text.negative(self.real(operand), line_of(node))
 
     def address(self, node: Node) -> Value:
         """Return the address of a number."""

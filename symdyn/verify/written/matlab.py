@@ -228,9 +228,9 @@ class _Function:
             return self.value(inner[1])
         if node.type == "unary_operator":
             operator, operand = meant(node)
-            if operator.type not in ("-", "+"):
+            if operator.type != "-":
                 raise unread(node, "is no sign of a row")
-            return -self.value(operand) if operator.type == "-" else self.value(operand)
+            return self.text.negative(self.value(operand), line_of(node))
         if node.type == "binary_operator":
             return self._binary(node)
         if node.type == "function_call":

@@ -135,7 +135,7 @@ def prove_texts(
         language = languages.get(PurePath(name).suffix)
         about = partial(Written, files.target, files.option, name, sha256(source).hexdigest())
         try:
-            reading, fixed = _read(program, files, source, language)
+            reading, fixed = read_text(program, files, source, language)
         except Unread as fault:
             found.append(about((), UNREAD, str(fault), 0))
             continue
@@ -159,8 +159,12 @@ def _bytes(contents: Contents) -> bytes:
     return contents.encode() if isinstance(contents, str) else contents
 
 
-def _read(program: Printed, files: Files, source: bytes, language: Language | None) -> tuple[Reading, bytes]:
-    """Return what is read of a file, and its fixed text."""
+def read_text(program: Printed, files: Files, source: bytes, language: Language | None) -> tuple[Reading, bytes]:
+    """Return what is read of a file, and its fixed text.
+
+    Raises:
+        Unread: it says what has no meaning.
+    """
     if language is None:
         return Reading((), ()), source
     graph = Graph()
@@ -188,7 +192,7 @@ def _fixed_difference(
     """Return where fixed text is not that of a fresh file, "" if nowhere."""
     if fresh is None:
         return "no such file is made for these functions"
-    _, expected = _read(program, files, _bytes(fresh), language)
+    _, expected = read_text(program, files, _bytes(fresh), language)
     if fixed == expected:
         return ""
     mine, theirs = fixed.splitlines(), expected.splitlines()

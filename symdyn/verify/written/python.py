@@ -192,9 +192,9 @@ class _Function:
 
     def _signed(self, children: list[Node], node: Node) -> Expr:
         operator, operand = children
-        if operator.type not in ("-", "+"):
+        if operator.type != "-":
             raise unread(node, "is no sign of a number")
-        return -self.value(operand) if operator.type == "-" else self.value(operand)
+        return self.text.negative(self.value(operand), line_of(node))
 
     def _binary(self, children: list[Node], node: Node) -> Expr:
         left, operator, right = children

@@ -84,6 +84,16 @@ class Text:
         except OverflowError:
             raise Unread(line, f"{decimal} is too large for the type {self.real}") from None
 
+    def negative(self, value: Expr, line: int) -> Expr:
+        """Return -value.
+
+        Raises:
+            Unread: it is zero; -0.0 is the same number of other bits, and never written.
+        """
+        if value.is_zero:
+            raise Unread(line, "a zero has a sign")
+        return -value
+
 
 @dataclass(frozen=True)
 class Read:
