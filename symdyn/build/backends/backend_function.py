@@ -25,14 +25,15 @@ class Library:
     Attributes:
         title: what people call it.
         real: the type that is made ready at once.
-        make: returns what it calls, of a program and a real type ("double", "float").
+        make: returns what it calls, of a program and a real type ("double", "float"), and of the columns of each
+            argument where the program returns J.
         call: returns what a word computes of arguments given by place: ValueError where they do not fit.
         stack: returns entries as one array, along its last dimension.
     """
 
     title: str
     real: str
-    make: Callable[[Program, str], Any]
+    make: Callable[[Program, str, tuple[int, ...]], Any]
     call: Callable[..., Any]
     stack: Callable[[Sequence[Any]], Any]
 

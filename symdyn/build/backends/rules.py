@@ -132,16 +132,16 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, wanted: Sequence[st
 def all_columns(k: Arrays, way: Way, given: Named, moved: Named) -> Array:
     """Return J d as a product with all of J: worth it where many directions share one J."""
     return _times(
-        k, way, _all(k, way, given), {n: moved[way.direction(n)] for n in way.moved if way.direction(n) in moved}
+        k, way, whole(k, way, given), {n: moved[way.direction(n)] for n in way.moved if way.direction(n) in moved}
     )
 
 
 def all_rows(k: Arrays, way: Way, given: Named, weights: Array) -> Array:
     """Return wᵀ J as a product with all of J."""
-    return k.xp.einsum("...mk,...m->...k", _all(k, way, given), weights)
+    return k.xp.einsum("...mk,...m->...k", whole(k, way, given), weights)
 
 
-def _all(k: Arrays, way: Way, given: Named) -> Array:
+def whole(k: Arrays, way: Way, given: Named) -> Array:
     """Return J as one matrix a state, (..., m, N)."""
     word = way.word(ALL)
     J = k.word(word, given)

@@ -162,10 +162,10 @@ def stacked(values: Sequence[Any]) -> Any:
     return torch.stack(torch.broadcast_tensors(*(_tensor(one, dtype) for one in values)), -1)
 
 
-def _made(compiler: str | None, machine: str, program: Program, real: str) -> list[Callable[..., Any]]:
+def _made(compiler: str | None, machine: str, program: Program, *_: Any) -> list[Callable[..., Any]]:
     """Return the ufuncs of a program, which take both real types."""
     sources = emit(program, UFUNC.name)
-    calls, _ = run_or_python(sources, lambda one: build_extension(one, compiler, machine=machine)[1], compiler)
+    calls = run_or_python(sources, lambda one: build_extension(one, compiler, machine=machine)[1], compiler)[0]
     return list(calls.values())
 
 

@@ -38,17 +38,21 @@ LOCK = RLock()
 
 @dataclass(frozen=True, eq=False)
 class Text:
-    """A program, and what a backend makes of it: by real type, once, when it is first called."""
+    """A program, and what a backend makes of it: by real type, once, when it is first called.
+
+    `columns` are those of each argument where it returns J, () of all else.
+    """
 
     program: Program
-    make: Callable[[Program, str], Any]
+    make: Callable[[Program, str, tuple[int, ...]], Any]
+    columns: tuple[int, ...] = ()
     made: dict[str, Any] = field(default_factory=dict)
 
     def ready(self, real: str) -> Any:
         """Return what the backend calls, for one real type."""
         with LOCK:
             if real not in self.made:
-                self.made[real] = self.make(self.program, real)
+                self.made[real] = self.make(self.program, real, self.columns)
             return self.made[real]
 
 
@@ -147,7 +151,8 @@ class Way:
         """Return one of the derivatives, derived when it is first asked for."""
         with LOCK:
             if kind not in self.known:
-                self.known[kind] = Word(kind, self, Text(self.derive(kind), self.of.text.make))
+                columns = tuple(length for _, length in self.varied) if kind == ALL else ()
+                self.known[kind] = Word(kind, self, Text(self.derive(kind), self.of.text.make, columns))
             return self.known[kind]
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import prod
 
 from symdyn.emit.code.identifiers import stem
@@ -12,15 +13,24 @@ from symdyn.program.assemble import shared
 TYPES = {"double": "XLA_FFI_DataType_F64", "float": "XLA_FFI_DataType_F32"}
 
 
-def handler(sources: Sources, function: str) -> str:
-    """Return what the handler of one of the functions is called."""
-    return f"{stem(sources.program.scene.name)}_{function}_xla"
+COLUMNS, WEIGHTED = "_columns", "_weighted"
+"""Ends of the names of handlers that multiply a matrix by directions, or by weights from the left."""
 
 
-def handlers(sources: Sources) -> dict[str, str]:
-    """Return one file more for sources of C with batch code, by its name; functions without entries have no handler.
+def handler(sources: Sources, function: str, kind: str = "") -> str:
+    """Return what a handler of one of the functions is called."""
+    return f"{stem(sources.program.scene.name)}_{function}{kind}_xla"
 
-    It includes XLA's `xla/ffi/api/c_api.h`, which comes with jaxlib.
+
+def handlers(sources: Sources, columns: Sequence[int] = ()) -> tuple[dict[str, str], list[str]]:
+    """Return one file more for sources of C with batch code, by its name, and its handlers.
+
+    It includes XLA's `xla/ffi/api/c_api.h`, which comes with jaxlib. Functions without entries have no handler.
+
+    Args:
+        sources: of target "c" with option "batch".
+        columns: of a function that returns a matrix: columns for each argument. It gets handlers more, which take
+            directions (k, columns) of each argument, or weights (k, rows), behind its own operands.
     """
     name = stem(sources.program.scene.name)
     functions = []
@@ -47,5 +57,8 @@ def handlers(sources: Sources) -> dict[str, str]:
         "dtype": TYPES[sources.real],
         "operands": max((len(one.function.arguments) for one in sources.program.routines), default=1),
         "functions": functions,
+        "columns": columns,
     }
-    return {f"{name}_xla.c": render("jax/handlers.c.jinja", values)}
+    kinds = ("", COLUMNS, WEIGHTED) if columns else ("",)
+    made = [handler(sources, str(one["name"]), kind) for one in functions for kind in kinds]
+    return {f"{name}_xla.c": render("jax/handlers.c.jinja", values)}, made
