@@ -30,7 +30,7 @@ def timed(case: Case) -> list[Timed]:
     arm: Any = symdyn.load(case.scene, OUTPUTS, backend="torch")
     found = []
     for output in OUTPUTS:
-        arguments = [torch.tensor(one) for one in many(case, output)]
+        arguments = [torch.from_numpy(one) for one in many(case, output)]
 
         def sweep(call: Any = arm[output], arguments: Any = arguments) -> Any:
             return call(*arguments)

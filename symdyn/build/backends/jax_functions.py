@@ -119,7 +119,10 @@ def _common(by: Named, word: Word, size: int) -> list[Array]:
     cores = dict(word.arguments)
     if any(n != 1 for name, one in by.items() for n in one.shape[1 : one.ndim - len(cores[name])]):
         return []
-    return [jnp.broadcast_to(one.reshape((one.shape[0], -1)), (size, prod(cores[name]))) for name, one in by.items()]
+    return [
+        jnp.broadcast_to(one.reshape((one.shape[0], prod(cores[name]))), (size, prod(cores[name])))
+        for name, one in by.items()
+    ]
 
 
 batching.primitive_batchers.__setitem__(call_p, _batched)

@@ -100,7 +100,7 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, wanted: Sequence[st
     linear = [name for name in wanted if name not in base.names]
     steps = {name: given[way.direction(name)] for name in way.moved if way.direction(name) in given}
     if word.kind == ALONG:
-        flat = y.reshape((*y.shape[: y.ndim - len(base.shape)], -1)) if weights else y
+        flat = _flat(y, base) if weights else y
         if linear:
             pulled = _split(way, _weighed(k, way, x, flat))
             found |= {way.direction(name): part for name, part in pulled.items()}
@@ -110,7 +110,7 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, wanted: Sequence[st
         parts = _split(way, y)
         if linear:
             moved = k.word(way.word(ALONG), {**x, **_named(way, parts)})
-            found[weights] = moved.reshape((*moved.shape[: moved.ndim - len(base.shape)], -1))
+            found[weights] = _flat(moved, base)
         if along:
             found |= _bent_back(k, base, along, x, held, parts, None)
     elif word.kind == BENT:
@@ -122,7 +122,9 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, wanted: Sequence[st
             pulled = _split(way, k.word(word, {**x, **held, **_named(way, parts)}))
             found |= {way.direction(name): part for name, part in pulled.items()}
     else:  # ALL
-        rows = y.reshape((*y.shape[: y.ndim - len(word.shape)], -1, sum(length for _, length in way.varied)))
+        rows = y.reshape(
+            (*y.shape[: y.ndim - len(word.shape)], prod(base.shape), sum(length for _, length in way.varied))
+        )
         lifted, units = _units(k, base, x)
         pulled = _bent_back(k, base, along, lifted, units, _split(way, k.xp.moveaxis(rows, -2, 0)), None)
         found |= {name: part.sum(0) for name, part in pulled.items()}
@@ -145,7 +147,7 @@ def whole(k: Arrays, way: Way, given: Named) -> Array:
     """Return J as one matrix a state, (..., m, N)."""
     word = way.word(ALL)
     J = k.word(word, given)
-    return J.reshape((*J.shape[: J.ndim - len(word.shape)], prod(way.of.shape), -1))
+    return J.reshape((*J.shape[: J.ndim - len(word.shape)], prod(way.of.shape), way.columns))
 
 
 def _times(k: Arrays, way: Way, rows: Array, steps: Named) -> Array:
@@ -172,9 +174,14 @@ def _product(k: Arrays, word: Word, way: Way, given: Named, moved: Named) -> Arr
 
 def _pulled(k: Arrays, word: Word, way: Way, given: Named, y: Array, wanted: Sequence[str]) -> Named:
     """Return wᵀ J for wᵀ = y, by argument."""
-    flat = y.reshape((*y.shape[: y.ndim - len(word.shape)], -1)) if word.shape else y
+    flat = _flat(y, word) if word.shape else y
     parts = _split(way, _weighed(k, way, given, flat))
     return {name: part for name, part in parts.items() if name in wanted}
+
+
+def _flat(array: Array, word: Word) -> Array:
+    """Return a word's entries along one dimension."""
+    return array.reshape((*array.shape[: array.ndim - len(word.shape)], prod(word.shape)))
 
 
 def _weighed(k: Arrays, way: Way, x: Named, flat: Array) -> Array:

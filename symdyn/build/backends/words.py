@@ -160,6 +160,11 @@ class Way:
         """Names of the arguments that move."""
         return tuple(name for name, _ in self.varied)
 
+    @property
+    def columns(self) -> int:
+        """How many columns J has."""
+        return sum(length for _, length in self.varied)
+
     def direction(self, name: str) -> str:
         """Return what the direction of an argument is called."""
         return self.of.directions[name]

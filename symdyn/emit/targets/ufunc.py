@@ -85,14 +85,15 @@ def _ufunc(page: Page, function: FunctionText) -> dict[str, object]:
 
 def docstring(page: Page, function: FunctionText) -> str:
     """Return what `help` says about one function: arguments by name with shapes and units, the result, the cost."""
-    return render("ufunc/doc.txt.jinja", {"page": page, "function": function}).strip("\n")
+    return render("ufunc/doc.txt.jinja", {"page": page, "function": function, "ufunc": True}).strip("\n")
 
 
 def docstrings(program: Program) -> dict[str, str]:
-    """Return what `help` says about every function of a program, by its name."""
+    """Return what `help` says about every function of a program, by its name, where it is no ufunc."""
     page = C.draft(program, REALS["double"], "").page
     names = (routine.function.name for routine in program.routines)
-    return {name: docstring(page, function) for name, function in zip(names, page.functions, strict=True)}
+    texts = (render("ufunc/doc.txt.jinja", {"page": page, "function": one, "ufunc": False}) for one in page.functions)
+    return {name: text.strip("\n") for name, text in zip(names, texts, strict=True)}
 
 
 def _literal(line: str) -> str:
