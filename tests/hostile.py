@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -113,7 +114,7 @@ def scene_with(texts: dict[str, str], latex: str = "") -> str:
     )
 
 
-DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are filled in
+DOORS = {  # what writes files of a scene, by folder; {scene}, {folder} and {values}, of all parameters, are filled in
     "numpy": "generate {scene} -o {folder}",
     "c": "generate {scene} --target c --batch -o {folder}",
     "js": "generate {scene} --target js -o {folder}",
@@ -123,6 +124,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
     "gpu": "generate {scene} --target gpu -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",
+    "fmu": "generate {scene} --target fmu --bind {values} -o {folder}",
     "md": "walkthrough {scene} -o {folder}/l.md",
     "tex": "walkthrough {scene} -o {folder}/l.tex",
     "html": "walkthrough {scene} -o {folder}/l.html",
@@ -144,9 +146,11 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
 def write(door: str, scene: Path, folder: Path) -> list[Path]:
     """Run the command of a door and return the files that it wrote."""
     from symdyn.cli import main
+    from symdyn.scene import read
 
     folder.mkdir(parents=True, exist_ok=True)
-    words = [word.format(scene=scene, folder=folder) for word in DOORS[door].split(" ")]
+    values = ",".join(f"{one.name}=1" for one in read(scene).parameters) if "{values}" in DOORS[door] else ""
+    words = [word.format(scene=scene, folder=folder, values=values) for word in DOORS[door].split(" ")]
     assert main(words) == 0, words
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
@@ -368,6 +372,25 @@ def in_xml(path: Path) -> list[str]:
         tag = element.tag.rpartition("}")[2]
         found += [tag] if tag in ("script", "a", "image", "foreignObject", "use") else []
         found += [key for key in element.attrib if key.startswith("on") or key.endswith("href")]
+    return found
+
+
+def in_fmu(path: Path) -> list[str]:
+    """Parse an FMU's descriptions, which hold elements and attributes of the standard, and compile its sources."""
+    folder = path.parent / path.stem
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder)
+    known = re.compile(r"[A-Z][A-Za-z0-9]+|fmi[A-Za-z]+")
+    attribute = re.compile(r"[a-z]+([A-Z][A-Za-z]*)*|K|A")
+    found = [seen for file in sorted((folder / "sources").glob("fmi?.c")) for seen in in_c(file)]
+    for file in sorted(folder.rglob("*.xml")):
+        try:
+            elements = [*ElementTree.parse(file).iter()]
+        except ElementTree.ParseError as fault:
+            return [*found, str(fault)]
+        found += [one.tag for one in elements if not known.fullmatch(one.tag) or "canary" in one.tag]
+        names = [name for one in elements for name in one.attrib]
+        found += [name for name in names if not attribute.fullmatch(name) or name.startswith("on")]
     return found
 
 

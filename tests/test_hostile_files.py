@@ -19,6 +19,7 @@ from hostile import (
     in_c,
     in_cpp,
     in_cuda,
+    in_fmu,
     in_jupyter,
     in_markdown,
     in_node,
@@ -52,6 +53,7 @@ OPENERS: dict[str, Harness] = {
     ".m": in_octave,
     ".tex": in_pdflatex,
     ".svg": in_xml,
+    ".fmu": in_fmu,
     ".ipynb": in_notebook,
     ".md": lambda path: in_markdown(path.read_text(encoding="utf-8")),
 }
@@ -88,7 +90,9 @@ def doors(*names: str) -> list[Any]:
 
 @pytest.mark.parametrize(
     "door",
-    doors(*HEAVY, "numpy", "c", "cpp", "js", "wasm", "gpu", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free"),
+    doors(
+        *HEAVY, "numpy", "c", "cpp", "js", "wasm", "gpu", "fmu", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free"
+    ),
 )
 def test_no_file_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Path) -> None:
     paths = write(door, scene, tmp_path)
@@ -260,6 +264,9 @@ SEEN = [  # what is taken away, what stands in its place, a payload, the door
     ("in_comment", plainly, "comment of JavaScript", "wasm"),
     ("in_comment", plainly, "comment of C", "gpu"),
     ("in_comment", plainly, "comment of C", "cpp"),
+    ("in_xml", plainly, "attribute", "fmu"),
+    ("in_xml", plainly, "script", "fmu"),
+    ("in_comment", plainly, "comment of C", "fmu"),
     ("in_latex", plainly, "write18", "tex"),
     ("in_markdown", plainly, "link of Markdown", "md"),
     ("in_code", lambda text: f"'''{text}'''", "triple", "ipynb"),

@@ -9,7 +9,6 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from xml.etree import ElementTree
 
 from symdyn.build.compiler import PATIENCE, compile_library, find_compiler
 from symdyn.build.dialects import Needs
@@ -49,21 +48,22 @@ def with_binaries(sources: Sources, compiler: str | None = None, patience: float
     """
     if sources.target != FMU.name:
         raise BuildError(f"binaries are for FMUs, and these are sources of target {sources.target}")
-    files = tuple((name, _filled(text, compiler, patience)) for name, text in sources.files if isinstance(text, bytes))
+    files = tuple(
+        (name, _filled(name, archive, compiler, patience))
+        for name, archive in sources.files
+        if isinstance(archive, bytes)
+    )
     return replace(sources, files=files)
 
 
-def _filled(archive: bytes, compiler: str | None, patience: float) -> bytes:
-    found = members(archive)
-    model = ElementTree.fromstring(found["modelDescription.xml"])
-    exchange = model.find("ModelExchange")
-    assert exchange is not None, "every one of ours has it"
-    place = binary_place(model.attrib["fmiVersion"], exchange.attrib["modelIdentifier"])
+def _filled(name: str, archive: bytes, compiler: str | None, patience: float) -> bytes:
+    identifier, _, version = name.removesuffix(".fmu").rpartition("_")
+    found, place = members(archive), binary_place(version, identifier)
     return packed({**found, place: _compiled(found, compiler, patience, Path(place).suffix)})
 
 
 def binary_place(version: str, identifier: str) -> str:
-    """Return where the binary of this platform stands in an FMU of version "2.0" or "3.0".
+    """Return where the binary of this platform stands in an FMU of version "fmi2" or "fmi3".
 
     Raises:
         BuildError: FMI has no name for this platform.
@@ -74,7 +74,7 @@ def binary_place(version: str, identifier: str) -> str:
             f"FMI has no name for {sys.platform} on {platform.machine()}; the sources can be compiled there"
         )
     bits = 8 * ctypes.sizeof(ctypes.c_void_p)
-    folder = f"{system[0]}{bits}" if version.startswith("2") else f"{family}-{system[1]}"
+    folder = f"{system[0]}{bits}" if version == "fmi2" else f"{family}-{system[1]}"
     return f"binaries/{folder}/{identifier}{system[2]}"
 
 

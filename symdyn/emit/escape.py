@@ -6,7 +6,7 @@
     in_rustdoc      prose of Rust's doc comments
     in_script       JSON in a <script> element         in_script_code  JavaScript there
     in_percent_comment  comments and help of MATLAB
-    in_xml          attributes of XML                  in_c_string     strings of C
+    in_xml          attributes of XML
 
 Formats of scenes have their own: `toml_writer` for TOML; names, which are identifiers, are all that URDF and parameter
 files hold. Terminals are the errors' own matter (`symdyn.errors.printable`).
@@ -64,14 +64,6 @@ def in_html(text: str, quote: bool = True) -> str:
 def in_xml(text: str) -> str:
     """Return text for an attribute of XML, in quotes: one line, without characters that XML 1.0 does not have."""
     return html.escape(_printable(text))
-
-
-def in_c_string(text: str) -> str:
-    """Return text for a string of C between quotes, every byte of UTF-8 that is no letter, digit or space by number."""
-    return "".join(
-        chr(byte) if (chr(byte).isalnum() and byte < 128) or chr(byte) in " _()" else f"\\{byte:03o}"
-        for byte in text.encode()
-    )
 
 
 def in_markdown(text: str) -> str:

@@ -22,7 +22,6 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.target import Draft, Target, alone
-from symdyn.emit.escape import in_c_string
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.fmu.archive import packed
@@ -120,7 +119,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
         "np": len(free),
         "nr": rows,
         "nprepared": shapes["prepare"][0] if is_prepared(program) else 0,
-        "names": ", ".join(f'"{in_c_string(one.name)}"' for one in there),
+        "names": ", ".join(f'"{one.name}"' for one in there),
         "start_states": _numbers([there[one.state].start for one in states]),
         "start_inputs": _numbers([*(one.start for one in inputs), 0.0]),
         "start_parameters": _numbers([*(one.start for one in free), 0.0]),
