@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from symdyn.dynamics import Workspace
+from symdyn.dynamics.roads.closed_outputs import drives_of
 from symdyn.dynamics.roads.named_functions import REFERENCE, REFERENCE_RATE, direction
 from symdyn.dynamics.roads.regressor_outputs import base_values, energies_by_momentum, parameters, remainder
 from symdyn.graph import Expr, substitute
@@ -35,10 +36,11 @@ def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
         known = values(w)
         if not known:
             return None
-        sums = [a + b for a, b in zip(_product(w, entries(w, output), known), remainder(w), strict=True)]
-        return Claim(output.replace("_", " "), "Y parameters + rest", "tau", tuple(sums), _driving(w))
+        rest = drives_of(w, remainder(w)) if w.scene.is_closed else remainder(w)
+        sums = [a + b for a, b in zip(_product(w, entries(w, output), known), rest, strict=True)]
+        return Claim(output.replace("_", " "), "Y parameters + rest", "tau", tuple(sums), entries(w, DRIVING))
 
-    return Law((DRIVING, output), (DRIVING_TREE, output), claim)
+    return everywhere(claim, DRIVING, output)
 
 
 def _energies(w: Workspace) -> Claim:
@@ -60,7 +62,9 @@ def _passive(w: Workspace) -> Claim:
     return Claim("forces along a reference", "at qd_r = qd", "tau", _along_itself(w, "slotine_li_forces"), _driving(w))
 
 
-def _passive_columns(w: Workspace) -> Claim:
+def _passive_columns(w: Workspace) -> Claim | None:
+    if w.scene.is_closed:  # one is of the drives, the other one of the spanning tree
+        return None
     along, own = _along_itself(w, "slotine_li_regressor"), entries(w, "base_regressor")
     return Claim("regressor along a reference", "at qd_r = qd", "base regressor", along, own)
 

@@ -109,7 +109,18 @@ def carried(w: Workspace) -> list[Expr]:
 
 def lagrange_inverse(w: Workspace) -> list[Expr]:
     """Return them by Lagrange's equations."""
-    partition, G, forces = w.loops.driven, w.loops.G(w.loops.differentiated), w.loops.lagrange_forces
+    return lagrange_drives_of(w, w.loops.lagrange_forces)
+
+
+def drives_of(w: Workspace, forces: list[Expr]) -> list[Expr]:
+    """Return what forces of the tree take from the drives, by the rows of the recursion; linear in the forces."""
+    partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
+    return at_drives(w, forces, G, reduction.solve_transposed(G, partition, forces))
+
+
+def lagrange_drives_of(w: Workspace, forces: list[Expr]) -> list[Expr]:
+    """Return the same by the rows of differentiated positions."""
+    partition, G = w.loops.driven, w.loops.G(w.loops.differentiated)
     transposed = [[row[k] for row in G] for k in partition.dependent]
     found = reduction.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
     return at_drives(w, forces, G, found)

@@ -28,7 +28,8 @@ from symdyn.dynamics.recursive.lean_tree import LeanTree, potential_energy
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads import result_labels as labels
-from symdyn.dynamics.roads.output import Output, Road, Unasked, by_lagrange
+from symdyn.dynamics.roads.closed_outputs import drives_of, lagrange_drives_of
+from symdyn.dynamics.roads.output import Output, Own, Road, Unasked, by_lagrange
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
@@ -290,6 +291,26 @@ def linear_parameters(scene: Scene, output: str = "regressor") -> tuple[tuple[st
     return tuple(zip(names(w), values(w), strict=True))
 
 
+# Where loops close: what each column takes from the drives
+
+
+def _driven(w: Workspace, entries: Sequence[Expr], drives: Callable[[Workspace, list[Expr]], list[Expr]]) -> list[Expr]:
+    """Return a regressor of the spanning tree as that of the drives, row by row."""
+    count = len(entries) // w.state.n
+    found = [drives(w, [entries[i * count + k] for i in range(w.state.n)]) for k in range(count)]
+    return [column[i] for i in range(w.state.n) for column in found]
+
+
+def _in_loops(recursive: Callable[[Workspace], list[Expr]], differentiated: Callable[[Workspace], list[Expr]]) -> Own:
+    """Return the row of scenes with loops, for the roads to the regressor of a tree."""
+    return Own(
+        {
+            "rnea": Road(lambda w: _driven(w, recursive(w), drives_of)),
+            "lagrange": by_lagrange(lambda w: _driven(w, differentiated(w), lagrange_drives_of)),
+        }
+    )
+
+
 # Energies and power
 
 
@@ -313,7 +334,25 @@ def _power(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> list[Expr
 
 # Rows of the table
 
-_row = partial(Output, in_loops="tree", unasked=Unasked.NEVER)
+
+def _whole(w: Workspace) -> list[Expr]:
+    return _regressor(w, _driving)
+
+
+def _whole_by_lagrange(w: Workspace) -> list[Expr]:
+    return _regressor(w, _lagrange)
+
+
+def _fewest(w: Workspace) -> list[Expr]:
+    return chosen(w, w.once(felt)[1])
+
+
+def _fewest_by_lagrange(w: Workspace) -> list[Expr]:
+    return chosen(w, base_by_lagrange(w))
+
+
+_row = partial(Output, unasked=Unasked.NEVER, lacks="told")
+_PER_UNIT = "N m or N, per unit of the parameter"
 
 REGRESSORS: dict[str, Output] = {
     "regressor": _row(
@@ -321,22 +360,20 @@ REGRESSORS: dict[str, Output] = {
         ("q", "qd", "qdd"),
         "Y",
         (labels.velocities, columns),
-        "N m or N, per unit of the parameter",
-        roads={
-            "rnea": Road(lambda w: _regressor(w, _driving)),
-            "lagrange": by_lagrange(lambda w: _regressor(w, _lagrange)),
-        },
+        _PER_UNIT,
+        in_loops="own",
+        roads={"rnea": Road(_whole), "lagrange": by_lagrange(_whole_by_lagrange)},
+        own=_in_loops(_whole, _whole_by_lagrange),
     ),
     "base_regressor": _row(
         "base regressor Y(q, qd, qdd) of the driving forces tau = Y beta, beta the base parameters",
         ("q", "qd", "qdd"),
         "Y",
         (labels.velocities, base_columns),
-        "N m or N, per unit of the parameter",
-        roads={
-            "rnea": Road(lambda w: chosen(w, w.once(felt)[1])),
-            "lagrange": by_lagrange(lambda w: chosen(w, base_by_lagrange(w))),
-        },
+        _PER_UNIT,
+        in_loops="own",
+        roads={"rnea": Road(_fewest), "lagrange": by_lagrange(_fewest_by_lagrange)},
+        own=_in_loops(_fewest, _fewest_by_lagrange),
     ),
     "energy_regressor": _row(
         "regressor Y(q, qd) of the energies [K; P] = Y pi, pi the parameters of the regressor",
@@ -344,17 +381,19 @@ REGRESSORS: dict[str, Output] = {
         "Y",
         (labels.fixed("kinetic", "potential"), columns),
         "J, per unit of the parameter",
+        in_loops="same",
         roads={
             "recursive": Road(lambda w: _energies(w, energies_by_momentum)),
             "lagrange": Road(lambda w: _energies(w, lambda there: (there.energy.K, there.energy.P))),
         },
     ),
     "power_regressor": _row(
-        "regressor y(q, qd, qdd) of the power of the drives qd.tau = y.pi, pi the parameters of the regressor",
+        "regressor y(q, qd, qdd) of the power of the driving forces qd.tau = y.pi, pi the parameters of the regressor",
         ("q", "qd", "qdd"),
         "y",
         (columns,),
         "W, per unit of the parameter",
+        in_loops="tree",
         roads={
             "rnea": Road(lambda w: _power(w, _driving)),
             "lagrange": by_lagrange(lambda w: _power(w, _lagrange)),
