@@ -351,7 +351,7 @@ def _fewest_by_lagrange(w: Workspace) -> list[Expr]:
     return chosen(w, base_by_lagrange(w))
 
 
-_row = partial(Output, unasked=Unasked.NEVER, lacks="told")
+_row = partial(Output, unasked=Unasked.NEVER)
 _PER_UNIT = "N m or N, per unit of the parameter"
 
 REGRESSORS: dict[str, Output] = {
@@ -364,6 +364,8 @@ REGRESSORS: dict[str, Output] = {
         in_loops="own",
         roads={"rnea": Road(_whole), "lagrange": by_lagrange(_whole_by_lagrange)},
         own=_in_loops(_whole, _whole_by_lagrange),
+        lacks="told",
+        depends=("independent",),
     ),
     "base_regressor": _row(
         "base regressor Y(q, qd, qdd) of the driving forces tau = Y beta, beta the base parameters",
@@ -374,6 +376,8 @@ REGRESSORS: dict[str, Output] = {
         in_loops="own",
         roads={"rnea": Road(_fewest), "lagrange": by_lagrange(_fewest_by_lagrange)},
         own=_in_loops(_fewest, _fewest_by_lagrange),
+        lacks="told",
+        depends=("independent",),
     ),
     "energy_regressor": _row(
         "regressor Y(q, qd) of the energies [K; P] = Y pi, pi the parameters of the regressor",
