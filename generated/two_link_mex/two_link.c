@@ -385,8 +385,8 @@ void two_link_coriolis_matrix(const double *q, const double *qd, const double *p
     const double x2 = qd_2 * x1;
     const double x3 = qd_1 * x1;
     out[0] = -x2;
-    out[1] = -(x2 + x3);
-    out[2] = x3;
+    out[1] = x3;
+    out[2] = -(x2 + x3);
     out[3] = 0.0;
 }
 
@@ -406,8 +406,8 @@ ALONE static void coriolis_matrix_pass1(size_t stride, const double *restrict q,
         const double qd_1 = qd[0 * stride + k];
         const double x3 = qd_1 * x1;
         out[0 * stride + k] = -x2;
-        out[1 * stride + k] = -(x2 + x3);
-        out[2 * stride + k] = x3;
+        out[2 * stride + k] = -(x2 + x3);
+        out[1 * stride + k] = x3;
     }
 }
 

@@ -34,7 +34,8 @@
  *     params[3] = h2, m: length of link 2
  *     params[4] = g, m/s^2: acceleration of free fall
  *
- * What MATLAB and Octave call by the functions of +two_link: columns are states. Octave, in a shell, then MATLAB:
+ * What MATLAB and Octave call by the functions of +two_link: columns are states. A matrix stands column by column,
+ * so that its shape, here and in two_link.h, is told the other way round. For Octave, in a shell, and in MATLAB:
  *
  *     CFLAGS="-O3 -march=native -ffp-contract=fast -fopenmp-simd -fno-math-errno" mkoctfile --mex two_link_mex.c two_link.c
  *     mex COPTIMFLAGS="-O3 -march=native -ffp-contract=fast -fopenmp-simd -fno-math-errno" two_link_mex.c two_link.c
@@ -52,9 +53,6 @@
 /* From so many states on they go through the loops for many. */
 #define MANY 16
 
-/* States of a block of results that stand in another order in MATLAB. */
-#define BLOCK 64
-
 /* One function: its arguments, the place of the one that all states may have in common (or -1), its result. */
 typedef struct {
     const char *name;
@@ -65,7 +63,6 @@ typedef struct {
     mwSize rank;
     mwSize shape[RANK];
     mwSize size;
-    const unsigned *order;
     void (*one)(const double *const *in, double *out);
     void (*rows)(size_t n, const double *const *in, double *out);
 } Routine;
@@ -100,10 +97,6 @@ static void two_link_mex_rows_coriolis_matrix(size_t n, const double *const *in,
     two_link_coriolis_matrix_rows(n, in[0], in[1], in[2], out);
 }
 
-static const unsigned two_link_mex_order_coriolis_matrix[] = {
-    0, 2, 1, 3,
-};
-
 static const Routine routines[] = {
     {
         "inverse_dynamics",
@@ -114,7 +107,6 @@ static const Routine routines[] = {
         1,
         { 2 },
         2,
-        NULL,
         two_link_mex_one_inverse_dynamics,
         two_link_mex_rows_inverse_dynamics,
     },
@@ -127,7 +119,6 @@ static const Routine routines[] = {
         2,
         { 2, 2 },
         4,
-        NULL,
         two_link_mex_one_mass_matrix,
         two_link_mex_rows_mass_matrix,
     },
@@ -140,7 +131,6 @@ static const Routine routines[] = {
         2,
         { 2, 2 },
         4,
-        two_link_mex_order_coriolis_matrix,
         two_link_mex_one_coriolis_matrix,
         two_link_mex_rows_coriolis_matrix,
     },
@@ -189,15 +179,16 @@ static mwSize columns_of(const Routine *routine, int place, const mxArray *value
     return columns != 1 ? columns : states;
 }
 
-/* Put the entries of so many states where MATLAB has them: columns of a matrix one after the other. */
-static void by_columns(const Routine *routine, mwSize states, const double *from, double *to)
+/*
+ * Let the C library keep the memory of results: it hands blocks of such a size back to the system after every call, and
+ * gets them anew page by page, until it has seen a larger one come and go.
+ */
+static void keep(size_t bytes)
 {
-    for (mwSize state = 0; state < states; state++) {
-        for (mwSize k = 0; k < routine->size; k++) {
-            to[k] = from[routine->order[k]];
-        }
-        from += routine->size;
-        to += routine->size;
+    static size_t seen = 0;
+    if (bytes > seen) {
+        mxFree(mxMalloc(8 * bytes));
+        seen = bytes;
     }
 }
 
@@ -206,9 +197,9 @@ void mexFunction(int asked, mxArray **results, int count, const mxArray **given)
 {
     const Routine *routine = find(count, given);
     const double *in[OPERANDS], *at[OPERANDS];
-    mwSize steps[OPERANDS], dimensions[RANK + 2], states = 1, last = 0, block;
+    mwSize steps[OPERANDS], dimensions[RANK + 2], states = 1, last = 0;
     int batch;
-    double *out, *buffer = NULL;
+    double *out;
     if (count - 1 != routine->operands || asked > 1) {
         mexErrMsgIdAndTxt("two_link:arguments", "two_link.%s: %d arguments and %d results; it takes %d and has one",
             routine->name, count - 1, asked, routine->operands);
@@ -230,30 +221,20 @@ void mexFunction(int asked, mxArray **results, int count, const mxArray **given)
         dimensions[last++] = 1;
     }
     dimensions[last++] = states;
+    keep((size_t)states * (size_t)routine->size * sizeof *out);
     results[0] = mxCreateUninitNumericArray(last, dimensions, mxDOUBLE_CLASS, mxREAL);
     if (states == 0 || routine->size == 0) {
         return;
     }
     out = mxGetPr(results[0]);
-    block = batch ? states : 1;
-    if (routine->order != NULL) {
-        block = batch && states > BLOCK ? BLOCK : block;
-        buffer = (double *)mxMalloc(block * routine->size * sizeof *buffer);
+    if (batch) {
+        routine->rows((size_t)states, in, out);
+        return;
     }
-    for (mwSize state = 0; state < states; state += block) {
-        const mwSize here = states - state < block ? states - state : block;
-        double *to = buffer != NULL ? buffer : out + state * routine->size;
+    for (mwSize state = 0; state < states; state++) {
         for (int k = 0; k < routine->operands; k++) {
             at[k] = in[k] + state * steps[k];
         }
-        if (batch) {
-            routine->rows((size_t)here, at, to);
-        } else {
-            routine->one(at, to);
-        }
-        if (buffer != NULL) {
-            by_columns(routine, here, buffer, out + state * routine->size);
-        }
+        routine->one(at, out + state * routine->size);
     }
-    mxFree(buffer);
 }

@@ -12,9 +12,11 @@ Every line computes a row of numbers, one a state, so that the interpreter is as
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
-from math import prod
+
+import numpy as np
 
 from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, digits
@@ -25,7 +27,8 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.errors import EmitError
 from symdyn.graph import Op
-from symdyn.program.assemble import shared
+from symdyn.program import Program
+from symdyn.program.assemble import assemble, shared
 
 SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
@@ -99,12 +102,11 @@ def _write(draft: Draft) -> dict[str, Contents]:
 
 def _gateway(draft: Draft) -> dict[str, Contents]:
     """Return the function of C that MATLAB calls, and the batch code that it calls."""
-    code = C.draft(draft.program, REALS["double"], draft.page.command, BATCH)
+    code = C.draft(by_columns(draft.program), REALS["double"], draft.page.command, BATCH)
     functions = []
     for function, plain in zip(draft.page.functions, code.page.functions, strict=True):
         names = [argument.name for argument in function.arguments]
         common = shared(names)
-        order = [k for _, k in sorted((row, k) for k, (row, _) in enumerate(_entries(function)))]
         functions.append(
             {
                 "name": function.name,
@@ -113,7 +115,6 @@ def _gateway(draft: Draft) -> dict[str, Contents]:
                 "common": names.index(common) if common else -1,
                 "shape": function.shape,
                 "size": len(function.outputs),
-                "order": [] if _same(function, order) else [order[k : k + 16] for k in range(0, len(order), 16)],
             }
         )
     values = {
@@ -128,19 +129,21 @@ def _gateway(draft: Draft) -> dict[str, Contents]:
     return {f"{draft.stem}_mex.c": render("matlab/gateway.c.jinja", values), **C.write(code)}
 
 
-def _same(function: FunctionText, order: Sequence[int]) -> bool:
-    """Tell whether rows and columns may be told in either order: of a vector, and of a matrix that is symmetric."""
-    return all(function.outputs[k].code == line.code for k, line in zip(order, function.outputs, strict=True))
+def by_columns(program: Program) -> Program:
+    """Return a program whose results are those of another, transposed: entries as MATLAB stores them."""
+    functions = []
+    for routine in program.routines:
+        function = routine.function
+        places = np.arange(len(function.entries)).reshape(function.shape).ravel(order="F")
+        entries = tuple(function.entries[place] for place in places)
+        functions.append(replace(function, shape=function.shape[::-1], entries=entries))
+    return assemble(program.scene, program.graph, tuple(functions))
 
 
 def _entries(function: FunctionText) -> list[tuple[int, Line]]:
     """Return each entry of a result with its row: columns one after the other, as MATLAB stores a matrix."""
-    lengths = function.shape
-    rows = []
-    for line in function.outputs:
-        index = [int(place) - 1 for place in line.target.split(", ")] if lengths else []
-        rows.append((1 + sum(place * prod(lengths[:axis]) for axis, place in enumerate(index)), line))
-    return rows
+    places = np.arange(1, len(function.outputs) + 1).reshape(function.shape, order="F").ravel()
+    return list(zip(places.tolist(), function.outputs, strict=True))
 
 
 MATLAB = Target(
