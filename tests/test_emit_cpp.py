@@ -279,3 +279,56 @@ def test_prepared_parameters_and_a_static_scene(tmp_path: Path) -> None:
     for words in (["--prepare"], ["--static"]):
         assert main(["generate", scene, "--target", "cpp", *words, "-o", str(tmp_path)]) == 0
         compiled('#include "two_link.hpp"\n', tmp_path)
+
+
+def many(sources: Sources, real: str, *names: str) -> str:
+    """Return text that hands out functions over many states, of both layouts."""
+    (header,) = sources
+    lines = [f'#include "{header}"', 'extern "C" {']
+    for routine in sources.program.routines:
+        name, arguments = routine.function.name, routine.function.arguments
+        for ending in ("_batch", "_rows"):
+            taken = "".join(f"const {real} *{one.name}, " for one in arguments)
+            given = "".join(f"{one.name}, " for one in arguments)
+            call = f"{header.removesuffix('.hpp')}::raw::{name}{ending}(n, {given}out);"
+            lines.append(f"void {name}{ending}(std::size_t n, {taken}{real} *out) {{ {call} }}")
+    return "\n".join([*lines, "}\n"])
+
+
+@pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.runs("clang++"))])
+def test_many_states_are_those_of_one_state_a_call(real: str, tmp_path: Path) -> None:
+    equations = every_op()
+    dtype, tolerance = {"double": ("f8", 1e-13), "float": ("f4", 1e-4)}[real]
+    sources = emit(lower(equations), "cpp", option="batch")
+    write(sources, tmp_path)
+    compiler = "g++" if real == "double" else "clang++"
+    library = compiled(many(sources, real), tmp_path, "-O1", compiler=compiler)
+    plain = run_python(emit(lower(equations)))
+    for count in (0, 1, 31, 32, 33, 70):
+        q, qd, p = (a.astype(dtype) for a in states(equations, "matrix", count))
+        p = np.full(1, 1.25, dtype)
+        for name, size in (("matrix", 6), ("scalar", 1), ("nothing", 2), ("rotated", 2), ("empty", 0)):
+            rows, columns = np.full((count, size), 7, dtype), np.full((size, count), 7, dtype)
+            across = [np.ascontiguousarray(a.T) for a in (q, qd)]
+            getattr(library, f"{name}_rows")(ctypes.c_size_t(count), *numbers(q, qd, p, rows))
+            getattr(library, f"{name}_batch")(ctypes.c_size_t(count), *numbers(*across, p, columns))
+            wanted = np.reshape(getattr(plain, name)(q, qd, p) if size else [], (count, size))
+            np.testing.assert_allclose(rows, wanted, rtol=tolerance, atol=tolerance)
+            assert np.array_equal(rows, columns.T)
+
+
+def test_many_states_of_a_prepared_scene(tmp_path: Path) -> None:
+    words = ["--target", "cpp", "--batch", "--prepare", "--functions", "inverse_dynamics", "-o", str(tmp_path)]
+    assert main(["generate", str(EXAMPLES / "two_link.toml"), *words]) == 0
+    use = '#include "two_link.hpp"\nauto prepare = two_link::raw::prepare_rows<double>;\n'
+    compiled(f"{use}auto tau = two_link::raw::inverse_dynamics_rows<double>;\n", tmp_path, "-O1")
+
+
+@pytest.mark.targets
+def test_many_states_of_long_functions_in_parts_too() -> None:
+    for scene in (read(EXAMPLES / "arm7.toml"), chain(90)):
+        equations = derive(scene, ("inverse_dynamics",))
+        given = states(equations, "inverse_dynamics", 70)
+        found = run_cpp(emit(lower(equations), "cpp", option="batch")).inverse_dynamics(*given)
+        wanted = run_python(emit(lower(equations))).inverse_dynamics(*given)
+        assert np.abs(found - wanted).max() <= 1e-13 * np.abs(wanted).max()

@@ -12,6 +12,7 @@ from symdyn.build.warned import check_target
 from symdyn.emit import Sources
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH
 from symdyn.emit.targets.cpp import CPP, namespace
 
 
@@ -34,6 +35,9 @@ def with_calls(sources: Sources) -> tuple[dict[str, str], tuple[str, ...]]:
     opening = stem(sources.program.scene.name)
     arguments = [routine.function.arguments for routine in sources.program.routines]
     functions = list(zip(sources.functions, arguments, strict=True))
-    text = render("cpp/calls.cpp.jinja", {"stem": opening, "space": namespace(opening), "functions": functions})
-    exports = tuple(f"{opening}_{name}" for name in sources.functions)
+    batch = sources.option == BATCH
+    values = {"stem": opening, "space": namespace(opening), "functions": functions, "batch": batch}
+    text = render("cpp/calls.cpp.jinja", values)
+    endings = ("", "_rows") if batch else ("",)
+    exports = tuple(f"{opening}_{name}{ending}" for name in sources.functions for ending in endings)
     return {**sources.texts, f"{opening}{CALLS}.cpp": text}, exports

@@ -94,7 +94,7 @@ RUNNERS: dict[str, Runner] = {
     WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
-    CPP.name: Runner(run_cpp, batches=False, many="", measured="", usual=False, asked=True),
+    CPP.name: Runner(run_cpp, batches=True, many=BATCH, measured="", usual=False, asked=True),
     RUST.name: Runner(run_rust, batches=False, many="", measured="", usual=False, asked=True),
 }
 

@@ -7,6 +7,9 @@ T is double, float, or any type with + - * / and comparison, a constructor from 
 beside it, where argument-dependent lookup finds them: dual numbers, intervals, packs of states. Results come back by
 value, which costs no copy. Where Eigen is included, fixed vectors and maps of it are taken, too.
 
+With option "batch" <scene>::raw has functions over many states, as C has them: templates for packs of states, which are
+plain arrays; -O3 makes vectors of them. Entry i of state k is q[i * n + k] for `_batch`, q[k * length + i] for `_rows`.
+
 Functions of several angles take sines and cosines of doubles and floats by our own routine, that of the C target's
 batches; long ones are cut into parts, as they are in C.
 """
@@ -17,12 +20,16 @@ from collections.abc import Mapping
 
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
+from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c.batch import FEW, cuts
+from symdyn.emit.targets.c import BATCH
+from symdyn.emit.targets.c.batch import FEW, CutText, cuts
 from symdyn.emit.targets.c.sincos import CHAINS, sincos_values
 from symdyn.graph import Op
+from symdyn.program.assemble import PARAMS, PREPARED
+from symdyn.program.prepare import is_prepared
 
 BY_LOOKUP = {
     Op.SIN: "sin",
@@ -44,6 +51,9 @@ SPELLINGS: Mapping[Op, Spelling] = {
     Op.ATAN2: call("atan2", 2),
 }
 
+LANES = 32
+"""States in a pack: whole vectors of doubles and floats, and few enough for the nearest cache."""
+
 KEYWORDS = """alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t char32_t
 class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue decltype default
 delete do double dynamic_cast else enum explicit export extern false final float for friend goto if import inline int
@@ -62,6 +72,7 @@ def namespace(stem: str) -> str:
 def _write(draft: Draft) -> dict[str, str]:
     """Return the header."""
     codes = cuts(draft.program, draft.page, draft.printer, few=FEW)
+    batch = draft.option == BATCH
     operations = {op for function in draft.page.functions for op in function.operations}
     values = {
         "page": draft.page,
@@ -71,8 +82,12 @@ def _write(draft: Draft) -> dict[str, str]:
         "codes": codes,
         "uses_sign": Op.SIGN in operations,
         "uses_exp": Op.EXP in operations,
+        "batch": batch,
+        "widths": [_lanes(text, many) for text, many in zip(draft.page.functions, codes, strict=True)],
+        "lanes": LANES,
+        "common": PREPARED if is_prepared(draft.program) else PARAMS,
         "cut": any(many and many.parts for many in codes),
-        "sincos": any(many and many.sincos for many in codes),
+        "sincos": batch or any(many and many.sincos for many in codes),
         "chains": CHAINS,
         "reals": [{"real": real, **sincos_values(real)} for real in ("double", "float")],
         "lookups": {op.name: name for op, name in BY_LOOKUP.items()},
@@ -80,12 +95,17 @@ def _write(draft: Draft) -> dict[str, str]:
     return {f"{draft.stem}.hpp": render("cpp/header.hpp.jinja", values)}
 
 
+def _lanes(text: FunctionText, many: CutText | None) -> int:
+    """Return how many states of a function run side by side; 0 for a long one, whose parts would compile for long."""
+    return 0 if many and many.parts else LANES
+
+
 CPP = Target(
     name="cpp",
     title="C++",
     text="one header of C++17 with templates: double, float, dual numbers; Eigen where it is included",
     reals=("double",),
-    options={},
+    options={BATCH: "functions over many states too, fit for vector code"},
     files={"{stem}.hpp": str},
     first=0,
     keywords=frozenset(KEYWORDS.split()),
