@@ -16,6 +16,9 @@ LARGEST = 200_000
 SHORTEST = [path for path in notebooks.BOOKS if path.stem in ("derivatives", "linearize")]
 """The two that take the least time: the others import SymPy, or draw."""
 
+TOOLS = ("fmu",)
+"""Those that run a tool of others, which the environment of `make targets` has."""
+
 LOADED = re.compile(r"""(?:src|href|data)\s*=\s*["']?\s*(?:https?:)?//|@import|url\(\s*["']?(?:https?:)?//""")
 
 
@@ -49,13 +52,14 @@ def test_two_notebooks_are_run_in_every_test() -> None:
     assert len(SHORTEST) == 2
 
 
+def marks(path: Path) -> list[pytest.MarkDecorator]:
+    """Return when a notebook is run."""
+    return [pytest.mark.targets] if path.stem in TOOLS else [] if path in SHORTEST else [pytest.mark.slow]
+
+
 @pytest.mark.runs
 @pytest.mark.long(0)
-@pytest.mark.parametrize(
-    "path",
-    [pytest.param(one, marks=() if one in SHORTEST else pytest.mark.slow) for one in notebooks.BOOKS],
-    ids=lambda path: path.stem,
-)
+@pytest.mark.parametrize("path", [pytest.param(one, marks=marks(one)) for one in notebooks.BOOKS], ids=lambda p: p.stem)
 def test_a_notebook_shows_what_is_stored_in_it(path: Path) -> None:
     pytest.importorskip("nbclient", reason="nbclient is not installed (extra dev)")
     pytest.importorskip("ipykernel", reason="ipykernel is not installed (extra dev)")
