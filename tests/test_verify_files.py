@@ -110,7 +110,7 @@ def test_a_scene_that_has_changed_is_told(folder: Path, capsys: Capture, tmp_pat
         ("symdyn generate x.toml --target fortran", "none of this version"),
         ("symdyn generate x.toml --target c --rm -rf", "none of this version"),
         ("symdyn generate x.toml 'unfinished", "is no line of a shell"),
-        ("symdyn generate x.toml --target casadi", "are not read back"),
+        ("symdyn generate x.toml --target fmu", "are not read back"),
     ],
 )
 def test_a_header_is_data_and_what_is_strange_is_refused(

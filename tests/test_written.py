@@ -15,7 +15,7 @@ from symdyn.errors import EmitError
 from symdyn.program import Program, at_rest, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.verify.texts import files_of
-from symdyn.verify.written import READERS, Printed, Written, printed, prove_texts
+from symdyn.verify.written import READERS, Printed, Written, languages, printed, prove_texts
 
 CASES = [(name, option) for name in READERS for option in ("", *TARGETS[name].options)]
 SCENES = ("two_link", "four_bar", "puma560")
@@ -36,7 +36,7 @@ def programs() -> dict[str, Program]:
 
 def proved(numbers: Printed, name: str, option: str) -> tuple[Written, ...]:
     files = files_of(emit(numbers.program, name, numbers.real, option=option))
-    return prove_texts(numbers, files, READERS[name])
+    return prove_texts(numbers, files, languages(name, option))
 
 
 @pytest.mark.parametrize("which", [*SCENES, "prepared", "static"])
@@ -62,13 +62,13 @@ def test_a_constant_that_is_one_unit_off_is_found(programs: dict[str, Program], 
     numbers = printed(programs["puma560"], "double" if "double" in TARGETS[name].reals else TARGETS[name].reals[0])
     files = files_of(emit(numbers.program, name, numbers.real, option=option))
     fresh = dict(files.contents)
-    arithmetic = {one.file for one in prove_texts(numbers, files, READERS[name]) if one.functions}
+    arithmetic = {one.file for one in prove_texts(numbers, files, languages(name, option)) if one.functions}
     for file in arithmetic:
         text = str(fresh[file])
         digits = re.findall(r"(?<![\w.])\d\.\d{4,}(?![\w.])", text)[-1]
         there = text.rindex(digits)
         changed = text[:there] + repr(nextafter(float(digits), 99.0)) + text[there + len(digits) :]
-        found = prove_texts(numbers, replace(files, contents={**fresh, file: changed}), READERS[name], fresh)
+        found = prove_texts(numbers, replace(files, contents={**fresh, file: changed}), languages(name, option), fresh)
 
         assert [one.file for one in found if not one.passed] == [file]
 
@@ -78,4 +78,4 @@ def test_a_function_that_is_not_there_is_missed(programs: dict[str, Program], na
     files = files_of(emit(numbers.program, name, numbers.real, option=option))
     empty = dict.fromkeys(files.contents, "")
 
-    assert not all(one.passed for one in prove_texts(numbers, replace(files, contents=empty), READERS[name]))
+    assert not all(one.passed for one in prove_texts(numbers, replace(files, contents=empty), languages(name, option)))

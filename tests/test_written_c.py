@@ -119,6 +119,12 @@ def test_what_was_changed_in_blocks_is_found_too(two_link: Program, old: str, ne
     assert told in found.where
 
 
+def test_the_same_function_rounded_otherwise_is_another_file(two_link: Program) -> None:
+    found = altered(two_link, "p_h1 * (p_m1 + p_m2) * x1", "(p_m1 + p_m2) * (p_h1 * x1)")
+
+    assert "is the same function by other operations" in found.where
+
+
 def test_a_comment_may_say_anything(two_link: Program) -> None:
     assert altered(two_link, "Do not edit;", "Edited:").passed
 

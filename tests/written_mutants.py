@@ -30,7 +30,7 @@ from symdyn.program import Program
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
 from symdyn.verify.texts import files_of
-from symdyn.verify.written import READERS, printed, prove_texts
+from symdyn.verify.written import READERS, languages, printed, prove_texts
 from symdyn.verify.written.proof import read_text
 from symdyn.verify.written.reading import Language
 from symdyn.verify.written.syntax import parse
@@ -147,7 +147,7 @@ def score(program: Program, target: str, every: int, option: str = "", first: in
             if mutant.text == fresh[mutant.file]:
                 continue
             mutated = replace(files, contents={**fresh, mutant.file: mutant.text})
-            if not all(found.passed for found in prove_texts(numbers, mutated, READERS[target], fresh)):
+            if not all(found.passed for found in prove_texts(numbers, mutated, languages(target, option), fresh)):
                 total.caught += 1
             elif same(sources, mutant):
                 total.same += 1
@@ -160,7 +160,7 @@ def _planted(sources: Sources, every: int, with_fixed_text: bool) -> tuple[list[
     """Return the mutants of all files, and how many tokens of comments were left out."""
     files, numbers, found, silent = files_of(sources), printed(sources.program, sources.real), [], 0
     for file, contents in sources.texts.items():
-        language = READERS[sources.target].get(PurePath(file).suffix)
+        language = languages(sources.target, sources.option).get(PurePath(file).suffix)
         if language is not None:
             reading, _ = read_text(numbers, files, contents.encode(), language)
             inside = None if with_fixed_text else [(cut.start, cut.end) for cut in reading.cuts]

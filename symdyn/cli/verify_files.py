@@ -22,7 +22,7 @@ from symdyn.program import lower, prepare
 from symdyn.verify import Certificate
 from symdyn.verify.certificate import of_files
 from symdyn.verify.texts import files_of
-from symdyn.verify.written import READERS, printed, prove_texts
+from symdyn.verify.written import READERS, languages, printed, prove_texts
 
 COMMAND = re.compile(r"^\W*(symdyn generate [ -~]{1,4000}?)\s*$", re.MULTILINE)
 """The line of a header, whatever begins a comment there."""
@@ -148,6 +148,8 @@ def _of_command(
     fresh = files_of(emit(program, asked.target, asked.real, command, asked.option))
     there = {name: (folder / name).read_bytes() for name in fresh.contents if (folder / name).is_file()}
     found = type(fresh)(fresh.target, fresh.option, fresh.stem, fresh.functions, there)
-    written = prove_texts(printed(program, asked.real, options.seed), found, READERS[asked.target], fresh.contents)
+    written = prove_texts(
+        printed(program, asked.real, options.seed), found, languages(asked.target, asked.option), fresh.contents
+    )
     progress("proving over finite fields")
     return of_files(equations, program, written, options.seed, [f"made by: {command}"])

@@ -10,7 +10,7 @@ from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code.identifiers import stem
 from symdyn.errors import MissingProgram
 from symdyn.program import Program
-from symdyn.verify.written import READERS, Files, Written, printed, prove_texts
+from symdyn.verify.written import READERS, Files, Written, languages, printed, prove_texts
 
 
 def written_of(
@@ -39,7 +39,9 @@ def written_of(
         measured = RUNNERS[name].measured if name in RUNNERS else ""
         for option in dict.fromkeys((measured, "", *TARGETS[name].options) if asked else (measured,)):
             try:
-                found += prove_texts(numbers, files_of(emit(program, name, real, option=option)), READERS[name])
+                found += prove_texts(
+                    numbers, files_of(emit(program, name, real, option=option)), languages(name, option)
+                )
             except MissingProgram as fault:
                 notes.append(f"files of {TARGETS[name].title} were not proved: {fault}")
                 break

@@ -16,13 +16,14 @@ each entry of its result is, as an expression on that graph; and which parts of 
 - a literal is the number of the type that it is read as (`Text.number`), exactly.
 
 `proof.py` compares these expressions with the program, whose constants are rounded correctly to the type, over the
-fields of the certificate. What no reader reads (sines, tiles, loops over blocks, headers) is fixed text: it must be
-byte for byte that of a fresh file, comments left out.
+fields of the certificate: the entries of the results, and of all operations on the way the results, whatever their
+signs, so that what is known of rounding holds of the file too. What no reader reads (sines, tiles, loops over blocks,
+headers) is fixed text: it must be byte for byte that of a fresh file, comments left out.
 
 Adding a language: `read` in a file of its own, and a row in `readers.py`; `c.py` is one.
 """
 
 from symdyn.verify.written.proof import Files, Printed, Written, printed, prove_texts
-from symdyn.verify.written.readers import READERS
+from symdyn.verify.written.readers import READERS, languages
 
-__all__ = ["READERS", "Files", "Printed", "Written", "printed", "prove_texts"]
+__all__ = ["READERS", "Files", "Printed", "Written", "languages", "printed", "prove_texts"]

@@ -41,9 +41,22 @@ class Uninterpreted(FiniteField):
         Raises:
             Redraw: one is not defined at this point.
         """
+        return tuple(evaluate(outputs, self, *self._known(outputs)))
+
+    def operations(self, outputs: Sequence[Expr]) -> frozenset[int]:
+        """Return the results of all operations below nodes of one graph, whatever their signs.
+
+        Raises:
+            Redraw: one is not defined at this point.
+        """
+        known, order = self._known(outputs)
+        evaluate(outputs, self, known, order, known)
+        return frozenset(min(known[node], self.p - known[node]) for node in order if node.args)
+
+    def _known(self, outputs: Sequence[Expr]) -> tuple[dict[Expr, int], list[Expr]]:
+        """Return the values of the symbols below, and the order of evaluation."""
         order = reachable(outputs)
-        symbols = {node: self.symbol(str(node.value)) for node in order if node.op is Op.SYMBOL}
-        return tuple(evaluate(outputs, self, symbols, order))
+        return {node: self.symbol(str(node.value)) for node in order if node.op is Op.SYMBOL}, order
 
 
 def denominator(outputs: Iterable[Expr]) -> int:

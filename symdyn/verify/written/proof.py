@@ -61,12 +61,14 @@ class Printed:
         real: the type.
         fields: fields at points.
         values: of the entries of each function there: a tuple a point.
+        operations: results of all operations of each function at the first point.
     """
 
     program: Program
     real: str
     fields: tuple[Uninterpreted, ...]
     values: tuple[tuple[tuple[int, ...], ...], ...]
+    operations: tuple[frozenset[int], ...]
 
     def wanted(self, names: Sequence[str], graph: Graph) -> tuple[Wanted, ...]:
         """Return the functions that files must hold, called `names`, with symbols of a graph as arguments' entries."""
@@ -87,13 +89,15 @@ def printed(program: Program, real: str, seed: int = 1) -> Printed:
     """
     graph = Graph()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
-    fields, values = points(substitute(program.outputs, rounded, graph), seed)
-    found, first = [], 0
+    entries = substitute(program.outputs, rounded, graph)
+    fields, values = points(entries, seed)
+    found, operations, first = [], [], 0
     for routine in program.routines:
         last = first + len(routine.function.entries)
         found.append(tuple(at_point[first:last] for at_point in values))
+        operations.append(fields[0].operations(entries[first:last]))
         first = last
-    return Printed(program, real, fields, tuple(found))
+    return Printed(program, real, fields, tuple(found), tuple(operations))
 
 
 @dataclass(frozen=True)
@@ -175,14 +179,17 @@ def read_text(program: Printed, files: Files, source: bytes, language: Language 
 
 def _difference(program: Printed, files: Files, read: Read) -> str:
     """Return where a function of a file is another one than that of the program, "" if nowhere."""
-    for field, wanted in zip(program.fields, program.values[files.functions.index(read.function)], strict=True):
+    number = files.functions.index(read.function)
+    for field, wanted in zip(program.fields, program.values[number], strict=True):
         try:
             values = field.values(read.entries)
         except Redraw:
-            return f"{read.name}, line {min(read.lines)}: divides by zero"
+            return f"{read.name}, line {min(read.lines, default=0)}: divides by zero"
         for place, (mine, theirs) in enumerate(zip(values, wanted, strict=True)):
             if mine != theirs:
                 return f"{read.name}, entry {place}, line {read.lines[place]}: is another function"
+    if program.fields[0].operations(read.entries) != program.operations[number]:
+        return f"{read.name}, line {min(read.lines, default=0)}: is the same function by other operations"
     return ""
 
 

@@ -21,3 +21,13 @@ READERS: Mapping[str, Mapping[str, Language]] = {
     "gpu": {".cu": CUDA, ".cl": OPENCL},
 }
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""
+
+OTHERWISE: Mapping[tuple[str, str], Mapping[str, Language]] = {
+    ("matlab", "mex"): {".c": C, ".h": C},  # its .m files hand on what they are given
+}
+"""Target and option whose files are read otherwise."""
+
+
+def languages(target: str, option: str) -> Mapping[str, Language]:
+    """Return what the files of a target with an option are read as, by the ends of their names."""
+    return OTHERWISE.get((target, option), READERS[target])
