@@ -16,7 +16,7 @@ LARGEST = 200_000
 SHORTEST = [path for path in notebooks.BOOKS if path.stem in ("derivatives", "linearize")]
 """The two that take the least time: the others import SymPy, or draw."""
 
-TOOLS = ("fmu",)
+TOOLS = ("casadi", "fmu", "jax", "torch")
 """Those that run a tool of others, which the environment of `make targets` has."""
 
 LOADED = re.compile(r"""(?:src|href|data)\s*=\s*["']?\s*(?:https?:)?//|@import|url\(\s*["']?(?:https?:)?//""")
