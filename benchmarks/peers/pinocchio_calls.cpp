@@ -1,6 +1,7 @@
 // Pinocchio's recursions in a timing loop of their own, without any copy of the results while the clock runs.
 #include "pinocchio_robot.hpp"
 #include <pinocchio/algorithm/aba-derivatives.hpp>
+#include <pinocchio/algorithm/regressor.hpp>
 #include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <time.h>
 
@@ -29,11 +30,16 @@ void call(Robot &r, int output, In q, In qd, In x)
     case 3: pinocchio::aba(r.model, r.data, q, qd, x, pinocchio::Convention::WORLD); break;
     case 5: pinocchio::computeRNEADerivatives(r.model, r.data, q, qd, x, r.by_q, r.by_qd, r.by_last); break;
     case 6: pinocchio::computeABADerivatives(r.model, r.data, q, qd, x, r.by_q, r.by_qd, r.by_last); break;
+    case 7: pinocchio::computeJointTorqueRegressor(r.model, r.data, q, qd, x); break;
+    case 8: pinocchio::computeCoriolisMatrix(r.model, r.data, q, qd); break;
     default: pinocchio::computeGeneralizedGravity(r.model, r.data, q);
     }
 }
 
-int size_of(int output, int n) { return output == 1 ? n * n : output >= 5 ? 3 * n * n : n; }
+int size_of(int output, int n)
+{
+    return output == 1 || output == 8 ? n * n : output == 7 ? 10 * n * n : output >= 5 ? 3 * n * n : n;
+}
 
 void copy(const Robot &r, int output, double *out)
 {
@@ -51,6 +57,13 @@ void copy(const Robot &r, int output, double *out)
         if (output == 5) all.rightCols(n) = Eigen::MatrixXd(r.by_last.selfadjointView<Eigen::Upper>());
         break;
     }
+    case 7:
+        Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(out, n, 10 * n) =
+            r.data.jointTorqueRegressor;
+        break;
+    case 8:
+        Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(out, n, n) = r.data.C;
+        break;
     default: Eigen::Map<Eigen::VectorXd>(out, n) = r.data.g;
     }
 }

@@ -23,6 +23,8 @@ CODES = {
     "gravity_forces": 4,
     "inverse_dynamics_derivatives": 5,
     "forward_dynamics_derivatives": 6,
+    "regressor": 7,
+    "coriolis_matrix": 8,
 }
 
 Places = dict[str, np.ndarray]
@@ -134,10 +136,18 @@ def timed(case: Case, output: str) -> list[Timed]:
     return [Timed(case.name, output, NAME, "state", states, run, result)]
 
 
+def parameters(case: Case) -> np.ndarray:
+    """Return its ten parameters of every body, shape (10 bodies,), what its regressor is to be multiplied by."""
+    model = model_of(case.urdf)
+    return np.concatenate([model.inertias[i].toDynamicParameters() for i in range(1, model.njoints)])
+
+
 def restored(out: np.ndarray, order: np.ndarray, n: int) -> np.ndarray:
-    """Return results with the coordinates in our order."""
+    """Return results with the coordinates in our order; a regressor has ten columns a body in theirs."""
     back = np.argsort(order)
     if out.shape[1] == n:
         return out[:, back]
+    if out.shape[1] == 10 * n * n:
+        return out.reshape(len(out), n, 10 * n)[:, back].reshape(len(out), -1)
     blocks = out.reshape(len(out), n, -1, n)  # matrices side by side
     return blocks[:, back][..., back].reshape(len(out), -1)
