@@ -12,8 +12,10 @@ and rows of states are brought to `_block` by what is compared and measured.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_values import File
@@ -57,6 +59,20 @@ def read(text: Text) -> Reading:
             if name in file.functions:
                 functions.append(_function(file, name, wanted, columns))
     return Reading(tuple(functions), tuple(file.cuts.values()))
+
+
+def read_columns(text: Text) -> Reading:
+    """Return what the functions of a C file compute whose results are written column by column."""
+    found = read(text)
+    shapes = {wanted.name: wanted.shape for wanted in text.wanted}
+    return replace(found, functions=tuple(_by_rows(one, shapes[one.function]) for one in found.functions))
+
+
+def _by_rows(read: Read, shape: tuple[int, ...]) -> Read:
+    """Return a result row by row."""
+    places = np.arange(len(read.entries)).reshape(shape[::-1]).T.ravel().tolist()
+    entries, lines = tuple(read.entries[place] for place in places), tuple(read.lines[place] for place in places)
+    return replace(read, entries=entries, lines=lines)
 
 
 def definitions(root: Node) -> dict[str, Node]:
@@ -153,3 +169,4 @@ class CStatements(Statements):
 
 
 C = Language("C", GRAMMAR, frozenset({"comment"}), read, plain)
+C_BY_COLUMNS = replace(C, read=read_columns)

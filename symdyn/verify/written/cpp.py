@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 GRAMMAR = "tree_sitter_cpp"
 
-UNKNOWN = re.compile(rb"\b(SYMDYN_PART|SYMDYN_EACH|__restrict)\b")
-"""What the grammar knows nothing of: macros for attributes and for a loop of fixed text, a word of compilers."""
+UNKNOWN = re.compile(rb"^SYMDYN_PACK .*$|\b(SYMDYN_PART|SYMDYN_EACH|__restrict)\b", re.MULTILINE)
+"""What the grammar knows nothing of: macros for attributes, loops and operators of fixed text, a word of compilers."""
 
 STANDARD = {**MATH, "abs": Op.ABS}
 """Of <cmath>, once they are named by `using`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.verify.written.c import C
+from symdyn.verify.written.c import C_BY_COLUMNS, C
 from symdyn.verify.written.cpp import CPP
 from symdyn.verify.written.kernels import CUDA, OPENCL
 from symdyn.verify.written.matlab import MATLAB
@@ -23,7 +23,7 @@ READERS: Mapping[str, Mapping[str, Language]] = {
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""
 
 OTHERWISE: Mapping[tuple[str, str], Mapping[str, Language]] = {
-    ("matlab", "mex"): {".c": C, ".h": C},  # its .m files hand on what they are given
+    ("matlab", "mex"): {".c": C_BY_COLUMNS, ".h": C},  # its .m files hand on what they are given
 }
 """Target and option whose files are read otherwise."""
 
