@@ -66,6 +66,8 @@ PAYLOADS = {
     "format": "{0.__class__.__mro__} {canary} {} %(canary)s %s {{ 7 * 7 }} {% raw %}",
     "TOML": '", value = 1 }, canary = { value = 2, text = "',
     "shell": "$(touch canary) `touch canary` ; touch canary",
+    "docstring of Julia": '$(canary = 1) """\ncanary = 1'.replace("\n", "; "),
+    "comment of Julia": "=# canary = 1 #=",
     "link of MATLAB": "<a href=\"matlab:fopen('canary', 'w')\">canary</a>",
     "Texinfo": "-*- texinfo -*- @include canary",
     "lines of MATLAB": "%{ %} ... %!test fopen('canary', 'w');",
@@ -124,6 +126,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene}, {folder} and {val
     "gpu": "generate {scene} --target gpu -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",
+    "julia": "generate {scene} --target julia -o {folder}",
     "fmu": "generate {scene} --target fmu --bind {values} -o {folder}",
     "md": "walkthrough {scene} -o {folder}/l.md",
     "tex": "walkthrough {scene} -o {folder}/l.tex",
@@ -297,6 +300,20 @@ def in_octave(path: Path) -> list[str]:
     found = left_behind(path.parent.parent, before) + re.findall(r"<a\s[^>]*", text)
     found += [] if form == "plain text" else [f"{form}: {done.stderr}"]
     return found + ([] if fault in ("", f"{path.parent.name[1:]}:arguments") else [fault + done.stderr])
+
+
+def in_julia(path: Path) -> list[str]:
+    """Parse a module of Julia by a grammar of others, and return what is wrong, or is code, or is put into strings."""
+    language = pytest.importorskip("tree_sitter").Language(pytest.importorskip("tree_sitter_julia").language())
+    tree = importlib.import_module("tree_sitter").Parser(language).parse(path.read_bytes())
+    found, nodes = [], [tree.root_node]
+    while nodes:
+        node = nodes.pop()
+        wrong = node.type == "ERROR" or node.is_missing
+        if wrong or (node.type == "identifier" and node.text == b"canary"):
+            found.append(f"{node.type} {node.text[:60]!r}")
+        nodes += node.children
+    return found
 
 
 def in_browser(browser: Any, path: Path) -> list[str]:

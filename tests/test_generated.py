@@ -20,6 +20,7 @@ CASES = [
     ("two_link", "rust", "double"),
     ("two_link", "wasm", "double"),
     ("two_link", "matlab", "double"),
+    ("two_link", "julia", "double"),
     ("two_link", "gpu", "double"),
     ("two_link", "gpu", "float"),
     ("cart_pole", "numpy", "double"),

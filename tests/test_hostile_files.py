@@ -20,6 +20,7 @@ from hostile import (
     in_cpp,
     in_cuda,
     in_fmu,
+    in_julia,
     in_jupyter,
     in_markdown,
     in_node,
@@ -51,6 +52,7 @@ OPENERS: dict[str, Harness] = {
     ".mjs": in_node,
     ".js": in_node,
     ".m": in_octave,
+    ".jl": in_julia,
     ".tex": in_pdflatex,
     ".svg": in_xml,
     ".fmu": in_fmu,
@@ -149,7 +151,7 @@ SHELL = "x.toml; touch canary; $(touch canary) `touch canary`"
 CONTROLLED = "\x1b[2J\n*+ int canary = 1; +*\r\u202e"
 
 
-@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "cpp", "js", "wasm", "gpu"))
+@pytest.mark.parametrize("door", doors(*HEAVY, "julia", "numpy", "c", "cpp", "js", "wasm", "gpu"))
 @pytest.mark.parametrize("name", [SHELL + PAYLOADS["docstring"], CONTROLLED], ids=["quotes", "controls"])
 def test_no_file_acts_on_the_name_of_the_file_of_its_scene(name: str, door: str, tmp_path: Path) -> None:
     path = tmp_path / f"{name}.toml"
@@ -238,7 +240,7 @@ def test_no_file_acts_on_the_names_of_a_robot(
 WORDS = ("arguments", "I", "this", "main", "NULL", "constructor", "errno")
 
 
-@pytest.mark.parametrize("door", doors(*HEAVY, "numpy", "c", "cpp", "js", "tex"))
+@pytest.mark.parametrize("door", doors(*HEAVY, "julia", "numpy", "c", "cpp", "js", "tex"))
 def test_names_may_be_words_of_any_language(door: str, tmp_path: Path) -> None:
     text = scene_with({"length": "length"}).replace("axis =", 'coordinate = "undefined"\ndrive = "linux"\naxis =')
     for old, new in zip(("g", "m", "l", "bob", "hinge", "stranger", "p0"), WORDS, strict=True):
@@ -272,6 +274,7 @@ SEEN = [  # what is taken away, what stands in its place, a payload, the door
     ("in_code", lambda text: f"'''{text}'''", "triple", "ipynb"),
     ("in_html", plainly, "attribute", "sliders"),
 ]
+SEEN += [("in_julia_docstring", plainly, payload, "julia") for payload in ("docstring of Julia", "docstring", "shell")]
 SEEN_TOO = [
     ("in_markdown", plainly, "image", "ipynb"),
     ("in_latex", plainly, "file of TeX", "tex"),

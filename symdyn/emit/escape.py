@@ -5,7 +5,7 @@
     in_markdown     prose of Markdown and notebooks    in_code         Python code, as data
     in_rustdoc      prose of Rust's doc comments
     in_script       JSON in a <script> element         in_script_code  JavaScript there
-    in_percent_comment  comments and help of MATLAB
+    in_percent_comment  comments and help of MATLAB    in_julia_docstring  docstrings of Julia
     in_xml          attributes of XML
 
 Formats of scenes have their own: `toml_writer` for TOML; names, which are identifiers, are all that URDF and parameter
@@ -126,6 +126,12 @@ def in_docstring(text: str, indent: int = 0) -> str:
     if lines[-1].endswith('"'):
         lines[-1] = f"{lines[-1]} "
     return "\n".join([lines[0], *(f"{' ' * indent}{line}".rstrip() for line in lines[1:-1]), *lines[1:][-1:]])
+
+
+def in_julia_docstring(text: str) -> str:
+    """Return `text` as lines of a string of Julia in triple quotes; nothing in it ends that or is put into it."""
+    harmless = text.replace("\\", "\\\\").replace("$", "\\$").replace('"', '\\"')
+    return "\n".join(_printable(line).rstrip() for line in harmless.split("\n"))
 
 
 def _printable(line: str) -> str:
