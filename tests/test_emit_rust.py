@@ -65,6 +65,48 @@ def test_long_functions_in_parts_prepared_ones_and_static_ones_are_clean(rustc: 
         crate(tmp_path, rustc, "#![no_std]\nmod two_link;\n")
 
 
+@pytest.mark.parametrize("rustc", RUSTC)
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_functions_over_many_states_are_clean(rustc: str, real: str, tmp_path: Path) -> None:
+    write(emit(lower(every_op()), "rust", real, option="batch"), tmp_path)
+    crate(tmp_path, rustc, "#![no_std]\nmod every_op;\n")
+    words = ["--target", "rust", "--batch", "--prepare", "--real", real, "-o", str(tmp_path)]
+    assert main(["generate", str(EXAMPLES / "two_link.toml"), *words]) == 0
+    crate(tmp_path, rustc, "#![no_std]\nmod two_link;\n", "-Ctarget-cpu=native", "-O")
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_many_states_are_those_of_one_state_a_call(real: str) -> None:
+    equations = every_op()
+    code, plain = run_rust(emit(lower(equations), "rust", real, option="batch")), run_python(emit(lower(equations)))
+    for count in (2, 63, 64, 65, 150):
+        q, qd, _ = states(equations, "matrix", count)
+        for name in ("matrix", "scalar", "nothing", "rotated"):
+            found = getattr(code, name)(q, qd, [1.25])
+            tolerance = 1e-13 if real == "double" else 1e-4
+            np.testing.assert_allclose(found, getattr(plain, name)(q, qd, [1.25]), rtol=tolerance, atol=tolerance)
+
+
+def test_many_states_of_long_functions() -> None:
+    for scene in (read(EXAMPLES / "arm7.toml"), chain(90)):
+        equations = derive(scene, ("inverse_dynamics",))
+        given = states(equations, "inverse_dynamics", 70)
+        found = run_rust(emit(lower(equations), "rust", option="batch")).inverse_dynamics(*given)
+        wanted = run_python(emit(lower(equations))).inverse_dynamics(*given)
+        assert np.abs(found - wanted).max() <= 1e-13 * np.abs(wanted).max()
+
+
+def test_slices_of_other_lengths_are_refused(tmp_path: Path) -> None:
+    write(emit(lower(every_op()), "rust", option="batch"), tmp_path)
+    call = "every_op::scalar_rows(&[[0.0; 2]; 3], &[[0.0; 2]; LENGTH], &[1.0], &mut [0.0; 3])"
+    for length, told in (("3", ""), ("2", "qd and out have as many states")):
+        (tmp_path / "main.rs").write_text(f"mod every_op;\nfn main() {{ {call.replace('LENGTH', length)} }}\n")
+        subprocess.run(["rustc", "--edition=2021", "main.rs"], cwd=tmp_path, check=True)
+        ran = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (ran.returncode == 0) is (not told)
+        assert told in ran.stderr
+
+
 def test_clippy_says_nothing(tmp_path: Path) -> None:
     if shutil.which("clippy-driver") is None:
         pytest.skip("no clippy-driver")

@@ -1,4 +1,4 @@
-"""The header of C++ for doubles, compiled by g++ as our C is by gcc, called one state a call."""
+"""The header of C++ for doubles, compiled by g++ as our C is by gcc, called one state a call and with many."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from peers.ours_c import flags, lengths, longs, padded
 
 from symdyn.build.run_cpp import with_calls
 from symdyn.emit import emit
+from tools.ours import MANY, many
 
 
 def version() -> str:
@@ -22,12 +23,13 @@ def version() -> str:
 
 
 def timed(case: Case) -> list[Timed]:
-    """Return inverse dynamics, one state a call."""
-    files, (name,) = with_calls(emit(case.programs["inverse_dynamics"], "cpp"))
+    """Return inverse dynamics, one state a call and of many."""
+    files, names = with_calls(emit(case.programs["inverse_dynamics"], "cpp", option="batch"))
     header, calls = files.items()
     text = calls[1].replace(f'#include "{header[0]}"', header[1])
     library = CDLL(str(compiled(text, (*flags(), "-std=gnu++17"), "g++")))
-    return [one_state(case, "cpp", getattr(library, name))]
+    one, rows = (getattr(library, name) for name in names)
+    return [one_state(case, "cpp", one), many_states(case, "cpp, rows", rows)]
 
 
 def one_state(case: Case, peer: str, function: Any) -> Timed:
@@ -47,3 +49,21 @@ def one_state(case: Case, peer: str, function: Any) -> Timed:
         return out
 
     return Timed(case.name, output, peer, "state", states, sweep, result)
+
+
+def many_states(case: Case, peer: str, function: Any) -> Timed:
+    """Return inverse dynamics of rows of states by a function of C, of a count and four addresses."""
+    output = "inverse_dynamics"
+    clock, call = loops(), ctypes.cast(function, ctypes.c_void_p)
+    arguments, known = many(case, output), len(case.references[output])
+    out = np.zeros((MANY, case.references[output].shape[1]))
+    places = [address(a) for a in padded(arguments)]
+
+    def sweep(sweeps: int) -> float:
+        return clock.time_batch(call, 3, *longs(MANY, sweeps), *places, address(out))
+
+    def result() -> np.ndarray:
+        sweep(1)
+        return out[:known]
+
+    return Timed(case.name, output, peer, "batch", MANY, sweep, result)

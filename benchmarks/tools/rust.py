@@ -1,4 +1,4 @@
-"""The module of Rust, compiled by rustc for this machine, called one state a call."""
+"""The module of Rust, compiled by rustc for this machine, called one state a call and with many."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from symdyn.build.compiler import RUSTC, find_compiler
 from symdyn.build.dialects import RUST
 from symdyn.build.run_rust import run_rust
 from symdyn.emit import emit
-from tools.cpp import one_state
+from tools.cpp import many_states, one_state
 
 
 def version() -> str:
@@ -19,6 +19,6 @@ def version() -> str:
 
 
 def timed(case: Case) -> list[Timed]:
-    """Return inverse dynamics, one state a call."""
-    code = run_rust(emit(case.programs["inverse_dynamics"], "rust"))
-    return [one_state(case, "rust", code.inverse_dynamics._call)]
+    """Return inverse dynamics, one state a call and of many."""
+    call = run_rust(emit(case.programs["inverse_dynamics"], "rust", option="batch")).inverse_dynamics
+    return [one_state(case, "rust", call._call), many_states(case, "rust, rows", call._rows)]

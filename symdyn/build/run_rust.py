@@ -13,8 +13,10 @@ from symdyn.build.warned import check_target
 from symdyn.emit import Sources
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH
 from symdyn.emit.targets.rust import RUST
 from symdyn.emit.targets.rust.module import TYPES
+from symdyn.program.assemble import shared
 
 
 def run_rust(sources: Sources) -> Module:
@@ -38,6 +40,8 @@ def with_calls(sources: Sources) -> tuple[dict[str, str], tuple[str, ...]]:
         (name, routine.function.arguments, routine.function.shape, prod(routine.function.shape))
         for name, routine in zip(sources.functions, sources.program.routines, strict=True)
     ]
-    values = {"stem": opening, "real": TYPES[sources.real], "functions": functions}
-    exports = tuple(f"{opening}_{name}" for name in sources.functions)
+    batch = sources.option == BATCH
+    commons = [shared([argument.name for argument in arguments]) for _, arguments, _, _ in functions]
+    values = {"batch": batch, "commons": commons, "stem": opening, "real": TYPES[sources.real], "functions": functions}
+    exports = tuple(f"{opening}_{name}{end}" for name in sources.functions for end in ("", "_rows")[: 1 + batch])
     return {**sources.texts, f"{opening}{CALLS}.rs": render("rust/calls.rs.jinja", values)}, exports

@@ -95,7 +95,7 @@ RUNNERS: dict[str, Runner] = {
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
     CPP.name: Runner(run_cpp, batches=True, many=BATCH, measured="", usual=False, asked=True),
-    RUST.name: Runner(run_rust, batches=False, many="", measured="", usual=False, asked=True),
+    RUST.name: Runner(run_rust, batches=True, many=BATCH, measured="", usual=False, asked=True),
 }
 
 

@@ -131,10 +131,10 @@ def cuts(
 def _cut(
     routine: Routine, text: FunctionText, program: Program, printer: Printer, few: int | None, address: str
 ) -> CutText | None:
-    together, long = few is not None, _length(routine) > LONGEST
+    together, long = few is not None, length_of(routine) > LONGEST
     if not (long or together):
         return None
-    writer = _writer(routine, text, program, printer, LONGEST, short=together and long)
+    writer = writer_of(routine, text, program, printer, LONGEST, short=together and long)
     angles = sum(isinstance(stage, SineCosine) for stage in writer.plan.stages)
     parts, size = _parts(writer), prod(text.shape)
     if parts:
@@ -146,13 +146,15 @@ def _cut(
     return None
 
 
-def _length(routine: Routine) -> int:
+def length_of(routine: Routine) -> int:
+    """Return how many products and sums a routine has."""
     return routine.counts.multiplications + routine.counts.additions
 
 
-def _writer(
+def writer_of(
     routine: Routine, text: FunctionText, program: Program, printer: Printer, longest: int, short: bool
 ) -> Writer:
+    """Return what prints one routine, in passes of at most `longest` operations; as to `short` see `plan`."""
     places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
     made = plan(routine, program.constants, short, longest)
     if len(made.names) == len(routine.inputs) + len(routine.steps):  # no name was added
@@ -179,9 +181,9 @@ def _check_names(names: Sequence[str]) -> None:
 
 
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
-    single = writer = _writer(routine, text, program, printer, LONGEST, _length(routine) > LONGEST)
-    if _length(routine) > LONGEST and prod(text.shape) <= WIDEST_LOOP:
-        writer = _writer(routine, text, program, printer, LONGEST_LOOP, _length(routine) > LONGEST_LOOP)
+    single = writer = writer_of(routine, text, program, printer, LONGEST, length_of(routine) > LONGEST)
+    if length_of(routine) > LONGEST and prod(text.shape) <= WIDEST_LOOP:
+        writer = writer_of(routine, text, program, printer, LONGEST_LOOP, length_of(routine) > LONGEST_LOOP)
     made = writer.plan
     states, length = [], 0
     names = [argument.name for argument in text.arguments]

@@ -4,6 +4,9 @@
     let mut tau = [0.0; 2];
     two_link::inverse_dynamics(&q, &qd, &qdd, &params, &mut tau);
 
+With option "batch", `inverse_dynamics_rows` takes slices of such arrays: blocks of states go through loops that become
+vector code.
+
 Lengths are in the types. Sines and cosines are those of the C target's batches, with the same bits where that computes
 them itself, below 2^20; larger angles are reduced here, too. What else `core` lacks (square root, exponential, ...)
 stands in the file where it is called. Sums of products call `fma`, which is one operation where the target has it.
@@ -21,8 +24,10 @@ from symdyn.emit.code.real import REALS, digits
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH
 from symdyn.emit.targets.c.batch import cuts
 from symdyn.emit.targets.c.sincos import sincos_values
+from symdyn.emit.targets.rust.blocks import blocks
 from symdyn.emit.targets.rust.fused import FusedPrinter
 from symdyn.emit.targets.rust.two_over_pi import words
 from symdyn.graph import Op
@@ -67,6 +72,7 @@ sign_of sincos sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turn
 def _write(draft: Draft) -> dict[str, str]:
     """Return the module."""
     codes = cuts(draft.program, draft.page, draft.printer, few=1, address="&[{}]")
+    batch = draft.option == BATCH
     operations = {op for function in draft.page.functions for op in function.operations}
     values = {
         "page": draft.page,
@@ -74,6 +80,8 @@ def _write(draft: Draft) -> dict[str, str]:
         "stem": draft.stem,
         "real": TYPES[draft.real.name],
         "codes": codes,
+        "batch": batch,
+        "blocks": blocks(draft.program, draft.page, draft.printer, 8 if draft.real.bits > 24 else 4) if batch else (),
         "operations": {op.name for op in operations},
         "sincos": any(many and many.sincos for many in codes),
         "two_over_pi_words": words(),
@@ -102,7 +110,7 @@ RUST = Target(
     title="Rust",
     text="a module of Rust that needs core alone, no_std",
     reals=tuple(REALS),
-    options={},
+    options={BATCH: "functions over many states too, as slices of arrays"},
     files={"{stem}.rs": str},
     first=0,
     keywords=frozenset(KEYWORDS.split()),
