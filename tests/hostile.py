@@ -124,6 +124,8 @@ DOORS = {  # what writes files of a scene, by folder; {scene}, {folder} and {val
     "rust": "generate {scene} --target rust -o {folder}",
     "wasm": "generate {scene} --target wasm --batch -o {folder}",
     "gpu": "generate {scene} --target gpu -o {folder}",
+    "casadi": "generate {scene} --target casadi --external -o {folder}",
+    "heyoka": "generate {scene} --target heyoka -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",
     "julia": "generate {scene} --target julia -o {folder}",

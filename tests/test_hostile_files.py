@@ -60,7 +60,7 @@ OPENERS: dict[str, Harness] = {
     ".md": lambda path: in_markdown(path.read_text(encoding="utf-8")),
 }
 
-HEAVY = ("matlab", "rust")
+HEAVY = ("casadi", "heyoka", "matlab", "rust")
 SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 
 
