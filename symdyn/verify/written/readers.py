@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from symdyn.verify.written.c import C_BY_COLUMNS, C
 from symdyn.verify.written.cpp import CPP
+from symdyn.verify.written.julia import JULIA
 from symdyn.verify.written.kernels import CUDA, OPENCL
 from symdyn.verify.written.matlab import MATLAB
 from symdyn.verify.written.python import CASADI, HEYOKA, NUMPY
@@ -18,6 +19,7 @@ READERS: Mapping[str, Mapping[str, Language]] = {
     "heyoka": {".py": HEYOKA},
     "matlab": {".m": MATLAB},
     "cpp": {".hpp": CPP},
+    "julia": {".jl": JULIA},
     "gpu": {".cu": CUDA, ".cl": OPENCL},
 }
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""
