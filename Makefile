@@ -50,7 +50,7 @@ wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in
 	$(BIN)/python tests/wheel.py
 
 golden: $(READY)  ## rewrite generated/ and docs/walkthroughs/ after a change that is meant
-	$(BIN)/python -m pytest tests/test_generated.py tests/test_teach_examples.py --update-golden
+	$(BIN)/python -m pytest tests/test_generated.py tests/test_fmu.py tests/test_teach_examples.py --update-golden
 
 docs: $(READY)  ## the site of documentation, in build/site; a warning is an error
 	$(BIN)/sphinx-build -q -W --keep-going -E -c docs/site -d build/doctrees docs build/site

@@ -1,5 +1,5 @@
 /* Goes through the life of two instances of an FMU of FMI 2 at once; prints numbers that a test looks at. */
-#include "fmi2.c"
+#include "fmi2-functions.c"
 
 static void log_it(void *environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String text, ...)
 {

@@ -401,7 +401,7 @@ def in_fmu(path: Path) -> list[str]:
         archive.extractall(folder)
     known = re.compile(r"[A-Z][A-Za-z0-9]+|fmi[A-Za-z]+")
     attribute = re.compile(r"[a-z]+([A-Z][A-Za-z]*)*|K|A")
-    found = [seen for file in sorted((folder / "sources").glob("fmi?.c")) for seen in in_c(file)]
+    found = [seen for file in sorted((folder / "sources").glob("fmi?-functions.c")) for seen in in_c(file)]
     for file in sorted(folder.rglob("*.xml")):
         try:
             elements = [*ElementTree.parse(file).iter()]

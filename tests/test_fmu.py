@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import zipfile
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree
@@ -166,11 +167,39 @@ def test_the_same_scene_gives_the_same_bytes_and_no_date() -> None:
         assert {one.date_time for one in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
 
+GOLDEN = ("modelDescription.xml", "sources/fmu-mechanism.h", "sources/buildDescription.xml")
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_what_generated_holds_is_in_the_file(version: str, tmp_path: Path, update_golden: bool) -> None:
+    folder = EXAMPLES.parent / "generated" / "pendulum_fmu"
+    words = ["generate", str(EXAMPLES / "pendulum.toml"), "--target", "fmu"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("symdyn.cli.generate.complete", lambda sources: (sources, ""))
+        assert main([*words, "-o", str(tmp_path)]) == 0
+    with zipfile.ZipFile(tmp_path / f"pendulum_{version}.fmu") as archive:
+        found = {Path(name).name: archive.read(name) for name in archive.namelist() if name in GOLDEN}
+    for name, text in found.items():
+        path = folder / f"{version}_{name}"
+        if update_golden:
+            folder.mkdir(exist_ok=True)
+            path.write_bytes(text)
+        assert path.read_bytes() == text
+
+
+@pytest.mark.parametrize("name", ["fmi2", "fmu_steps", "fmu-steps", "modelDescription", "types", "a b é"])
+def test_a_scene_may_be_called_as_files_of_ours_are(name: str) -> None:
+    scene = replace(symdyn.example("pendulum"), name=name)
+    for version in VERSIONS:
+        names, usual = ({*unpacked(sources_of(one), version)} for one in (scene, symdyn.example("pendulum")))
+        assert len(names) == len(usual)
+
+
 def test_another_model_has_another_token() -> None:
     one, other = (
         re.findall(r'TOKEN "(\w+)"', text.decode())[0]
         for text in (
-            unpacked(sources_of(scene), "fmi2")["sources/mechanism.h"]
+            unpacked(sources_of(scene), "fmi2")["sources/fmu-mechanism.h"]
             for scene in (symdyn.example("pendulum"), bind(symdyn.example("pendulum"), read_bindings("l=2")))
         )
     )
@@ -188,6 +217,11 @@ def test_what_it_is_made_of_is_asked_for_and_nothing_else(tmp_path: Path, capsys
     with pytest.raises(EmitError, match=r"is made of forward_dynamics, .*; leave --functions out"):
         emit(lower(symdyn.derive(symdyn.example("pendulum"), ["mass_matrix"])), "fmu")
     assert not [*tmp_path.iterdir()]
+
+
+def test_what_has_no_functions_to_call_is_not_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(EXAMPLES / "pendulum.toml"), "--targets", "fmu"]) == 1
+    assert "has no functions to call; measure numpy or c" in capsys.readouterr().err
 
 
 def test_a_parameter_without_a_value_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
@@ -245,7 +279,7 @@ def test_its_code_compiles_without_a_word(name: str, version: str, compiler: str
     scene = read_text(SIGNALS) if name == "signals" else symdyn.example(name)
     unpack(sources_of(scene), version, tmp_path)
     for more in ([], [f"-D{version.upper()}_FUNCTION_PREFIX=model_"]):
-        words = [compiler, *STRICT, *more, "-c", f"{version}.c", "-o", "model.o"]
+        words = [compiler, *STRICT, *more, "-c", f"{version}-functions.c", "-o", "model.o"]
         done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, "")
 
@@ -254,7 +288,7 @@ def test_its_code_compiles_without_a_word(name: str, version: str, compiler: str
 @pytest.mark.runs("gcc")
 def test_an_instance_has_no_state_outside_itself(tmp_path: Path) -> None:
     unpack(sources_of(symdyn.example("pendulum")), "fmi2", tmp_path)
-    for file in ("fmi2.c", "pendulum.c"):
+    for file in ("fmi2-functions.c", "pendulum.c"):
         subprocess.run(["gcc", *STRICT, "-c", file, "-o", "model.o"], cwd=tmp_path, check=True)
         symbols = subprocess.check_output(["nm", "model.o"], cwd=tmp_path, text=True)
         assert [line for line in symbols.splitlines() if re.search(r" [bBdDcC] ", line) and "NAMES" not in line] == []

@@ -320,7 +320,7 @@ def test_the_declarations_are_those_of_the_standard(version: str, tmp_path: Path
             "-DFMI_HEADERS",
             f"-I{headers}",
             "-c",
-            f"{version}.c",
+            f"{version}-functions.c",
         ]
         done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, "")

@@ -269,6 +269,10 @@ def wanted_targets(targets: Sequence[str] | None, real: str) -> tuple[str, ...]:
     for name in targets:
         if name not in TARGETS:
             raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
+        if TARGETS[name].functions is not None:
+            raise EmitError(
+                f"target {name} ({TARGETS[name].text}) has no functions to call; measure {' or '.join(RUNNERS)}"
+            )
         if real not in TARGETS[name].reals:
             raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(TARGETS[name].reals)} alone")
     return tuple(dict.fromkeys(targets))

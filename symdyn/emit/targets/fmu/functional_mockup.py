@@ -14,6 +14,7 @@ Reference: Modelica Association, Functional Mock-up Interface 2.0.4 and 3.0.1, h
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from typing import Any
 
 from symdyn.dynamics.mechanism.directions import has_quaternions
@@ -21,7 +22,7 @@ from symdyn.dynamics.mechanism.prescribed import has_motion, prescribed
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.fmu.archive import packed
@@ -35,6 +36,9 @@ from symdyn.scene import Scene
 
 TOLERANCE = "1e-09"
 """Relative and absolute tolerance of a co-simulation that is not told one."""
+
+FIXED = ("fmu-instance.h", "fmu-steps.h")
+"""Files that are the same for all mechanisms and both versions."""
 
 PLACES = {
     "q": "m->q",
@@ -72,27 +76,35 @@ def _write(draft: Draft) -> dict[str, bytes]:
     there = variables(program, *starting_state(scene))
     code = C.write(C.draft(program, draft.real, draft.page.command))
     values = _values(draft, there)
-    fixed = {
-        "instance.h": f"{verbatim('fmu/instance.h')}\n",
-        "steps.h": f"{verbatim('fmu/steps.h')}\n",
-    }
     facts = described(draft, there, not scene.is_closed, TOLERANCE)
-    files = {}
-    for version, more in (("fmi2", {}), ("fmi3", {"sources/buildDescription.xml": "fmu/build.xml.jinja"})):
-        speaking = {
-            f"{version}.h": f"{verbatim(f'fmu/{version}.h')}\n",
-            f"{version}.c": render(f"fmu/{version}.c.jinja", values),
+    return {
+        f"{draft.stem}_{version}.fmu": packed(_members(version, draft.stem, code, values, facts))
+        for version in ("fmi2", "fmi3")
+    }
+
+
+def _members(
+    version: str, stem: str, code: Mapping[str, Contents], values: dict[str, Any], facts: dict[str, Any]
+) -> dict[str, Contents]:
+    """Return the files of one version by name; names of ours have a hyphen, which no scene's files have.
+
+    The token that ties code and description together is made of all of them.
+    """
+    facts = facts | {"compiled": [f"{version}-functions.c", f"{stem}.c"]}
+
+    def made(token: str) -> dict[str, Contents]:
+        sources = {
+            f"{version}-functions.c": render(f"fmu/{version}-functions.c.jinja", values),
+            **{name: f"{verbatim(f'fmu/{name}')}\n" for name in (f"{version}-types.h", *FIXED)},
+            "fmu-mechanism.h": render("fmu/fmu-mechanism.h.jinja", values | {"token": token}),
+            **code,
         }
-        facts |= {"compiled": [f"{version}.c", f"{draft.stem}.c"], "token": ""}
-        bare = render(f"fmu/{version}.xml.jinja", facts), render("fmu/mechanism.h.jinja", values | {"token": ""})
-        texts = [text for text in {**code, **fixed, **speaking}.values() if isinstance(text, str)]
-        token = {"token": hashlib.sha256("\0".join([*bare, *texts]).encode()).hexdigest()[:32]}
-        made: dict[str, str | bytes] = {"modelDescription.xml": render(f"fmu/{version}.xml.jinja", facts | token)}
-        made |= {name: render(template, facts) for name, template in more.items()}
-        speaking["mechanism.h"] = render("fmu/mechanism.h.jinja", values | token)
-        made |= {f"sources/{name}": text for name, text in {**speaking, **fixed, **code}.items()}
-        files[f"{draft.stem}_{version}.fmu"] = packed(made)
-    return files
+        build = {"buildDescription.xml": render("fmu/build.xml.jinja", facts)} if version == "fmi3" else {}
+        model = {"modelDescription.xml": render(f"fmu/{version}.xml.jinja", facts | {"token": token})}
+        return model | {f"sources/{name}": text for name, text in {**build, **sources}.items()}
+
+    whole = "\0".join(str(text) for text in made("").values())
+    return made(hashlib.sha256(whole.encode()).hexdigest()[:32])
 
 
 def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
