@@ -183,6 +183,10 @@ def show(certificate: Certificate) -> None:
     primes = " and ".join(map(str, fields.primes))
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
     show_written(certificate.written)
+    for one in certificate.blocks:
+        result = f"{one.wrong} differ from" if one.wrong else "in columns and in rows, as"
+        lengths = f"{one.functions} functions over 0, 1, … {one.longest} states"
+        print(f"{one.target} --{one.option}: {lengths} {result} one state at a time.\n")
     measured = [
         (
             a.function,

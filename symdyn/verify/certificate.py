@@ -35,6 +35,7 @@ from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, SceneLike, express, scene_of
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Accuracy, measure
+from symdyn.verify.blocks import Blocks, run_blocks
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
 from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
@@ -44,6 +45,9 @@ from symdyn.verify.texts import written_of
 from symdyn.verify.written import Written
 
 Progress = Callable[[str], None]
+
+BLOCKS = "c"
+"""The target whose code for many states is run at every length where it is asked for by name."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ class Certificate(Shown):
         notes: what was left out and why.
         refused: the words of the compiler or of Node.js if it refused the code; "" if it did not.
         written: files whose text was read back and proved.
+        blocks: code for many states that was run at every length, if C was asked for.
     """
 
     scene: str
@@ -67,6 +72,7 @@ class Certificate(Shown):
     notes: tuple[str, ...]
     refused: str = ""
     written: tuple[Written, ...] = ()
+    blocks: tuple[Blocks, ...] = ()
 
     def __repr__(self) -> str:
         verdicts = Counter(one.verdict for one in self.findings)
@@ -79,8 +85,8 @@ class Certificate(Shown):
     def passed(self) -> bool:
         """Whether nothing differs, the code compiles, and every module is as accurate as its numbers allow."""
         sound = all(f.verdict != DIFFERENT for f in self.findings)
-        proved = all(one.passed for one in self.written)
-        return sound and proved and not self.refused and all(a.passed for a in self.accuracy)
+        sound = sound and all(one.passed for one in self.written) and all(one.passed for one in self.blocks)
+        return sound and not self.refused and all(a.passed for a in self.accuracy)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate for JSON."""
@@ -149,6 +155,10 @@ def certify(
     written = written_of(code, real, targets, asked, notes, seed)
     progress("building")
     modules, refused = modules_of(code, real, notes, targets)
+    blocks: tuple[Blocks, ...] = ()
+    if asked and BLOCKS in modules:
+        progress("running blocks of states at every length")
+        blocks = (run_blocks(code, real, seed),)
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     for one in LOOKS:
@@ -160,7 +170,9 @@ def certify(
     progress("measuring against 50 digits")
     accuracy = measure(program, modules, seed=seed, real=real)
     notes += [f"{a.function}: real at none of the states tried" for a in accuracy if not a.states]
-    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused, written)
+    return Certificate(
+        scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused, written, tuple(blocks)
+    )
 
 
 def taken(

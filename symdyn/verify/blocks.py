@@ -1,0 +1,121 @@
+"""Fixed text of code for many states, measured: every length from none to three blocks gives the states one by one.
+
+Blocks, what is left over, columns and rows are no arithmetic, so they are not proved but run: at each length, in
+columns and in rows, next to one state a call, with an entry behind the result that nothing may touch.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build import build
+from symdyn.build.c_module import bind_rows
+from symdyn.dynamics import Function
+from symdyn.emit import emit
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.c.batch import LANES
+from symdyn.program import Program
+from symdyn.program.assemble import shared
+
+LONGEST = 3 * LANES
+
+NEAR = {"double": 1e-6, "float": 1e-2}
+"""Share of a result's largest entry by which both ways may differ: a wrong place is off by all of it."""
+
+UNTOUCHED = 7.0
+
+Array = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """How the functions over many states of one target were run.
+
+    Attributes:
+        target: which.
+        option: of the target.
+        functions: how many.
+        longest: states; every number of them from 0 on was tried.
+        wrong: function, way and length at which a state came out otherwise; "" for none.
+    """
+
+    target: str
+    option: str
+    functions: int
+    longest: int
+    wrong: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether all states came out as one by one."""
+        return not self.wrong
+
+
+def run_blocks(program: Program, real: str, seed: int = 1) -> Blocks:
+    """Return how C over many states runs at every length from 0 to three blocks.
+
+    Raises:
+        BuildError: no compiler, or its own words when it refuses.
+    """
+    sources = emit(program, C.name, real, option=BATCH)
+    module = build(sources)
+    library = ctypes.CDLL(str(module.path))
+    opening, count, wrong = stem(program.scene.name), 0, ""
+    for name, routine in zip(sources.functions, program.routines, strict=True):
+        function = routine.function
+        if not function.entries or wrong:
+            continue
+        count += 1
+        ways = {
+            way: bind_rows(library, f"{opening}_{name}_{way}", len(function.arguments) + 1) for way in ("batch", "rows")
+        }
+        wrong = _wrong(function, getattr(module, name), ways, NEAR[real], seed)
+    return Blocks(C.name, BATCH, count, LONGEST, wrong)
+
+
+def _wrong(function: Function, one: Any, ways: dict[str, Any], near: float, seed: int) -> str:
+    """Return where a function over many states is off, "" if nowhere."""
+    rng = np.random.default_rng(seed)
+    common = shared([argument.name for argument in function.arguments])
+    given = [
+        rng.uniform(0.5, 2, (1 if argument.name == common else LONGEST, len(argument.symbols))).astype(one.dtype)
+        for argument in function.arguments
+    ]
+    states = [
+        [values[0 if a.name == common else k] for a, values in zip(function.arguments, given, strict=True)]
+        for k in range(LONGEST)
+    ]
+    wanted = np.array([np.ravel(one(*(v[0] if a.scalar else v for a, v in _named(function, s)))) for s in states])
+    for length in range(LONGEST + 1):
+        for way, call in ways.items():
+            columns = way == "batch"
+            rows = [values if len(values) == 1 else values[:length] for values in given]
+            arrays = [np.ascontiguousarray(values.T if columns and len(values) > 1 else values) for values in rows]
+            out = np.full(length * wanted.shape[1] + 1, UNTOUCHED, one.dtype)
+            call(length, *(array.ctypes.data for array in arrays), out.ctypes.data)
+            size = wanted.shape[1]
+            found = out[:-1].reshape((size, length)).T if columns else out[:-1].reshape((length, size))
+            if out[-1] != UNTOUCHED or not _close(found, wanted[:length], near):
+                return f"{function.name}, {'columns' if columns else 'rows'} of {length} states"
+    return ""
+
+
+def _named(function: Function, state: Sequence[Array]) -> list[tuple[Any, Array]]:
+    return list(zip(function.arguments, state, strict=True))
+
+
+def _close(found: Array, wanted: Array, near: float) -> bool:
+    """Tell whether states came out alike; those that have no value are left out."""
+    if not prod(wanted.shape):
+        return True
+    real = np.isfinite(wanted).all(axis=1)
+    size = np.abs(wanted[real]).max(axis=1, keepdims=True, initial=0.0)
+    return bool((np.abs(found[real] - wanted[real]) <= near * size).all())
