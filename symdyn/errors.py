@@ -74,6 +74,10 @@ class ArgumentError(SymdynError, TypeError, ValueError):
     """A call of a function with a value that is missing, or that it does not take."""
 
 
+class ProgramError(SymdynError):
+    """A file of a program that cannot be read; says where, and what was found."""
+
+
 class EmitError(SymdynError):
     """A target that cannot express what was asked."""
 

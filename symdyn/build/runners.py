@@ -14,6 +14,7 @@ from symdyn.build.extension import build_extension
 from symdyn.build.run_casadi import run_casadi
 from symdyn.build.run_cpp import run_cpp
 from symdyn.build.run_heyoka import run_heyoka
+from symdyn.build.run_json import run_json
 from symdyn.build.run_node import run_js
 from symdyn.build.run_octave import run_matlab
 from symdyn.build.run_opencl import run_opencl
@@ -27,6 +28,7 @@ from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
+from symdyn.emit.targets.json_graph import JSON
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.emit.targets.rust import RUST
@@ -92,6 +94,7 @@ RUNNERS: dict[str, Runner] = {
     HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True),
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
     WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
+    JSON.name: Runner(run_json, batches=False, many="", measured="", usual=False, asked=True),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
     CPP.name: Runner(run_cpp, batches=True, many=BATCH, measured="", usual=False, asked=True),

@@ -13,6 +13,7 @@ from symdyn.emit.targets.fmu import FMU
 from symdyn.emit.targets.gpu import GPU
 from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
+from symdyn.emit.targets.json_graph import JSON
 from symdyn.emit.targets.julia import JULIA
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
@@ -40,6 +41,7 @@ TARGETS: dict[str, Target] = {
         HEYOKA,
         FMU,
         WASM,
+        JSON,
     )
 }
 
