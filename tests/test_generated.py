@@ -21,6 +21,7 @@ CASES = [
     ("two_link", "wasm", "double"),
     ("two_link", "matlab", "double"),
     ("two_link", "julia", "double"),
+    ("two_link", "heyoka", "double"),
     ("two_link", "gpu", "double"),
     ("two_link", "gpu", "float"),
     ("cart_pole", "numpy", "double"),
@@ -56,6 +57,14 @@ def test_generated_files_for_mex_are_what_the_command_line_writes(
 ) -> None:
     words = ["--target", "matlab", "--mex", "--functions", "inverse_dynamics,mass_matrix,coriolis_matrix"]
     compare("two_link", "two_link_mex", words, tmp_path, update_golden, capsys)
+
+
+def test_generated_files_with_jacobians_are_what_the_command_line_writes(
+    tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    functions = "inverse_dynamics,inverse_dynamics_derivatives,inverse_dynamics_by_parameters,mass_matrix"
+    words = ["--target", "casadi", "--external", "--functions", functions]
+    compare("two_link", "two_link_casadi", words, tmp_path, update_golden, capsys)
 
 
 @pytest.mark.parametrize("target", ["numpy", "c"])

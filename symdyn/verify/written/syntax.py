@@ -25,7 +25,8 @@ def parse(grammar: str, source: bytes) -> Node:
     """
     root = _parser(grammar).parse(source).root_node
     if root.has_error:
-        wrong = next(node for node in nodes(root) if node.is_error or node.is_missing)
+        wrong = next((node for node in nodes(root) if node.is_error or node.is_missing), None)
+        wrong = wrong or [node for node in nodes(root) if node.has_error][-1]  # something without a node is missing
         raise Unread(line_of(wrong), f"{words(wrong)} is no syntax of the language")
     return root
 
