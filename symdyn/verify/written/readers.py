@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from symdyn.verify.written.c import C_BY_COLUMNS, C
 from symdyn.verify.written.cpp import CPP
+from symdyn.verify.written.javascript import JAVASCRIPT
 from symdyn.verify.written.julia import JULIA
 from symdyn.verify.written.kernels import CUDA, OPENCL
 from symdyn.verify.written.matlab import MATLAB
@@ -15,6 +16,7 @@ from symdyn.verify.written.reading import Language
 READERS: Mapping[str, Mapping[str, Language]] = {
     "numpy": {".py": NUMPY},
     "c": {".c": C, ".h": C},
+    "js": {".mjs": JAVASCRIPT, ".js": JAVASCRIPT},
     "casadi": {".py": CASADI, ".c": C},
     "heyoka": {".py": HEYOKA},
     "matlab": {".m": MATLAB},

@@ -1,0 +1,80 @@
+"""Files of JavaScript are read back as operations: what they compute is proved, what they must not say is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import symdyn
+from symdyn.emit import emit
+from symdyn.program import Program
+from symdyn.verify.texts import files_of
+from symdyn.verify.written import READERS, Written, printed, prove_texts
+
+
+@pytest.fixture(scope="module")
+def two_link() -> Program:
+    return symdyn.lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
+
+
+def altered(program: Program, old: str, new: str, file: str) -> Written:
+    """Return what is known of a file with one piece of text changed."""
+    files = files_of(emit(program, "js"))
+    text = str(files.contents[file])
+    assert old in text
+    changed = replace(files, contents={**files.contents, file: text.replace(old, new, 1)})
+    found = prove_texts(printed(program, "double"), changed, READERS["js"], files.contents)
+    assert [one.passed for one in found if one.file != file] == [True]
+    return next(one for one in found if one.file == file)
+
+
+@pytest.mark.parametrize("file", ["two_link.mjs", "two_link.js"])
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("x3 = qdd_1 + qdd_2", "x3 = qdd_1 - qdd_2", "inverse_dynamics, entry 0, line "),
+        ("Math.sin(q_1)", "Math.cos(q_1)", "entry 0"),
+        ("Math.sin(q_1)", "Math?.sin(q_1)", "is no function that is read here"),
+        ("Math.sin(q_1)", "Math.sinh(q_1)", "is no function that is read here"),
+        ("Math.sin(q_1)", "Math.sin(q_1, q_2)", "has another number of arguments"),
+        ("q_1 = q[0]", "q_1 = q[1]", "entry 0"),
+        ("q_1 = q[0]", "q_1 = q[2]", "is no entry of an argument"),
+        ("q_1 = q[0]", "q_1 = q[00]", "is no entry of an array"),
+        ("q_1 = q[0]", "q_1 = q[-1]", "is no entry of an array"),
+        ("q_1 = q[0]", "q_1 = out[0]", "is no entry of an argument"),
+        ("const q_2 = q[1];", "const q_1 = q[1];", "has a value already"),
+        ("const q_2 = q[1];", "const Math = q[1];", "has a value already"),
+        ("const q_2 = q[1];", "let q_2 = q[1];", "is no statement that is read here"),
+        ("const q_2 = q[1];", "const q_2 = q[1], y = 1.0;", "is no statement that is read here"),
+        ("const q_2 = q[1];", "", "has no value yet"),
+        ("const x3 = qdd_1 + qdd_2;", "const x3 = qdd_1\n + qdd_2 ** 1;", "is no operation that is read here"),
+        ("const x3 = qdd_1", "const x3 = 08.5 + qdd_1", "is no decimal number"),
+        ("const x3 = qdd_1", "const x3 = -0.0 + qdd_1", "a zero has a sign"),
+        ("const x3 = qdd_1", "const x3 = qd[0] > 1 ? 1 : qdd_1", "is no expression that is read here"),
+        ("out[0] = ", "out[1] = ", "is not one entry of 2, or one that is written already"),
+        ("out[0] = ", "q[0] = ", "writes to q"),
+        ("out[1] = x5;", "", "comes before entry 1 is written"),
+        ("out[1] = x5;", "out[1] = x5 + 0.0 * q[0];", "is read after out was written"),
+        ("  return out;", "  return\n  out;", ""),
+        ("  return out;", "  return q;", "does not return out"),
+        ("(q, qd, qdd, params, out", "(qd, q, qdd, params, out", "is not (q, qd, qdd, params, out"),
+        ("new Float64Array(2)", "new Float64Array(3)", "is not (q, qd, qdd, params, out"),
+        ('_check("inverse_dynamics", "q", q, 2)', '_check("inverse_dynamics", "q", q, 3)', ""),
+        ("const kinetic_energy = ", "const kinetic = ", ""),
+        ("const _check = ", "const Math = 1;\nconst _check = ", "something of this file is called Math"),
+        ("const _check = ", "const { Math } = { Math: 1 };\nconst _check = ", "is called Math"),
+        ("const _check = ", "function inverse_dynamics() {}\nconst _check = ", "is one of several called inverse"),
+        ("value.length !== length", "value.length === length", ""),
+    ],
+)
+def test_a_change_is_found_and_told(two_link: Program, old: str, new: str, told: str, file: str) -> None:
+    found = altered(two_link, old, new, file)
+
+    assert not found.passed
+    assert told in found.where
+
+
+def test_comments_and_parentheses_change_nothing(two_link: Program) -> None:
+    for old, new in (("const x3 = qdd_1", "/* a */ const x3 = (qdd_1)"), ("out[1] = x5;", "out[1] = x5; // so")):
+        assert altered(two_link, old, new, "two_link.mjs").verdict == "proved"
