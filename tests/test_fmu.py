@@ -23,7 +23,7 @@ from symdyn.build.mockup_binary import binary_place
 from symdyn.cli import main
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.targets.fmu.units import in_base
-from symdyn.errors import EmitError
+from symdyn.errors import DerivationError, EmitError
 from symdyn.program import lower, prepare, tunable
 from symdyn.scene import bind, read_bindings, read_text
 from symdyn.simulation.initial import read_start
@@ -232,6 +232,12 @@ def test_a_parameter_without_a_value_is_asked_for(capsys: pytest.CaptureFixture[
 def test_what_sticks_is_refused() -> None:
     text = SIGNALS.replace("b*x_dot", "b*sign(x_dot)")
     with pytest.raises(EmitError, match=r"lacks sign, which forward_dynamics.* needs: a model without events"):
+        sources_of(read_text(text))
+
+
+def test_ideal_friction_is_refused() -> None:
+    text = SIGNALS.replace('drive = "M"', 'drive = "M"\nfriction = { coulomb = 0.4, smoothing = 0 }')
+    with pytest.raises(DerivationError, match="smoothing"):
         sources_of(read_text(text))
 
 

@@ -326,6 +326,32 @@ def test_the_declarations_are_those_of_the_standard(version: str, tmp_path: Path
         assert (done.returncode, done.stderr) == (0, "")
 
 
+LAYOUTS = {
+    "fmi2": """sizeof(fmi2EventInfo) offsetof(fmi2EventInfo,terminateSimulation) offsetof(fmi2EventInfo,nextEventTime)
+        offsetof(fmi2EventInfo,nextEventTimeDefined) sizeof(fmi2CallbackFunctions) sizeof(fmi2ValueReference)
+        offsetof(fmi2CallbackFunctions,stepFinished) offsetof(fmi2CallbackFunctions,componentEnvironment)
+        fmi2OK fmi2Discard fmi2Error fmi2Pending fmi2CoSimulation fmi2LastSuccessfulTime fmi2Terminated
+        sizeof(fmi2Boolean)""",
+    "fmi3": """fmi3OK fmi3Discard fmi3Error fmi3Fatal fmi3Dependent fmi3IntervalChanged sizeof(fmi3Boolean)
+        sizeof(fmi3ValueReference) sizeof(fmi3Binary) sizeof(fmi3Clock)""",
+}
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_numbers_and_places_are_those_of_the_standard(version: str, tmp_path: Path) -> None:
+    headers = Path(fmpy().__file__).parent / "c-code"
+    unpack(sources_of(symdyn.example("pendulum")), version, tmp_path)
+    lines = "".join(f'printf("%d\\n", (int){one});' for one in LAYOUTS[version].split())
+    headed = "".join(f'#include "{name}"\n' for name in ("stddef.h", "stdio.h", f"{version}-types.h"))
+    (tmp_path / "layout.c").write_text(f"{headed}int main(void) {{ {lines} }}\n")
+    told = []
+    for words in ([], ["-DFMI_HEADERS", f"-I{headers}"]):
+        subprocess.run(["gcc", *words, "layout.c", "-o", "layout"], cwd=tmp_path, check=True)
+        told.append(subprocess.check_output(["./layout"], cwd=tmp_path, text=True))
+
+    assert told[0] == told[1]
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_fmpy_builds_the_sources_itself(version: str, tmp_path: Path) -> None:
     fmpy()

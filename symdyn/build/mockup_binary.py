@@ -6,12 +6,10 @@ import ctypes
 import platform
 import sys
 import tempfile
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from symdyn.build.compiler import PATIENCE, compile_library, find_compiler
-from symdyn.build.dialects import Needs
+from symdyn.build.compiler import PATIENCE, Compiler, compile_library, find_compiler
 from symdyn.emit import Sources
 from symdyn.emit.targets.fmu import FMU, members, packed
 from symdyn.errors import BuildError
@@ -48,18 +46,30 @@ def with_binaries(sources: Sources, compiler: str | None = None, patience: float
     """
     if sources.target != FMU.name:
         raise BuildError(f"binaries are for FMUs, and these are sources of target {sources.target}")
-    files = tuple(
-        (name, _filled(name, archive, compiler, patience))
-        for name, archive in sources.files
-        if isinstance(archive, bytes)
-    )
+    compiling = find_compiler(compiler, "portable")
+    with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
+        files = tuple(
+            (name, _filled(name, archive, compiling, patience, Path(folder)))
+            for name, archive in sources.files
+            if isinstance(archive, bytes)
+        )
     return replace(sources, files=files)
 
 
-def _filled(name: str, archive: bytes, compiler: str | None, patience: float) -> bytes:
+def _filled(name: str, archive: bytes, compiler: Compiler, patience: float, folder: Path) -> bytes:
     identifier, _, version = name.removesuffix(".fmu").rpartition("_")
-    found, place = members(archive), binary_place(version, identifier)
-    return packed({**found, place: _compiled(found, compiler, patience, Path(place).suffix)})
+    found, target = members(archive), binary_place(version, identifier)
+    place = folder / version
+    place.mkdir()
+    for file, text in found.items():
+        if file.startswith("sources/"):
+            (place / Path(file).name).write_bytes(text)
+    equations = folder / f"equations{compiler.dialect.object}"
+    if not equations.exists():  # the same for all versions
+        compile_library(compiler, place / f"{identifier}.c", equations, patience, part=True)
+    made = place / f"model{Path(target).suffix}"
+    compile_library(compiler, [place / f"{version}-functions.c", equations], made, patience)
+    return packed({**found, target: made.read_bytes()})
 
 
 def binary_place(version: str, identifier: str) -> str:
@@ -76,16 +86,3 @@ def binary_place(version: str, identifier: str) -> str:
     bits = 8 * ctypes.sizeof(ctypes.c_void_p)
     folder = f"{system[0]}{bits}" if version == "fmi2" else f"{family}-{system[1]}"
     return f"binaries/{folder}/{identifier}{system[2]}"
-
-
-def _compiled(found: Mapping[str, bytes], compiler: str | None, patience: float, suffix: str) -> bytes:
-    with tempfile.TemporaryDirectory(prefix="symdyn-") as folder:
-        place, code = Path(folder), []
-        for name, text in found.items():
-            if name.startswith("sources/"):
-                path = place / Path(name).name
-                path.write_bytes(text)
-                code += [path] if path.suffix == ".c" else []
-        made = place / f"model{suffix}"
-        compile_library(find_compiler(compiler, "portable"), code, made, patience, Needs(headers=(str(place),)))
-        return made.read_bytes()
