@@ -128,6 +128,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene}, {folder} and {val
     "heyoka": "generate {scene} --target heyoka -o {folder}",
     "ufunc": "generate {scene} --target ufunc -o {folder}",
     "matlab": "generate {scene} --target matlab -o {folder}",
+    "mex": "generate {scene} --target matlab --mex -o {folder}",
     "julia": "generate {scene} --target julia -o {folder}",
     "fmu": "generate {scene} --target fmu --bind {values} -o {folder}",
     "md": "walkthrough {scene} -o {folder}/l.md",
@@ -217,7 +218,8 @@ def in_c(path: Path) -> list[str]:
     """Compile a file with every warning, and look for canaries among its symbols and in what the compiler says."""
     compiler, lister = program("gcc", "cc"), program("nm")
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wcomment", "-Wtrigraphs", "-fopenmp-simd", "-c", "-o"]
-    for headers in (sysconfig.get_paths()["include"], numpy.get_include()):
+    octave = [str(path.parent) for path in Path("/usr/include").glob("octave-*/octave/mex.h")]
+    for headers in (sysconfig.get_paths()["include"], numpy.get_include(), *octave):
         flags = ["-isystem", headers, *flags]
     made = path.parent / f"{path.name}.o"
     done = subprocess.run(

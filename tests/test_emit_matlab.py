@@ -20,7 +20,7 @@ from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import Sources, emit, write
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
-from symdyn.program import formulate, lower, prepare
+from symdyn.program import at_rest, formulate, lower, prepare
 from symdyn.scene import Scene
 
 PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"
@@ -238,6 +238,15 @@ class TestOctave:
         code = "try, every_op.matrix([1; i], [1; 2], 3), catch e, found = [e.identifier ' ' e.message]; end"
         told = octave(emit(lower(every_op()), "matlab"), tmp_path, code)
         assert told == "every_op:type every_op.matrix: q is complex; give real numbers"
+
+    def test_at_rest_no_velocity_is_an_argument(self, tmp_path: Path) -> None:
+        equations = at_rest(formulate(example("two_link"), ("inverse_dynamics",)))
+        program = lower(equations)
+        assert [one.name for one in program.routines[0].function.arguments] == ["q", "qdd", "params"]
+        module, plain = RUNNERS["matlab"].run(emit(program, "matlab")), run_python(emit(program))
+        given = [np.full((3, n), 0.5) for n in (2, 2)]
+        params = [1.0, 2.0, 3.0, 4.0, 9.81]
+        np.testing.assert_allclose(module.inverse_dynamics(*given, params), plain.inverse_dynamics(*given, params))
 
     def test_help_shows_arguments_parameters_and_cost(self, tmp_path: Path) -> None:
         text = octave(two_link(), tmp_path, "found = get_help_text('two_link.mass_matrix')")

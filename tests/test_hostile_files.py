@@ -61,6 +61,7 @@ OPENERS: dict[str, Harness] = {
 }
 
 HEAVY = ("casadi", "heyoka", "matlab", "rust")
+HEAVY = ("matlab", "mex", "rust")
 SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 
 

@@ -21,6 +21,7 @@ from symdyn.build.entry import distrust
 from symdyn.build.extension import python_headers
 from symdyn.build.folder import CACHE_VARIABLE, cache_folder
 from symdyn.build.run_node import CANDIDATES
+from symdyn.build.run_octave import CANDIDATES as OCTAVE
 from symdyn.cli.talk import give, print_table, print_text
 from symdyn.errors import BuildError, printable
 from symdyn.extras import EXTRAS, install
@@ -33,6 +34,7 @@ PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "C++ compiler": (CPLUSPLUS.candidates, "verify measures no C++, which is written all the same"),
     "Rust compiler": (RUSTC.candidates, "verify measures no Rust, which is written all the same"),
     "Node.js": (CANDIDATES, "verify runs no JavaScript, which is written all the same"),
+    "Octave": (OCTAVE, "verify measures no MATLAB, which is written all the same"),
     "Chromium": (
         ("chromium", "chromium-browser", "google-chrome", "chrome"),
         "nothing: only tests of pages run it, and any browser shows them",
