@@ -9,6 +9,7 @@ import os
 import re
 import sys
 import warnings
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,9 @@ import nbformat
 
 ROOT = Path(__file__).resolve().parent.parent
 BOOKS = sorted((*ROOT.glob("docs/notebooks/*.ipynb"), *ROOT.glob("docs/gallery/*.ipynb")))
+
+TOOLS = {"casadi": "casadi", "fmu": "fmpy", "jax": "jax", "torch": "torch"}
+"""Those that run a tool of others, which the environment of `make targets` has, and what they import of it."""
 
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]\d+)?")
 
@@ -67,6 +71,9 @@ def picture(book: Any) -> str:
 def main() -> None:
     """Write what cells show into the notebooks that are named; beside those of the gallery their first picture."""
     for path in map(Path, sys.argv[1:]):
+        if path.stem in TOOLS and find_spec(TOOLS[path.stem]) is None:
+            print(f"{path} stays as it is: {TOOLS[path.stem]} is not installed")
+            continue
         print(path, flush=True)
         book = run(path)
         nbformat.write(book, path)

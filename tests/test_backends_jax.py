@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import pickle
+import re
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -266,3 +268,9 @@ def test_what_jax_keeps_on_disk_finds_the_same_code_in_another_process(tmp_path:
         for _ in range(2)
     ]
     assert runs[0] == runs[1] != ""
+
+
+def test_the_page_does_what_it_says() -> None:
+    text = (Path(__file__).parent.parent / "docs" / "jax-torch.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(import jax.*?)```", text, re.DOTALL)
+    exec(code, {})

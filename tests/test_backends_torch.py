@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pickle
+import re
 import threading
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -197,3 +199,9 @@ def test_torch_compile_calls_it() -> None:
     compiled = torch.compile(lambda *x: 2 * found.inverse_dynamics(*x, TWO_LINK), backend="eager")
 
     assert torch.equal(compiled(*x), 2 * found.inverse_dynamics(*x, TWO_LINK))
+
+
+def test_the_page_does_what_it_says() -> None:
+    text = (Path(__file__).parent.parent / "docs" / "jax-torch.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(import torch.*?)```", text, re.DOTALL)
+    exec(code, {})

@@ -16,9 +16,6 @@ LARGEST = 200_000
 SHORTEST = [path for path in notebooks.BOOKS if path.stem in ("derivatives", "linearize")]
 """The two that take the least time: the others import SymPy, or draw."""
 
-TOOLS = ("casadi", "fmu", "jax", "torch")
-"""Those that run a tool of others, which the environment of `make targets` has."""
-
 LOADED = re.compile(r"""(?:src|href|data)\s*=\s*["']?\s*(?:https?:)?//|@import|url\(\s*["']?(?:https?:)?//""")
 
 
@@ -54,7 +51,7 @@ def test_two_notebooks_are_run_in_every_test() -> None:
 
 def marks(path: Path) -> list[pytest.MarkDecorator]:
     """Return when a notebook is run."""
-    return [pytest.mark.targets] if path.stem in TOOLS else [] if path in SHORTEST else [pytest.mark.slow]
+    return [pytest.mark.targets] if path.stem in notebooks.TOOLS else [] if path in SHORTEST else [pytest.mark.slow]
 
 
 @pytest.mark.runs
