@@ -79,6 +79,7 @@ def altered(program: Program, function: str, old: str, new: str) -> Written:
         ("x4 = p_m2 .* p_h2;", "x4 = p_m2 .* p_h2; clear x4;", "is no statement"),
         ("x4 = p_m2 .* p_h2;", "if 1, x4 = p_m2 .* p_h2; end;", "is no statement"),
         ("out(2, :) = x5", "out(1, :) = x5", "is written again"),
+        ("out(2, :) = x5", "out(2, :) = x5 + -0.0", "a zero has a sign"),
         ("out(2, :) = x5", "out(3, :) = x5", "is row 3 of a result that has 2"),
         ("out(2, :) = x5;", "", "never writes row 2 of the result"),
         ("zeros(2, states", "zeros(3, states", "is no result"),

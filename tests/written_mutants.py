@@ -184,7 +184,7 @@ def same(sources: Sources, mutant: Mutant) -> bool:
             _same_results(getattr(old, name), getattr(new, name), k, sources)
             for k, name in enumerate(sources.functions)
         )
-    except (SymdynError, ArithmeticError, AttributeError, TypeError, ValueError):
+    except (SymdynError, ArithmeticError, AttributeError, KeyError, TypeError, ValueError):
         return False
 
 

@@ -58,7 +58,7 @@ CALLED = ("Array", "Base", "DimensionMismatch", "T", "eltype", "float", "length"
 INBOUNDS = "@inbounds"
 
 FLOAT = "float"
-"""Makes a real number of a whole one, and leaves all others as they are."""
+"""Makes a real number of a whole one, which would overflow, and leaves all others as they are."""
 
 
 def read(text: Text) -> Reading:
@@ -271,11 +271,9 @@ class _Function:
     def value(self, node: Node) -> Expr:
         """Return the number that an expression is."""
         if node.type == "identifier":
-            if said(node) not in self.names and said(node) not in self.wanted.scalars:
+            if said(node) not in self.names:
                 raise unread(node, "has no value yet")
-            return self.names[said(node)] if said(node) in self.names else self.wanted.arguments[said(node)][0]
-        if node.type == "macrocall_expression":
-            return self._entry(self._unchecked(node))
+            return self.names[said(node)]
         if node.type == "parenthesized_expression":
             inner = meant(node)
             if len(inner) != 3 or [inner[0].type, inner[2].type] != ["(", ")"]:
@@ -285,8 +283,6 @@ class _Function:
             return self._signed(node)
         if node.type == "binary_expression":
             return self._binary(node)
-        if node.type == "index_expression":
-            return self._entry(node)
         if node.type == "call_expression":
             return self._called(node)
         raise unread(node, "is no expression that is read here")
@@ -298,9 +294,9 @@ class _Function:
             if len(listed) != 1:
                 raise unread(node, "is no sign of a number")
             (operand,) = listed
-        if said(operator) not in ("-", "+"):
+        if said(operator) != "-":
             raise unread(node, "is no sign of a number")
-        return -self.value(operand) if said(operator) == "-" else self.value(operand)
+        return self.text.negative(self.value(operand), line_of(node))
 
     def _binary(self, node: Node) -> Expr:
         left, operator, right = meant(node)
@@ -310,6 +306,12 @@ class _Function:
             return OPERATIONS[said(operator)](self.value(left), self.value(right))
         except ZeroDivisionError:
             raise unread(node, "divides by zero") from None
+
+    def _given(self, node: Node) -> Expr:
+        """Read what `float(…)` takes: an entry of an argument, or an argument that is one number."""
+        if node.type == "identifier" and said(node) in self.wanted.scalars:
+            return self.wanted.arguments[said(node)][0]
+        return self._entry(self._unchecked(node) if node.type == "macrocall_expression" else node)
 
     def _entry(self, node: Node) -> Expr:
         name, places = self._places(node)
@@ -341,7 +343,7 @@ class _Function:
         if name == "T" and len(arguments) == 1:
             return self._literal(arguments[0])
         if name == FLOAT and len(arguments) == 1:
-            return self.value(arguments[0])
+            return self._given(arguments[0])
         if name in self.local or name in self.names or name not in table or len(arguments) not in (1, 2):
             raise unread(node, "is no function that is read here")
         return self.text.graph.function(table[name], *map(self.value, arguments))
@@ -352,7 +354,7 @@ class _Function:
         if parts[-1].type != "float_literal" or [said(one) for one in parts[:-1]] not in ([], ["-"]):
             raise unread(node, "is no decimal number")
         value = self.text.number(said(parts[-1]), line_of(node))
-        return value if len(parts) == 1 else -value
+        return value if len(parts) == 1 else self.text.negative(value, line_of(node))
 
     def _call(self, node: Node) -> tuple[str, Sequence[Node]]:
         """Return the name and the arguments of a call."""
