@@ -243,7 +243,14 @@ def in_rust(path: Path) -> list[str]:
     before, folder = {*os.listdir(path.parent)}, path.parent / "pages"
     given = ["--edition=2021", "-Dwarnings", path.name]
     steps = [
-        [program("rustc"), "--crate-type=lib", "--emit=llvm-ir", "-o", "-", *given],
+        [
+            program("rustc"),
+            f"--crate-type={'bin' if path.stem == 'main' else 'lib'}",
+            "--emit=llvm-ir",
+            "-o",
+            "-",
+            *given,
+        ],
         [program("rustdoc"), "--test", *given],
         [program("rustdoc"), "-o", folder.name, *given],
     ]

@@ -18,7 +18,7 @@ from symdyn.build.run_cpp import run_cpp
 from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
-from symdyn.emit import Sources, emit, write
+from symdyn.emit import Sources, beside, emit, write
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.scene import Scene, read
@@ -332,3 +332,19 @@ def test_many_states_of_long_functions_in_parts_too() -> None:
         found = run_cpp(emit(lower(equations), "cpp", option="batch")).inverse_dynamics(*given)
         wanted = run_python(emit(lower(equations))).inverse_dynamics(*given)
         assert np.abs(found - wanted).max() <= 1e-13 * np.abs(wanted).max()
+
+
+def test_the_example_knows_what_must_come_out(tmp_path: Path) -> None:
+    sources = emit(lower(every_op()), "cpp")
+    write({**sources, **beside(sources)}, tmp_path / "every")
+    words = ["--prepare", "--functions", "inverse_dynamics,kinetic_energy"]
+    scene = str(EXAMPLES / "two_link.toml")
+    assert main(["generate", scene, "--target", "cpp", *words, "-o", str(tmp_path / "two")]) == 0
+    for folder, count in ((tmp_path / "every", 4), (tmp_path / "two", 3)):
+        subprocess.run(["g++", *STRICT, "main.cpp", "-o", "main"], cwd=folder, check=True)
+        ran = subprocess.run(["./main"], cwd=folder, capture_output=True, text=True, check=False)
+        assert (ran.returncode, ran.stdout.count(" right ")) == (0, count)
+    header = tmp_path / "two" / "two_link.hpp"
+    header.write_text(header.read_text(encoding="utf-8").replace(" + ", " - "), encoding="utf-8")
+    subprocess.run(["g++", "-std=c++17", "main.cpp", "-o", "main"], cwd=header.parent, check=True)
+    assert subprocess.run(["./main"], cwd=header.parent, capture_output=True, check=False).returncode == 1

@@ -21,7 +21,7 @@ from symdyn.build.run_rust import run_rust
 from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
-from symdyn.emit import emit, write
+from symdyn.emit import beside, emit, write
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program import lower
 from symdyn.scene import Scene, read
@@ -129,6 +129,20 @@ def test_floats_are_floats() -> None:
     found = run_rust(emit(lower(equations), "rust", "float")).matrix(*given)
     assert found.dtype == np.float32
     np.testing.assert_allclose(found, run_python(emit(lower(equations))).matrix(*given), rtol=2e-5)
+
+
+@pytest.mark.parametrize("rustc", RUSTC)
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_the_example_knows_what_must_come_out(rustc: str, real: str, tmp_path: Path) -> None:
+    sources = emit(lower(every_op()), "rust", real)
+    write({**sources, **beside(sources)}, tmp_path / "every")
+    words = ["--prepare", "--real", real, "--functions", "inverse_dynamics,kinetic_energy"]
+    scene = str(EXAMPLES / "two_link.toml")
+    assert main(["generate", scene, "--target", "rust", *words, "-o", str(tmp_path / "two")]) == 0
+    for folder, count in ((tmp_path / "every", 4), (tmp_path / "two", 3)):
+        subprocess.run([rustc, "--edition=2021", "-Dwarnings", "main.rs"], cwd=folder, check=True)
+        ran = subprocess.run(["./main"], cwd=folder, capture_output=True, text=True, check=False)
+        assert (ran.returncode, ran.stdout.count(" right ")) == (0, count)
 
 
 # Sine and cosine

@@ -18,10 +18,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH
@@ -64,9 +65,9 @@ xor_eq Eigen HUGE_VAL INFINITY NAN NULL T linux own raw std unix"""
 """Reserved words, macros of compilers and of the headers, and what the header itself calls by its name."""
 
 
-def namespace(stem: str) -> str:
-    """Return the namespace of the header `<stem>.hpp`."""
-    return f"{stem}_" if stem in KEYWORDS.split() else stem
+def namespace(name: str) -> str:
+    """Return the namespace of the header `<name>.hpp`."""
+    return f"{name}_" if name in KEYWORDS.split() else name
 
 
 def _write(draft: Draft) -> dict[str, str]:
@@ -100,6 +101,14 @@ def _lanes(text: FunctionText, many: CutText | None) -> int:
     return 0 if many and many.parts else LANES
 
 
+def _beside(sources: Sources) -> dict[str, str]:
+    """Return an example that knows what must come out."""
+    from symdyn.emit.code.example_text import example_text
+
+    space = namespace(stem(sources.program.scene.name))
+    return example_text(sources, "cpp/main.cpp.jinja", ".cpp", space=space)
+
+
 CPP = Target(
     name="cpp",
     title="C++",
@@ -115,5 +124,5 @@ CPP = Target(
     printer=lambda real: Printer(SPELLINGS, lambda value: f"T({digits(value, real)})"),
     comment=in_comment,
     write=_write,
-    beside=alone,
+    beside=_beside,
 )

@@ -21,7 +21,7 @@ from typing import Any
 
 from symdyn.emit.code.operators import OPERATORS, Spelling, call
 from symdyn.emit.code.real import REALS, digits
-from symdyn.emit.code.target import Draft, Target, alone
+from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH
@@ -105,6 +105,13 @@ def _nested(horner: str, fma: str) -> str:
     return text
 
 
+def _beside(sources: Sources) -> dict[str, str]:
+    """Return an example that knows what must come out."""
+    from symdyn.emit.code.example_text import example_text
+
+    return example_text(sources, "rust/main.rs.jinja", ".rs", real=TYPES[sources.real])
+
+
 RUST = Target(
     name="rust",
     title="Rust",
@@ -120,5 +127,5 @@ RUST = Target(
     printer=lambda real: FusedPrinter(SPELLINGS, partial(digits, real=real)),
     comment=partial(in_comment, prefix="// "),
     write=_write,
-    beside=alone,
+    beside=_beside,
 )
