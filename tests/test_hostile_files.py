@@ -60,8 +60,7 @@ OPENERS: dict[str, Harness] = {
     ".md": lambda path: in_markdown(path.read_text(encoding="utf-8")),
 }
 
-HEAVY = ("casadi", "heyoka", "matlab", "rust")
-HEAVY = ("matlab", "mex", "rust")
+HEAVY = ("casadi", "heyoka", "matlab", "mex", "rust")
 SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 
 
@@ -94,7 +93,21 @@ def doors(*names: str) -> list[Any]:
 @pytest.mark.parametrize(
     "door",
     doors(
-        *HEAVY, "numpy", "c", "cpp", "js", "wasm", "gpu", "fmu", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free"
+        *HEAVY,
+        "julia",
+        "numpy",
+        "c",
+        "cpp",
+        "js",
+        "wasm",
+        "gpu",
+        "fmu",
+        "ufunc",
+        "tex",
+        "asked",
+        "dalembert-tex",
+        "svg",
+        "free",
     ),
 )
 def test_no_file_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Path) -> None:
