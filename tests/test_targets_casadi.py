@@ -201,7 +201,7 @@ def test_our_c_is_what_casadi_calls_with_its_jacobians(tmp_path: Path, compiler:
     flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-shared", "-fPIC", path.name, "-o"]
     subprocess.run([compiler, *flags, library.name, "-lm"], cwd=tmp_path, check=True)
 
-    for name, ours in run_casadi(emit(program, "casadi")).module.functions.items():
+    for name, ours in run_casadi(emit(program, "casadi", option=EXTERNAL)).module.functions.items():
         called = casadi.external(name, str(library))
         assert (called.name_in(), called.name_out()) == (ours.name_in(), ours.name_out())
         given = drawn(ours)

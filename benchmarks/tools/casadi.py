@@ -35,7 +35,7 @@ def timed(case: Case) -> list[Timed]:
     found = []
     for output in (ID, DERIVATIVES):
         sources = emit(case.programs[output], "casadi", option=EXTERNAL)
-        function = run_casadi(emit(case.programs[output], "casadi")).module.functions[output]
+        function = run_casadi(sources).module.functions[output]
         generated = casadi.CodeGenerator("generated.c")
         generated.add(function)
         ours, its = (compiled(text, FLAGS, more=("-lm",)) for text in (str(sources.files[1][1]), generated.dump()))
