@@ -16,8 +16,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, digits
 from symdyn.emit.code.source_text import FunctionText, Line
@@ -131,6 +129,8 @@ def _gateway(draft: Draft) -> dict[str, Contents]:
 
 def by_columns(program: Program) -> Program:
     """Return a program whose results are those of another, transposed: entries as MATLAB stores them."""
+    import numpy as np  # with arrays, which verbs that write none can do without
+
     functions = []
     for routine in program.routines:
         function = routine.function
@@ -142,6 +142,8 @@ def by_columns(program: Program) -> Program:
 
 def _entries(function: FunctionText) -> list[tuple[int, Line]]:
     """Return each entry of a result with its row: columns one after the other, as MATLAB stores a matrix."""
+    import numpy as np
+
     places = np.arange(1, len(function.outputs) + 1).reshape(function.shape, order="F").ravel()
     return list(zip(places.tolist(), function.outputs, strict=True))
 
