@@ -12,6 +12,7 @@ from symdyn.verify.written.kernels import CUDA, OPENCL
 from symdyn.verify.written.matlab import MATLAB
 from symdyn.verify.written.python import CASADI, HEYOKA, NUMPY
 from symdyn.verify.written.reading import Language
+from symdyn.verify.written.rust import RUST
 
 READERS: Mapping[str, Mapping[str, Language]] = {
     "numpy": {".py": NUMPY},
@@ -22,6 +23,7 @@ READERS: Mapping[str, Mapping[str, Language]] = {
     "matlab": {".m": MATLAB},
     "cpp": {".hpp": CPP},
     "julia": {".jl": JULIA},
+    "rust": {".rs": RUST},
     "gpu": {".cu": CUDA, ".cl": OPENCL},
 }
 """Target: ending of a file: what it is read as. Other files of a target are fixed text."""
