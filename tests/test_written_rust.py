@@ -72,18 +72,15 @@ def test_a_change_is_found_and_told(two_link: Program, old: str, new: str, told:
     ("old", "new", "told"),
     [
         ("for k in 0..64 {", "for k in 0..63 {", "is no loop over the states of a block"),
-        ("= q[0][k]", "= q[0][0]", "is no entry of an array"),
-        ("= q[0][k]", "= q[1][k]", "inverse_dynamics_block, entry 0"),
+        ("= qd[0][k]", "= qd[0][0]", "is no entry of an array"),
+        ("= qd[0][k]", "= qd[1][k]", "inverse_dynamics_block, entry 0"),
         ("sincos(&q[0])", "sincos(&q[1])", "inverse_dynamics_block, entry 0"),
-        ("sincos(&w[0])", "sincos(&w[1])", "inverse_dynamics_block"),
+        ("(w[0], w[1])", "(w[1], w[0])", "inverse_dynamics_block, entry 0"),
         ("let mut w = [[0.0; 64]", "let mut w = [[1.0; 64]", "is no memory that is read here"),
         ("out[first + k][i] = found[i][k]", "out[first + k][i] = found[i][i]", ""),
     ],
 )
 def test_a_change_of_a_block_is_found_and_told(two_link: Program, old: str, new: str, told: str) -> None:
-    text = str(next(iter(emit(two_link, "rust", option="batch").values())))
-    if old not in text:
-        pytest.skip(f"this block has no {old}")
     found = altered(two_link, old, new, "batch")
 
     assert not found.passed
