@@ -14,10 +14,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from driven_cart import DRIVEN
 
 import symdyn
 from symdyn.errors import ArgumentError, BuildError
 from symdyn.graph import Arithmetic, Op, evaluate
+from symdyn.scene import read_text
 
 pytestmark = [pytest.mark.targets, pytest.mark.runs]
 
@@ -268,6 +270,19 @@ def test_what_jax_keeps_on_disk_finds_the_same_code_in_another_process(tmp_path:
         for _ in range(2)
     ]
     assert runs[0] == runs[1] != ""
+
+
+def test_time_inputs_and_parameters_move_too() -> None:
+    f = symdyn.load(read_text(DRIVEN), "forward_dynamics", backend="jax").forward_dynamics
+    rng = np.random.default_rng(0)
+    given = [rng.uniform(0.5, 1.0, (3,) if x.scalar else (3, len(x.entries))) for x in f.operands]
+
+    assert [x.name for x in f.operands] == ["q", "qd", "tau", "t", "inputs", "params"]
+    assert f(*given[:3], t=1.0, m=2.0).shape == (3, 2)
+    check_grads(jax.jit(f), given, order=2, rtol=1e-3)
+    columns, rows = (jax.vmap(way(f, (0, 1, 2, 3, 4, 5)))(*given) for way in (jax.jacfwd, jax.jacrev))
+    for one, other in zip(columns, rows, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
 
 
 def test_the_page_does_what_it_says() -> None:

@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from driven_cart import DRIVEN
 
 import symdyn
 from symdyn.errors import ArgumentError
+from symdyn.scene import read_text
 
 pytestmark = [pytest.mark.targets, pytest.mark.runs]
 
@@ -199,6 +201,18 @@ def test_torch_compile_calls_it() -> None:
     compiled = torch.compile(lambda *x: 2 * found.inverse_dynamics(*x, TWO_LINK), backend="eager")
 
     assert torch.equal(compiled(*x), 2 * found.inverse_dynamics(*x, TWO_LINK))
+
+
+def test_time_inputs_and_parameters_move_too() -> None:
+    f = symdyn.load(read_text(DRIVEN), "forward_dynamics", backend="torch").forward_dynamics
+    rng = np.random.default_rng(0)
+    given = [rng.uniform(0.5, 1.0, (3,) if x.scalar else (3, len(x.entries))) for x in f.operands]
+
+    assert [x.name for x in f.operands] == ["q", "qd", "tau", "t", "inputs", "params"]
+    assert f(*given[:3], t=1.0, m=2.0).shape == (3, 2)
+    tensors = [torch.tensor(one, requires_grad=True) for one in given]
+    assert gradcheck(f, tensors, check_forward_ad=True)
+    assert gradgradcheck(f, tensors)
 
 
 def test_the_page_does_what_it_says() -> None:

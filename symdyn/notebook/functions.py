@@ -32,7 +32,11 @@ def program(found: Program) -> list[Markup]:
 
 def loaded(found: Loaded) -> list[Markup]:
     """Return how every function is called."""
-    kind = "compiled functions" if found.compiled else "functions of the NumPy module: there was no compiler"
+    kind = (
+        f"compiled functions for {found.backend}"
+        if found.compiled
+        else "functions of the NumPy module: there was no compiler"
+    )
     return [
         head(found.scene.name, kind),
         table(("function", "lengths"), (text.split(": ", 1) for text in found.signatures.values())),

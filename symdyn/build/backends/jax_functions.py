@@ -106,7 +106,7 @@ def _batched(given: Sequence[Array], places: Sequence[int | None], *, word: Word
         return call(word, *moved.values()), 0
     x = {name: array for name, array in zip(word.names, given, strict=True) if name in way.of.names}
     by = _common({name: moved[name] for name in word.names if name not in x}, word, size)
-    if by:
+    if by and set(way.word(ALL).names) <= set(x):
         return times(way, word.kind == BACK, x, by)
     x = {name: array[None] for name, array in x.items()}
     if word.kind == ALONG:
@@ -172,7 +172,7 @@ times_p = Primitive("symdyn_times")
 def times(way: Way, left: bool, x: Named, by: Sequence[Array]) -> tuple[Array, int]:
     """Return J times directions (k, n) of each argument, or weights (k, m) times J, and where k is in the result."""
     word = way.word(ALL)
-    found = times_p.bind(*(x[name] for name in way.of.names), *by, word=word, left=left)
+    found = times_p.bind(*(x[name] for name in word.names), *by, word=word, left=left)
     if left:
         return found, found.ndim - 2
     return found.reshape((*found.shape[:-2], *way.of.shape, found.shape[-1])), found.ndim - 2 + len(way.of.shape)

@@ -32,8 +32,8 @@ class Arrays:
 
     def word(self, word: Word, given: Mapping[str, Array]) -> Array:
         """Return what a word computes; directions that are not given are zero."""
-        some = next(iter(given.values()))
-        leading = some.ndim - len(dict(word.arguments)[next(iter(given))])
+        some, core = next((given[name], shape) for name, shape in word.arguments if name in given)
+        leading = some.ndim - len(core)
         return self.call(
             word,
             [
@@ -60,7 +60,7 @@ def tangent(k: Arrays, word: Word, given: Named, moved: Named) -> Array:
     if word.kind == VALUE or (word.kind == BENT and along):
         return _product(k, word, word.way_for([*moved]), given, moved)
     assert way is not None, "only values belong to nothing"
-    x = {name: given[name] for name in base.names}
+    x = {name: given[name] for name in base.names if name in given}
     weights, terms = weights_of(base), []
     if linear and word.kind in (ALONG, BENT):
         steps = {one: d for one, d in linear.items() if one != weights}
@@ -93,7 +93,7 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, wanted: Sequence[st
     if word.kind == VALUE or (word.kind == BENT and along):
         return _pulled(k, word, word.way_for(wanted), given, y, wanted)
     assert way is not None, "only values belong to nothing"
-    x = {name: given[name] for name in base.names}
+    x = {name: given[name] for name in base.names if name in given}
     weights = weights_of(base)
     found: Named = {}
     held = {weights: given[weights]} if weights and weights in given else {}
@@ -122,9 +122,7 @@ def cotangent(k: Arrays, word: Word, given: Named, y: Array, wanted: Sequence[st
             pulled = _split(way, k.word(word, {**x, **held, **_named(way, parts)}))
             found |= {way.direction(name): part for name, part in pulled.items()}
     else:  # ALL
-        rows = y.reshape(
-            (*y.shape[: y.ndim - len(word.shape)], prod(base.shape), sum(length for _, length in way.varied))
-        )
+        rows = y.reshape((*y.shape[: y.ndim - len(word.shape)], prod(base.shape), way.columns))
         lifted, units = _units(k, base, x)
         pulled = _bent_back(k, base, along, lifted, units, _split(way, k.xp.moveaxis(rows, -2, 0)), None)
         found |= {name: part.sum(0) for name, part in pulled.items()}

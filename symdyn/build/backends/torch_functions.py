@@ -74,7 +74,7 @@ class Call(torch.autograd.Function):
         }
         fresh = {name for name, place in zip(word.names, places[1:], strict=True) if place is not None}
         if word.way is not None and info.batch_size >= MANY and not fresh & set(word.way.of.names):
-            x = {name: moved[name] for name in word.way.of.names}
+            x = {name: moved[name] for name in word.way.of.names if name in moved}
             if word.kind == ALONG:
                 return all_columns(ARRAYS, word.way, x, moved), 0
             if word.kind == BACK:
