@@ -105,6 +105,9 @@ const _memory = new Float64Array(_wasm.memory.buffer);
 
 /** Throws unless `value` is an array of `length` numbers. */
 const _check = (call, name, value, length) => {
+  if (value instanceof Float64Array && value.length === length) {
+    return;
+  }
   const wanted = `give an array of ${length} number${length === 1 ? "" : "s"}`;
   if (!Array.isArray(value) && !(ArrayBuffer.isView(value) && "length" in value)) {
     throw new TypeError(`${call}: ${name} is ${value === null ? "null" : `of type ${typeof value}`}; ${wanted}`);
@@ -112,11 +115,9 @@ const _check = (call, name, value, length) => {
   if (value.length !== length) {
     throw new RangeError(`${call}: ${name} has length ${value.length}; ${wanted}`);
   }
-  if (!(value instanceof Float64Array)) {
-    for (let i = 0; i < length; i++) {
-      if (typeof value[i] !== "number") {
-        throw new TypeError(`${call}: ${name}[${i}] is of type ${typeof value[i]}; ${wanted}`);
-      }
+  for (let i = 0; i < length; i++) {
+    if (typeof value[i] !== "number") {
+      throw new TypeError(`${call}: ${name}[${i}] is of type ${typeof value[i]}; ${wanted}`);
     }
   }
 };
