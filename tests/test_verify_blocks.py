@@ -18,7 +18,7 @@ pytestmark = pytest.mark.runs("cc")
 def test_every_length_gives_the_states_one_by_one(real: str) -> None:
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix", "kinetic_energy"]))
     for code in (program, prepare_program(program)):
-        found = blocks.run_blocks(code, real)
+        found = blocks.run_blocks(code, "c", real)
 
         assert found.passed, found.wrong
         assert found.longest == 192
@@ -52,7 +52,7 @@ def test_a_fault_of_the_fixed_text_is_found(monkeypatch: pytest.MonkeyPatch, old
 
     monkeypatch.setattr(blocks, "emit", broken)
 
-    assert told in blocks.run_blocks(program, "double").wrong
+    assert told in blocks.run_blocks(program, "c", "double").wrong
 
 
 def test_a_certificate_of_c_says_that_blocks_were_run() -> None:
@@ -62,3 +62,41 @@ def test_a_certificate_of_c_says_that_blocks_were_run() -> None:
     assert [one.longest for one in found.blocks] == [192]
     assert {one.option for one in found.written} == {"", "batch", "header-only"}
     assert not symdyn.certify(symdyn.example("pendulum"), ["mass_matrix"]).blocks
+
+
+@pytest.mark.runs("g++")
+def test_blocks_of_cpp_are_run_at_every_length() -> None:
+    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
+    found = blocks.run_blocks(program, "cpp", "double")
+
+    assert (found.wrong, found.ways, found.functions) == ("", ("columns", "rows"), 2)
+
+
+@pytest.mark.runs("g++")
+@pytest.mark.parametrize("way", ["columns", "rows"])
+def test_a_fault_in_the_blocks_of_cpp_is_found(monkeypatch: pytest.MonkeyPatch, way: str) -> None:
+    old = {"columns": "own::give(states, n, 1, r, out + k);", "rows": "own::give(states, 1, 2, r, out + k * 2);"}[way]
+    new = old.replace("states", "states - (states == 3)")
+    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
+    emit = blocks.emit
+
+    def broken(*words: object, **named: object) -> object:
+        sources = emit(*words, **named)  # type: ignore[arg-type]
+        text = str(sources["two_link.hpp"])
+        assert old in text
+        return replace(sources, files=(("two_link.hpp", text.replace(old, new)),))
+
+    monkeypatch.setattr(blocks, "emit", broken)
+
+    assert f"{way} of 3 states" in blocks.run_blocks(program, "cpp", "double").wrong
+
+
+@pytest.mark.targets
+@pytest.mark.runs("rustc")
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_rows_of_rust_are_run_at_every_length(real: str) -> None:
+    program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
+    for code in (program, prepare_program(program)):
+        found = blocks.run_blocks(code, "rust", real)
+
+        assert (found.wrong, found.ways, found.functions) == ("", ("rows",), len(code.routines))

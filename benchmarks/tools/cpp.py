@@ -28,7 +28,7 @@ def timed(case: Case) -> list[Timed]:
     header, calls = files.items()
     text = calls[1].replace(f'#include "{header[0]}"', header[1])
     library = CDLL(str(compiled(text, (*flags(), "-std=gnu++17"), "g++")))
-    one, rows = (getattr(library, name) for name in names)
+    one, _, rows = (getattr(library, name) for name in names)
     return [one_state(case, "cpp", one), many_states(case, "cpp, rows", rows)]
 
 

@@ -38,6 +38,6 @@ def with_calls(sources: Sources) -> tuple[dict[str, str], tuple[str, ...]]:
     batch = sources.option == BATCH
     values = {"stem": opening, "space": namespace(opening), "functions": functions, "batch": batch}
     text = render("cpp/calls.cpp.jinja", values)
-    endings = ("", "_rows") if batch else ("",)
+    endings = ("", "_batch", "_rows") if batch else ("",)
     exports = tuple(f"{opening}_{name}{ending}" for name in sources.functions for ending in endings)
     return {**sources.texts, f"{opening}{CALLS}.cpp": text}, exports

@@ -184,7 +184,7 @@ def show(certificate: Certificate) -> None:
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
     show_written(certificate.written)
     for one in certificate.blocks:
-        result = f"{one.wrong} differ from" if one.wrong else "in columns and in rows, as"
+        result = f"{one.wrong} differ from" if one.wrong else f"in {' and in '.join(one.ways)}, as"
         lengths = f"{one.functions} functions over 0, 1, … {one.longest} states"
         print(f"{one.target} --{one.option}: {lengths} {result} one state at a time.\n")
     measured = [

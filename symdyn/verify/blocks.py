@@ -1,13 +1,13 @@
 """Fixed text of code for many states, measured: every length from none to three blocks gives the states one by one.
 
-Blocks, what is left over, columns and rows are no arithmetic, so they are not proved but run: at each length, in
-columns and in rows, next to one state a call, with an entry behind the result that nothing may touch.
+Blocks, what is left over, columns and rows are no arithmetic, so they are not proved but run: at each length, in each
+way that the target has, next to one state a call, with an entry behind the result that nothing may touch.
 """
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 from typing import Any
@@ -15,17 +15,29 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build import build
+from symdyn.build import RUNNERS
 from symdyn.build.c_module import bind_rows
 from symdyn.dynamics import Function
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
-from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.c import C
 from symdyn.emit.targets.c.batch import LANES
+from symdyn.emit.targets.cpp import CPP
+from symdyn.emit.targets.rust import RUST
 from symdyn.program import Program
 from symdyn.program.assemble import shared
 
+COLUMNS, ROWS = "columns", "rows"
+
+WAYS: Mapping[str, Mapping[str, str]] = {
+    C.name: {COLUMNS: "batch", ROWS: "rows"},
+    CPP.name: {COLUMNS: "batch", ROWS: "rows"},
+    RUST.name: {ROWS: "rows"},
+}
+"""Targets whose code for many states is run: how states may lie, and how functions of C end that take them so."""
+
 LONGEST = 3 * LANES
+"""States of three blocks: no target has longer ones than C."""
 
 NEAR = {"double": 1e-6, "float": 1e-2}
 """Share of a result's largest entry by which both ways may differ: a wrong place is off by all of it."""
@@ -42,6 +54,7 @@ class Blocks:
     Attributes:
         target: which.
         option: of the target.
+        ways: how states lay, columns or rows.
         functions: how many.
         longest: states; every number of them from 0 on was tried.
         wrong: function, way and length at which a state came out otherwise; "" for none.
@@ -49,6 +62,7 @@ class Blocks:
 
     target: str
     option: str
+    ways: tuple[str, ...]
     functions: int
     longest: int
     wrong: str
@@ -59,14 +73,15 @@ class Blocks:
         return not self.wrong
 
 
-def run_blocks(program: Program, real: str, seed: int = 1) -> Blocks:
-    """Return how C over many states runs at every length from 0 to three blocks.
+def run_blocks(program: Program, target: str, real: str, seed: int = 1) -> Blocks:
+    """Return how the code of one of `WAYS` over many states runs at every length from 0 to three blocks.
 
     Raises:
         BuildError: no compiler, or its own words when it refuses.
     """
-    sources = emit(program, C.name, real, option=BATCH)
-    module = build(sources)
+    runner, ways = RUNNERS[target], WAYS[target]
+    sources = emit(program, target, real, option=runner.many)
+    module = runner.run(sources)
     library = ctypes.CDLL(str(module.path))
     opening, count, wrong = stem(program.scene.name), 0, ""
     for name, routine in zip(sources.functions, program.routines, strict=True):
@@ -74,14 +89,13 @@ def run_blocks(program: Program, real: str, seed: int = 1) -> Blocks:
         if not function.entries or wrong:
             continue
         count += 1
-        ways = {
-            way: bind_rows(library, f"{opening}_{name}_{way}", len(function.arguments) + 1) for way in ("batch", "rows")
-        }
-        wrong = _wrong(function, getattr(module, name), ways, NEAR[real], seed)
-    return Blocks(C.name, BATCH, count, LONGEST, wrong)
+        arity = len(function.arguments) + 1
+        calls = {way: bind_rows(library, f"{opening}_{name}_{ending}", arity) for way, ending in ways.items()}
+        wrong = _wrong(function, getattr(module, name), calls, NEAR[real], seed)
+    return Blocks(target, runner.many, tuple(ways), count, LONGEST, wrong)
 
 
-def _wrong(function: Function, one: Any, ways: dict[str, Any], near: float, seed: int) -> str:
+def _wrong(function: Function, one: Any, calls: Mapping[str, Any], near: float, seed: int) -> str:
     """Return where a function over many states is off, "" if nowhere."""
     rng = np.random.default_rng(seed)
     common = shared([argument.name for argument in function.arguments])
@@ -95,8 +109,8 @@ def _wrong(function: Function, one: Any, ways: dict[str, Any], near: float, seed
     ]
     wanted = np.array([np.ravel(one(*(v[0] if a.scalar else v for a, v in _named(function, s)))) for s in states])
     for length in range(LONGEST + 1):
-        for way, call in ways.items():
-            columns = way == "batch"
+        for way, call in calls.items():
+            columns = way == COLUMNS
             rows = [values if len(values) == 1 else values[:length] for values in given]
             arrays = [np.ascontiguousarray(values.T if columns and len(values) > 1 else values) for values in rows]
             out = np.full(length * wanted.shape[1] + 1, UNTOUCHED, one.dtype)
@@ -104,7 +118,7 @@ def _wrong(function: Function, one: Any, ways: dict[str, Any], near: float, seed
             size = wanted.shape[1]
             found = out[:-1].reshape((size, length)).T if columns else out[:-1].reshape((length, size))
             if out[-1] != UNTOUCHED or not _close(found, wanted[:length], near):
-                return f"{function.name}, {'columns' if columns else 'rows'} of {length} states"
+                return f"{function.name}, {way} of {length} states"
     return ""
 
 

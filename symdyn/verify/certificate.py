@@ -35,7 +35,7 @@ from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, SceneLike, express, scene_of
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Accuracy, measure
-from symdyn.verify.blocks import Blocks, run_blocks
+from symdyn.verify.blocks import WAYS, Blocks, run_blocks
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
 from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
@@ -45,9 +45,6 @@ from symdyn.verify.texts import written_of
 from symdyn.verify.written import Written
 
 Progress = Callable[[str], None]
-
-BLOCKS = "c"
-"""The target whose code for many states is run at every length where it is asked for by name."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ class Certificate(Shown):
         notes: what was left out and why.
         refused: the words of the compiler or of Node.js if it refused the code; "" if it did not.
         written: files whose text was read back and proved.
-        blocks: code for many states that was run at every length, if C was asked for.
+        blocks: code for many states that was run at every length, of targets that were asked for.
     """
 
     scene: str
@@ -156,9 +153,9 @@ def certify(
     progress("building")
     modules, refused = modules_of(code, real, notes, targets)
     blocks: tuple[Blocks, ...] = ()
-    if asked and BLOCKS in modules:
+    if asked:
         progress("running blocks of states at every length")
-        blocks = (run_blocks(code, real, seed),)
+        blocks = tuple(run_blocks(code, name, real, seed) for name in modules if name in WAYS)
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     for one in LOOKS:
@@ -170,9 +167,7 @@ def certify(
     progress("measuring against 50 digits")
     accuracy = measure(program, modules, seed=seed, real=real)
     notes += [f"{a.function}: real at none of the states tried" for a in accuracy if not a.states]
-    return Certificate(
-        scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused, written, tuple(blocks)
-    )
+    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused, written, blocks)
 
 
 def taken(
