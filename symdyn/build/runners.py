@@ -55,7 +55,8 @@ class Runner:
         many: the target's option for that; "" for none.
         measured: its option for `verify`, which leaves out what is measured elsewhere.
         usual: whether `verify` leaves out what `load` does, since compiling it takes longer than it tells.
-        asked: whether `verify` measures it only where it is asked for by name: its runtime is heavy, or seldom there.
+        asked: whether `verify` measures it only where it is asked for by name: its runtime is heavy or seldom there,
+            or it takes longer than it tells.
     """
 
     run: Callable[[Sources], Any]
@@ -93,7 +94,7 @@ RUNNERS: dict[str, Runner] = {
     CASADI.name: Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True),
     HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True),
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
-    WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
+    WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=True),
     JSON.name: Runner(run_json, batches=False, many="", measured="", usual=False, asked=True),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
