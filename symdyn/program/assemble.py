@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import count
 
 from symdyn.dynamics.roads.count import count_by_binding
 from symdyn.dynamics.roads.named_functions import Argument, Function
@@ -147,12 +148,14 @@ def _named(lines: list[Expr], function: Function) -> tuple[Step, ...]:
     """Return the steps with their names."""
     joints = {symbol: i for a in function.arguments if a.name == "q" for i, symbol in enumerate(a.symbols, 1)}
     angles: dict[Expr, str] = {}
+    others = count(1)
     steps: list[Step] = []
     plain = 0
     for node in lines:
         if node.op in ANGULAR:
             angle = node.args[0]
-            angles.setdefault(angle, _angle_label(angle, joints, angles))
+            if angle not in angles:
+                angles[angle] = _angle_label(angle, joints) or f"a{next(others)}"
             steps.append(Step(("s" if node.op is Op.SIN else "c") + angles[angle], node))
         else:
             plain += 1
@@ -160,10 +163,10 @@ def _named(lines: list[Expr], function: Function) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def _angle_label(angle: Expr, joints: Mapping[Expr, int], angles: Mapping[Expr, str]) -> str:
-    """Return 2_3 for q2 + q3, or the next of a1, a2 ... for any other angle; the graph has one form of each sum."""
+def _angle_label(angle: Expr, joints: Mapping[Expr, int]) -> str:
+    """Return 2_3 for q2 + q3, "" for any other angle; the graph has one form of each sum."""
     form = linear_form(angle)
     plain = form.turns == form.constant == 0 and all(node in joints and factor == 1 for node, factor in form.terms)
     if plain and form.terms:
         return "_".join(str(number) for number in sorted(joints[node] for node, _ in form.terms))
-    return f"a{sum(label.startswith('a') for label in angles.values()) + 1}"
+    return ""
