@@ -116,7 +116,7 @@ def options_of(command: str, where: str) -> argparse.Namespace:
     strange = [word for word in words if word.partition("=")[0] in NEVER or any(mark in word for mark in "\0\n")]
     if strange:
         raise VerifyError(f"{where}: its command says {strange[0]}, which no file of ours says")
-    header = _Header(prog="symdyn generate")
+    header = _Header(prog="symdyn generate", add_help=False, allow_abbrev=False)
     generate.add_options(header)
     add_talk(header)
     header.set_defaults(run=None, verb="generate", parser=header)

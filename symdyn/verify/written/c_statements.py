@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 PRODUCT = re.compile(rb"\((?=[A-Za-z_][A-Za-z_0-9]* \*)")
 """A parenthesis after which a product may be read as a pointer type of a cast; a plus sign tells them apart."""
 
+MACRO = re.compile(rb"\b(ALONE|PART|EACH|SHOWN|SYMDYN_[A-Z]+)\b")
+"""What no grammar is shown, and no body that is read holds."""
+
+LARGEST = 1 << 16
+"""No local array has more entries."""
+
 UNUSED = ["(", "type_descriptor", ")", "identifier"]
 
 
@@ -51,6 +57,8 @@ class Statements(Values):
         body = node.child_by_field_name("body")
         if body is None or body.type != "compound_statement":
             raise unread(node, "has no body")
+        if MACRO.search(self.file.text.source, body.start_byte, body.end_byte):
+            raise unread(node, "holds a macro of fixed text")
         self.file.cuts[name] = Cut(body.start_byte, body.end_byte, name)
         self.block(body)
         lanes = [f"{self.lanes} states"] if self.lanes else []
@@ -187,7 +195,10 @@ class Statements(Values):
         """Return what is declared an array, and its length."""
         if [child.type for child in node.children[1:]] != ["[", "number_literal", "]"]:
             raise unread(node, "is no array of a known length")
-        return node.children[0], self.whole(node.children[2])
+        size = self.whole(node.children[2])
+        if size > LARGEST:
+            raise unread(node, f"has more than {LARGEST} entries")
+        return node.children[0], size
 
     def _act(self, node: Node) -> None:
         if node.type == "assignment_expression":

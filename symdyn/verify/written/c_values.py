@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Union
 
 from symdyn.graph import ARITY, Expr, Op
 from symdyn.verify.written.memory import Fault, Given, Index, Pointer, Rows
-from symdyn.verify.written.reading import Cut, Text, Wanted
+from symdyn.verify.written.reading import Cut, Text, Unread, Wanted
 from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ OURS = {"exp_of": Op.EXP, "sign_of": Op.SIGN}
 
 WHOLE = re.compile(rb"0|[1-9][0-9]*")
 
+TRIGRAPH = re.compile(rb"\?\?[=/'()!<>-]")
+
 EXACT = 2**24
 """Whole numbers below are floats."""
 
@@ -57,6 +59,12 @@ class File:
     functions: Mapping[str, Node]
     grammar: str
     cuts: dict[str, Cut] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse trigraphs: `??/` ends a line that goes on, for some compilers."""
+        found = TRIGRAPH.search(self.text.source)
+        if found is not None:
+            raise Unread(self.text.source.count(b"\n", 0, found.start()) + 1, f"{found[0].decode()} is a trigraph")
 
 
 @dataclass

@@ -19,6 +19,9 @@ from symdyn.graph import Expr, Op, evaluate, reachable
 PRIMES = POINTS = 2
 MAX_DRAWS = 200
 
+Operation = tuple[int, ...]
+"""Which operation, and of what."""
+
 Values = tuple[tuple[int, ...], ...]
 """What entries are at every point of every field, a tuple a point."""
 
@@ -43,15 +46,29 @@ class Uninterpreted(FiniteField):
         """
         return tuple(evaluate(outputs, self, *self._known(outputs)))
 
-    def operations(self, outputs: Sequence[Expr]) -> frozenset[int]:
-        """Return the results of all operations below nodes of one graph, whatever their signs.
+    def operations(self, outputs: Sequence[Expr]) -> frozenset[Operation]:
+        """Return all operations below nodes of one graph, by the values they are of, whatever the sign of the result.
 
         Raises:
             Redraw: one is not defined at this point.
         """
         known, order = self._known(outputs)
         evaluate(outputs, self, known, order, known)
-        return frozenset(min(known[node], self.p - known[node]) for node in order if node.args)
+        return frozenset(
+            self._operation(node.op, [known[one] for one in node.args])
+            for node in order
+            if node.args and node.op is not Op.NEG
+        )
+
+    def _operation(self, op: Op, values: Sequence[int]) -> Operation:
+        """Return an operation as rounding knows it: a + b is b + a, and -(-a - b); a b is (-b) a."""
+        if op in (Op.ADD, Op.SUB):
+            a, b = values[0], values[1] if op is Op.ADD else -values[1] % self.p
+            return Op.ADD, *min(sorted((a, b)), sorted((-a % self.p, -b % self.p)))
+        if op in (Op.MUL, Op.DIV):
+            sizes = [min(one, self.p - one) for one in values]
+            return op, *(sorted(sizes) if op is Op.MUL else sizes)
+        return op, *values
 
     def _known(self, outputs: Sequence[Expr]) -> tuple[dict[Expr, int], list[Expr]]:
         """Return the values of the symbols below, and the order of evaluation."""

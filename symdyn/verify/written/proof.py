@@ -9,12 +9,13 @@ from hashlib import sha256
 from pathlib import PurePath
 
 from symdyn.algebra.finite_field import Redraw
-from symdyn.graph import Graph, substitute
+from symdyn.graph import Graph
 from symdyn.program import Program
-from symdyn.verify.written.field import Uninterpreted, points
+from symdyn.verify.written.field import Operation, Uninterpreted, points
 from symdyn.verify.written.nearest import nearest
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
-from symdyn.verify.written.syntax import fixed_text, parse
+from symdyn.verify.written.syntax import fixed_text, letters, parse
+from symdyn.verify.written.verbatim import Verbatim, verbatim
 
 PROVED, COMPARED, DIFFERENT, UNREAD, MISSING = "proved", "compared", "different", "not read", "missing"
 
@@ -61,14 +62,14 @@ class Printed:
         real: the type.
         fields: fields at points.
         values: of the entries of each function there: a tuple a point.
-        operations: results of all operations of each function at the first point.
+        operations: all operations of each function, by what they are of at the first point.
     """
 
     program: Program
     real: str
     fields: tuple[Uninterpreted, ...]
     values: tuple[tuple[tuple[int, ...], ...], ...]
-    operations: tuple[frozenset[int], ...]
+    operations: tuple[frozenset[Operation], ...]
 
     def wanted(self, names: Sequence[str], graph: Graph) -> tuple[Wanted, ...]:
         """Return the functions that files must hold, called `names`, with symbols of a graph as arguments' entries."""
@@ -87,9 +88,9 @@ def printed(program: Program, real: str, seed: int = 1) -> Printed:
     Raises:
         Redraw: no point was found at which every function is defined.
     """
-    graph = Graph()
+    graph = Verbatim()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
-    entries = substitute(program.outputs, rounded, graph)
+    entries = verbatim(program.outputs, rounded, graph)
     fields, values = points(entries, seed)
     found, operations, first = [], [], 0
     for routine in program.routines:
@@ -171,9 +172,18 @@ def read_text(program: Printed, files: Files, source: bytes, language: Language 
     """
     if language is None:
         return Reading((), ()), source
-    graph = Graph()
+    letters(source)
+    graph = Verbatim()
     root = parse(language.grammar, language.plain(source))
-    reading = language.read(Text(root, source, files.stem, program.real, program.wanted(files.functions, graph), graph))
+    text = Text(root, source, files.stem, program.real, program.wanted(files.functions, graph), graph)
+    try:
+        reading = language.read(text)
+    except RecursionError:
+        raise Unread(1, "nests its expressions too deeply") from None
+    except (IndexError, KeyError, ValueError):  # a tree of a form that no file of ours has
+        raise Unread(1, "is built as nothing that is read here") from None
+    for cut in reading.cuts:
+        letters(source, cut)
     return reading, fixed_text(source, root, reading.cuts, language.comments)
 
 

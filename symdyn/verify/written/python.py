@@ -14,6 +14,7 @@ hands arguments to these functions, and makes arrays of what they return, is fix
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -45,6 +46,10 @@ SMOOTH = {
 }
 
 
+CODING = re.compile(rb"^[ \t\f]*#.*?coding[:=]", re.MULTILINE)
+"""A comment that Python reads (PEP 263)."""
+
+
 @dataclass(frozen=True)
 class Dialect:
     """How the functions of a module are called.
@@ -70,6 +75,8 @@ OF_HEYOKA = Dialect("", "heyoka", SMOOTH, {})
 def read(dialect: Dialect, text: Text) -> Reading:
     """Return what the functions of a module compute."""
     bound = _bound(text.root)
+    if CODING.search(b"\n".join(text.source.splitlines()[:2])):
+        raise Unread(1, "a comment says that letters are other letters")
     if dialect.package and [node.type for node in bound.get(dialect.package, [])] != ["import_statement"]:
         raise Unread(1, f"{dialect.package} is not imported, or something else has its name")
     functions: list[Read] = []

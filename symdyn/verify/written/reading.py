@@ -14,7 +14,7 @@ from symdyn.verify.written.nearest import nearest
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]+)?")
+DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,4})?")
 
 
 class Unread(Exception):  # noqa: N818  a verdict, not an error

@@ -47,6 +47,9 @@ REALS = {"double": "f64", "float": "f32"}
 
 STATE = "k"
 
+LARGEST = 1 << 16
+"""No memory of a function has more entries."""
+
 WHOLE = re.compile(r"0|[1-9][0-9]*")
 
 
@@ -207,7 +210,7 @@ class _Function:
 
     def _name(self, node: Node, value: Value) -> None:
         name = said(node)
-        if node.type != "identifier" or name in ("out", STATE) or name in self.file.functions:
+        if node.type != "identifier" or name in ("out", STATE) or name in self.file.functions or "#" in name:
             raise unread(node, "is no name that is given here")
         if isinstance(self.names.get(name), Array) and self.names[name].fixed:  # type: ignore[union-attr]
             raise unread(node, "is an argument")
@@ -218,7 +221,7 @@ class _Function:
         plain = re.fullmatch(r"&mut \[0\.0; ([0-9]+)\]", said(node))
         many = re.fullmatch(rf"\[\[0\.0; {self.lanes}\]; ([0-9]+)\]", said(node))
         found = many if mutable else plain
-        if found is None or (many is not None and not self.lanes):
+        if found is None or (many is not None and not self.lanes) or int(found[1]) > LARGEST:
             raise unread(node, "is no memory that is read here")
         return Array([self.file.text.graph.zero] * int(found[1]), mutable)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from functools import cache
@@ -39,6 +40,41 @@ def _parser(grammar: str) -> Parser:
         return Parser(Language(import_module(grammar).language()))
     except ImportError as fault:
         raise MissingProgram(f"reading text back needs {grammar}: {install('prove')}") from fault
+
+
+STRANGE = re.compile(r"\\[ \t]+$|[0-9]{1001}", re.MULTILINE)
+"""A backslash before spaces, which joins lines for some compilers; a number without end."""
+
+NO_CODE = re.compile(r"[^\x00-\x7f]|\\")
+"""What no part that is read holds."""
+
+
+def letters(source: bytes, cut: Cut | None = None) -> None:
+    """Look whether a file is written in letters that mean the same to its grammar and to all who run it.
+
+    Invisible ones do not: a carriage return ends a comment here and not there. In a part that is read, a name of other
+    letters than ASCII may be the same as one of ASCII, and a backslash may join or spell tokens.
+
+    Raises:
+        Unread: it is not.
+    """
+    first, part = (0, source) if cut is None else (cut.start, source[cut.start : cut.end])
+    try:
+        text = part.decode("utf-8")
+    except UnicodeDecodeError as fault:
+        raise Unread(source.count(b"\n", 0, first + fault.start) + 1, "is not UTF-8") from None
+    wrong = STRANGE.search(text) if cut is None else NO_CODE.search(text)
+    place = wrong.start() if wrong else _invisible(text)
+    if place is not None:
+        line = source.count(b"\n", 0, first) + text.count("\n", 0, place) + 1
+        raise Unread(line, f"{text[place : place + 1]!r} may mean something else to those who run it")
+
+
+def _invisible(text: str) -> int | None:
+    """Return where a letter is that nobody sees, None if all lines are plain."""
+    if text.replace("\n", "").replace("\t", "").isprintable():
+        return None
+    return next(k for k, one in enumerate(text) if not (one.isprintable() or one in "\n\t"))
 
 
 def nodes(node: Node) -> Iterator[Node]:
@@ -79,7 +115,8 @@ def unread(node: Node, why: str) -> Unread:
 def fixed_text(source: bytes, root: Node, cuts: tuple[Cut, ...], comments: frozenset[str]) -> bytes:
     """Return a file without its comments, with a name in place of everything that was read."""
     spans = [(cut.start, cut.end, b"<%s>" % cut.name.encode()) for cut in cuts]
-    silent = [(node.start_byte, node.end_byte, b"") for node in _outside(root, cuts) if node.type in comments]
+    found = (node for node in _outside(root, cuts) if node.type in comments)
+    silent = [(node.start_byte, node.end_byte, _gap(source, node)) for node in found]
     parts: list[bytes] = []
     place = 0
     for first, last, name in sorted([*spans, *silent]):
@@ -87,6 +124,12 @@ def fixed_text(source: bytes, root: Node, cuts: tuple[Cut, ...], comments: froze
         parts += [source[place:first], name]
         place = last
     return b"".join([*parts, source[place:]])
+
+
+def _gap(source: bytes, comment: Node) -> bytes:
+    """Return a space where a comment is all that stands between two tokens."""
+    around = source[comment.start_byte - 1 : comment.start_byte], source[comment.end_byte : comment.end_byte + 1]
+    return b" " if all(around) and not any(one.isspace() for one in around) else b""
 
 
 def _outside(root: Node, cuts: tuple[Cut, ...]) -> Iterator[Node]:
