@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from arms import EXAMPLES, chain
 from formulas import argument, every_op, function, states
+from mechanisms import random_tree
 
 from symdyn.build import build, run_python
 from symdyn.build.run_rust import run_rust
@@ -112,6 +113,19 @@ def test_clippy_says_nothing(tmp_path: Path) -> None:
         pytest.skip("no clippy-driver")
     write(emit(lower(every_op()), "rust"), tmp_path)
     crate(tmp_path, "clippy-driver", "mod every_op;\n")
+
+
+@pytest.mark.parametrize("option", ["", "batch"])
+def test_an_angle_that_is_a_parameter_has_sine_and_cosine_too(option: str, tmp_path: Path) -> None:
+    program = lower(derive(random_tree(0), ("inverse_dynamics",)))
+    sources = emit(program, "rust", option=option)
+    text = sources["random0.rs"]
+    assert all(f"fn {name}_of(x: f64)" in text for name in ("sine", "cosine"))
+    crate(tmp_path, RUSTC[0], str(text))
+
+    given = [np.full(len(a.symbols), 0.3) for a in program.routines[0].function.arguments]
+    ours = run_python(emit(program)).inverse_dynamics(*given)
+    np.testing.assert_allclose(run_rust(emit(program, "rust")).inverse_dynamics(*given), ours, rtol=1e-13)
 
 
 def test_functions_are_those_of_c_short_and_in_parts() -> None:

@@ -270,9 +270,8 @@ class _Composed:
 def wanted_targets(targets: Sequence[str] | None, real: str) -> tuple[str, ...]:
     """Return the targets to measure: those named, else what has the number type and is not for those who ask."""
     if targets is None:
-        asked = {name for name, runner in RUNNERS.items() if runner.asked}
-        there = {name: row for name, row in TARGETS.items() if row.functions is None and real in row.reals}
-        return tuple(name for name in there if name not in asked)
+        quick = {name for name, runner in RUNNERS.items() if not runner.asked}
+        return tuple(name for name, row in TARGETS.items() if name in quick and real in row.reals)
     for name in targets:
         if name not in TARGETS:
             raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")

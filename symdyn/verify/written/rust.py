@@ -33,6 +33,8 @@ OPERATIONS: Mapping[str, Callable[[Expr, Expr], Expr]] = {
 }
 
 OURS = {
+    "sine_of": Op.SIN,
+    "cosine_of": Op.COS,
     "sqrt_of": Op.SQRT,
     "exp_of": Op.EXP,
     "log_of": Op.LOG,

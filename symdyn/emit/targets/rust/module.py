@@ -43,10 +43,13 @@ OWN = {
 }
 """Functions of our own, written there when they are called."""
 
+ALONE = ("sine_of", "cosine_of")
+"""Of an angle that no state changes, such as one of parameters: all others are taken together."""
+
 SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
-    Op.SIN: call("sin"),  # neither is called: angles are taken together
-    Op.COS: call("cos"),
+    Op.SIN: call(ALONE[0]),
+    Op.COS: call(ALONE[1]),
     **{op: call(name) for op, name in OWN.items()},
     Op.ATAN2: call(OWN[Op.ATAN2], 2),
 }
@@ -64,8 +67,8 @@ TYPES = {"double": "f64", "float": "f32"}
 KEYWORDS = """Self abstract as async await become box break const continue crate do dyn else enum extern false final fn
 for gen if impl in let loop macro match mod move mut override priv pub ref return self static struct super trait true
 try type typeof unsafe unsized use virtual where while yield
-abs_of atan2_of atan2_of_double exp_of exp_of_double far fma fma_double is_large log_of log_of_double near product
-sign_of sincos sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turned"""
+abs_of atan2_of atan2_of_double cosine_of exp_of exp_of_double far fma fma_double is_large log_of log_of_double near product
+sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turned"""
 """Reserved words, and what the module itself calls by its name."""
 
 
@@ -84,11 +87,16 @@ def _write(draft: Draft) -> dict[str, str]:
         "blocks": blocks(draft.program, draft.page, draft.printer, 8 if draft.real.bits > 24 else 4) if batch else (),
         "operations": {op.name for op in operations},
         "sincos": any(many and many.sincos for many in codes),
+        "alone": (),
         "two_over_pi_words": words(),
         **PARTS,
         **_fused(sincos_values(draft.real.name), "fma" if draft.real.name == "double" else "fma_double"),
     }
-    return {f"{draft.stem}.rs": render("rust/module.rs.jinja", values)}
+    text = render("rust/module.rs.jinja", values)
+    alone = tuple(name for name in ALONE if f"{name}(" in text)
+    if alone:
+        text = render("rust/module.rs.jinja", {**values, "alone": alone, "sincos": True})
+    return {f"{draft.stem}.rs": text}
 
 
 def _fused(values: Mapping[str, Any], fma: str) -> dict[str, Any]:
