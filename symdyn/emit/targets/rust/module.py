@@ -67,8 +67,8 @@ TYPES = {"double": "f64", "float": "f32"}
 KEYWORDS = """Self abstract as async await become box break const continue crate do dyn else enum extern false final fn
 for gen if impl in let loop macro match mod move mut override priv pub ref return self static struct super trait true
 try type typeof unsafe unsized use virtual where while yield
-abs_of atan2_of atan2_of_double cosine_of exp_of exp_of_double far fma fma_double is_large log_of log_of_double near product
-sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turned"""
+abs_of atan2_of atan2_of_double cosine_of exp_of exp_of_double far fma fma_double is_large log_of log_of_double near
+product sign_of sincos sine_of sqrt_by_digits sqrt_of sqrt_of_double tanh_of tanh_of_double turned"""
 """Reserved words, and what the module itself calls by its name."""
 
 
