@@ -164,6 +164,7 @@ FAULTS = {
     put(*FUNCTION, value=3): r"functions\[0\]: is not an object",
     put(*FUNCTION, "shape", value=[2]): r"functions\[0\]\.entries: are 1; shape \(2,\) has 2",
     put(*FUNCTION, "shape", value=[-1]): r"functions\[0\]\.shape: holds -1",
+    put(*FUNCTION, "shape", value=[1] * 5000): r"functions\[0\]\.shape: has 5000 lengths",
     put(*FUNCTION, "entries", value=[99999]): r"functions\[0\]\.entries: refers to 99999",
     put(*FUNCTION, "name", value="a b"): r"functions\[0\]\.name: holds 'a b'; give a name of ASCII",
     put(*FUNCTION, "result", value="*/"): r"functions\[0\]\.result: holds '\*/'",

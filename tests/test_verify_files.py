@@ -122,6 +122,33 @@ def test_a_header_is_data_and_what_is_strange_is_refused(
     assert told in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["math.h", "include/math.h", "cmath", "numpy.py", "numpy/__init__.py"])
+def test_a_file_that_hides_what_ours_ask_for_is_found(folder: Path, capsys: Capture, name: str) -> None:
+    assert main(["generate", TWO_LINK, "--functions", "mass_matrix", "-o", str(folder)]) == 0
+    capsys.readouterr()
+    assert certificate(folder, capsys)["passed"]
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).write_text("", encoding="utf-8")
+    found = certificate(folder, capsys)
+
+    assert not found["passed"]
+    assert "would be given this file" in written(found)[name]["where"]
+
+
+def test_a_private_function_that_hides_one_of_matlab_is_found(tmp_path: Path, capsys: Capture) -> None:
+    assert main(["generate", TWO_LINK, "--target", "matlab", "--functions", "mass_matrix", "-o", str(tmp_path)]) == 0
+    capsys.readouterr()
+    private = tmp_path / "+two_link" / "private"
+    private.mkdir()
+    (private / "q.m").write_text("function q\nend\n", encoding="utf-8")
+    assert certificate(tmp_path, capsys)["passed"]
+    (private / "cos.m").write_text("function y = cos(x)\ny = x;\nend\n", encoding="utf-8")
+    found = certificate(tmp_path, capsys)
+
+    assert "would be given this file" in written(found)["+two_link/private/cos.m"]["where"]
+    assert not found["passed"]
+
+
 def test_a_folder_without_files_of_ours_is_told(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "x.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
 

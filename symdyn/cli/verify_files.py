@@ -10,6 +10,7 @@ import argparse
 import re
 import shlex
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import NoReturn
 
@@ -22,7 +23,9 @@ from symdyn.program import lower, prepare
 from symdyn.verify import Certificate
 from symdyn.verify.certificate import of_files
 from symdyn.verify.texts import files_of
-from symdyn.verify.written import READERS, languages, printed, prove_texts
+from symdyn.verify.written import READERS, Written, languages, printed, prove_texts
+from symdyn.verify.written.beside import taken_first
+from symdyn.verify.written.proof import DIFFERENT
 
 COMMAND = re.compile(r"^\W*(symdyn generate [ -~]{1,4000}?)\s*$", re.MULTILINE)
 """The line of a header, whatever begins a comment there."""
@@ -58,6 +61,16 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     written = tuple(one for part in parts for one in part.written)
     named = {one.file for one in written}
     left = [name for name in sorted(_names(folder)) if name not in named]
+    texts = {
+        one.file: (folder / one.file).read_bytes().decode("utf-8", "replace")
+        for one in written
+        if (folder / one.file).is_file()
+    }
+    hiding = taken_first(texts, left)
+    written += tuple(
+        _hiding(folder, name, next(one for one in written if one.file == by)) for name, by in hiding.items()
+    )
+    left = [name for name in left if name not in hiding]
     ours = [name for name in left if any(name in files for files in commands.values())]
     told = [f"not read, by their names they are another scene's: {', '.join(ours)}"] if ours else []
     told += [f"not read, nothing there says it is ours: {', '.join(one for one in left if one not in ours)}"]
@@ -71,6 +84,13 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         "",
         written,
     )
+
+
+def _hiding(folder: Path, name: str, file: Written) -> Written:
+    """Return the verdict on a file that hides what a proved one asks for."""
+    told = f"{file.file} asks for something of this name, and would be given this file"
+    contents = sha256((folder / name).read_bytes()).hexdigest()
+    return Written(file.target, file.option, name, contents, (), DIFFERENT, told, 0)
 
 
 def commands_in(folder: Path) -> dict[str, list[str]]:
@@ -94,8 +114,8 @@ def commands_in(folder: Path) -> dict[str, list[str]]:
 
 
 def _names(folder: Path) -> list[str]:
-    """Return the files of a folder and of those in it."""
-    paths = [path for pattern in ("*", "*/*") for path in folder.glob(pattern) if path.is_file()]
+    """Return the files of a folder and of those in it; of a package for MATLAB, of its private folders too."""
+    paths = [path for pattern in ("*", "*/*", "*/private/*") for path in folder.glob(pattern) if path.is_file()]
     if len(paths) > MOST_FILES or any(path.stat().st_size > LARGEST for path in paths):
         raise VerifyError(
             f"{folder}: holds more than {MOST_FILES} files, or one that is too large; give another folder"

@@ -23,6 +23,9 @@ from symdyn.scene import Scene, read_text
 LONGEST = 200_000_000
 """Characters of a file: some millions of nodes."""
 
+MOST_DIMENSIONS = 8
+"""Lengths of a shape."""
+
 LONGEST_NUMBER = 2_000
 """Digits of a numerator or denominator."""
 
@@ -145,6 +148,8 @@ class _Reader:
         for what, values in (("argument", [a.name for a in arguments]), ("symbol", symbols)):
             if len({*values}) != len(values):
                 self._refuse(f"{where}.arguments", f"have one {what} twice")
+        if len(told["shape"]) > MOST_DIMENSIONS:
+            self._refuse(f"{where}.shape", f"has {len(told['shape'])} lengths; {MOST_DIMENSIONS} at most are read")
         shape = tuple(self._size(f"{where}.shape", length) for length in told["shape"])
         entries = tuple(self._earlier(f"{where}.entries", number, nodes) for number in told["entries"])
         if prod(shape) != len(entries):
