@@ -9,7 +9,7 @@ import pytest
 
 import symdyn
 from symdyn.build.backends import door
-from symdyn.build.backends.words import ALL, ALONG, BACK, BENT, VALUE, Text, Word
+from symdyn.build.backends.words import ALL, ALONG, BACK, BENT, VALUE, Code, Word
 from symdyn.dynamics import LoopChoices
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.program import formulate, lower
@@ -20,7 +20,7 @@ from symdyn.scene import Scene
 def word(scene: Scene, request: str, prepare: bool = False) -> Word:
     program = lower(formulate(scene, (request,)))
     program = prepared(program) if prepare else program
-    return Word(VALUE, None, Text(program, lambda *_: None), int(prepare), (scene, request, LoopChoices()))
+    return Word(VALUE, None, Code(program, lambda *_: None), int(prepare), (scene, request, LoopChoices()))
 
 
 def test_an_unknown_backend_is_refused_with_those_that_there_are() -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
-from symdyn.build.backends.words import VALUE, Text, Word
+from symdyn.build.backends.words import VALUE, Code, Word
 from symdyn.build.loaded import Loaded
 from symdyn.build.numeric_function import NumericFunction, numeric_function, signature
 from symdyn.dynamics import LoopChoices
@@ -76,15 +76,15 @@ def loaded_for(
     program = lower(formulate(scene, requests, closing=closing))
     program = prepare_program(program) if prepare else program
     settings = (backend, scene, requests, compiler, machine, is_prepared(program), closing, free)
-    text = Text(program, library.make)
-    text.ready(library.real)
+    code = Code(program, library.make)
+    code.ready(library.real)
     told = docstrings(program)
     asked = [PREPARE] * (len(program.routines) - len(requests)) + list(requests)
     calls = {}
     for place, (routine, request) in enumerate(zip(program.routines, asked, strict=True)):
         name = routine.function.name
         source = None if request == PREPARE else (scene, request, closing)
-        call = partial(library.call, Word(VALUE, None, text, place, source))
+        call = partial(library.call, Word(VALUE, None, code, place, source))
         call.__doc__ = told[name]
         one = numeric_function(scene, name, routine, call, free, (_one_of, (again, settings, name)))
         fields = {key: getattr(one, key) for key in NumericFunction.__dataclass_fields__ if key != "words"}

@@ -64,7 +64,7 @@ call_p.def_impl(jax.jit(_evaluated, static_argnames=("word",)))
 
 def _handler(word: Word, result: Any, kind: str = "") -> str | None:
     """Return what XLA calls a word; None of one without entries."""
-    found: str | None = word.text.ready(REALS[result.dtype.name]).get((word.routine.function.name, kind))
+    found: str | None = word.code.ready(REALS[result.dtype.name]).get((word.routine.function.name, kind))
     if found is None and 0 not in word.shape:
         raise BuildError(f"{word.routine.function.name} takes an argument without entries, which XLA cannot hand on")
     return found
@@ -190,7 +190,7 @@ def _plain(*given: Array, word: Word, left: bool) -> Array:
 def _times_shape(*given: Any, word: Word, left: bool) -> Any:
     own = len(word.arguments)
     leading = _leading(word, [one.shape for one in given[:own]])
-    columns, many = sum(word.text.columns), given[own].shape[0]
+    columns, many = sum(word.code.columns), given[own].shape[0]
     shape = (many, columns) if left else (prod(word.shape) // columns, many)
     return jax.core.ShapedArray((*leading, *shape), given[0].dtype)
 

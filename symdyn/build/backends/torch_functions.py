@@ -38,7 +38,7 @@ class Call(torch.autograd.Function):
     @staticmethod
     def forward(word: Word, *given: Array) -> Array:
         """Return what the word computes, by NumPy's ufunc on the tensors' own memory."""
-        run = word.text.ready("double")[word.place]
+        run = word.code.ready("double")[word.place]
         found = run(*(one.detach().numpy() for one in given))
         return torch.from_numpy(np.asarray(found, given[0].detach().numpy().dtype))
 

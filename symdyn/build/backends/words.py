@@ -37,7 +37,7 @@ LOCK = RLock()
 
 
 @dataclass(frozen=True, eq=False)
-class Text:
+class Code:
     """A program, and what a backend makes of it: by real type, once, when it is first called.
 
     `columns` are those of each argument where it returns J, () of all else.
@@ -63,21 +63,21 @@ class Word:
     Attributes:
         kind: VALUE, ALONG, BACK, ALL or BENT.
         way: how it belongs to its function; None where it is that function.
-        text: the program that it is in.
+        code: the program that it is in.
         place: which of its routines it is.
         source: the scene and what was asked for, where the scene's own words tell its derivatives.
     """
 
     kind: str
     way: Way | None
-    text: Text
+    code: Code
     place: int = 0
     source: tuple[Scene, str, LoopChoices] | None = None
 
     @property
     def routine(self) -> Routine:
         """What it computes."""
-        return self.text.program.routines[self.place]
+        return self.code.program.routines[self.place]
 
     @cached_property
     def arguments(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
@@ -152,7 +152,7 @@ class Way:
         with LOCK:
             if kind not in self.known:
                 columns = tuple(length for _, length in self.varied) if kind == ALL else ()
-                self.known[kind] = Word(kind, self, Text(self.derive(kind), self.of.text.make, columns))
+                self.known[kind] = Word(kind, self, Code(self.derive(kind), self.of.code.make, columns))
             return self.known[kind]
 
     @property
@@ -193,7 +193,7 @@ def _are_rates(scene: Scene) -> bool:
 
 def _derived(of: Word, kind: str) -> Program:
     """Return a program of a derivative by differentiation of what the code computes."""
-    program, function = of.text.program, of.routine.function
+    program, function = of.code.program, of.routine.function
     graph = program.graph
     moving = [x for one in function.arguments for x in one.symbols]
     directions = [_along(of, one) for one in function.arguments]
@@ -231,6 +231,6 @@ def _derived(of: Word, kind: str) -> Program:
 def _along(of: Word, argument: Argument) -> Argument:
     """Return the direction of an argument, as an argument."""
     name = of.directions[argument.name]
-    graph = of.text.program.graph
+    graph = of.code.program.graph
     symbols = tuple(graph.symbol(f"{name}[{k}]") for k in range(len(argument.symbols)))
     return Argument(name, symbols, f"direction of {argument.name}", (), argument.scalar)

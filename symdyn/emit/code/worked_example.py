@@ -35,7 +35,7 @@ class Given:
     Attributes:
         name: in code.
         scalar: whether it is one number.
-        values: as languages like C write them; () for what `prepare` makes there.
+        values: decimal numbers; () for what `prepare` makes there.
         length: how many there are.
     """
 
@@ -52,7 +52,7 @@ class Called:
     Attributes:
         name: of the function, without that of the scene.
         arguments: names of what is given, in calling order.
-        wanted, allowed: what must come out, and how far it may be off, as languages like C write them.
+        wanted, allowed: what must come out, and how far it may be off; decimal numbers.
     """
 
     name: str
@@ -76,10 +76,10 @@ class WorkedExample:
     left_out: tuple[str, ...]
 
 
-def worked_example(sources: Sources) -> WorkedExample:
+def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
     """Return arguments and calls at the first state drawn where all functions are real, else at that of the most.
 
-    Numbers are the nearest of the type, with its suffix.
+    Numbers are the nearest of the type, and end as the language's literals do: on `suffix`.
     """
     functions = [routine.function for routine in sources.program.routines]
     arguments = _arguments(functions)
@@ -95,7 +95,12 @@ def worked_example(sources: Sources) -> WorkedExample:
     results, point = best
     names = {one.symbols: name for name, one in arguments.items()}
     given = [
-        Given(name, one.scalar, () if one.name == PREPARED else _texts(_at(one, point), sources.real), len(one.symbols))
+        Given(
+            name,
+            one.scalar,
+            () if one.name == PREPARED else _texts(_at(one, point), sources.real, suffix),
+            len(one.symbols),
+        )
         for name, one in arguments.items()
     ]
     called, left_out = [], []
@@ -103,7 +108,8 @@ def worked_example(sources: Sources) -> WorkedExample:
         if function.name in results:
             found = results[function.name]
             told = tuple(names[argument.symbols] for argument in function.arguments)
-            called.append(Called(name, told, _texts([x.value for x in found], sources.real), _allowed(found, sources)))
+            wanted = _texts([x.value for x in found], sources.real, suffix)
+            called.append(Called(name, told, wanted, _allowed(found, sources, suffix)))
         else:
             left_out.append(name)
     return WorkedExample(tuple(given), tuple(called), tuple(left_out))
@@ -149,10 +155,10 @@ def _at(argument: Argument, point: Mapping[Expr, Any]) -> list[Any]:
     return [point[symbol] for symbol in argument.symbols]
 
 
-def _texts(values: Sequence[Any], real: str) -> tuple[str, ...]:
-    """Return numbers as languages like C write them, the nearest of the type."""
+def _texts(values: Sequence[Any], real: str, suffix: str) -> tuple[str, ...]:
+    """Return numbers as text, the nearest of the type."""
     kind = find_real(real)
-    return tuple(f"{digits(_fraction(value), kind)}{kind.suffix}" for value in values)
+    return tuple(f"{digits(_fraction(value), kind)}{suffix}" for value in values)
 
 
 def _fraction(value: Any) -> Fraction:
@@ -163,8 +169,7 @@ def _fraction(value: Any) -> Fraction:
     return Fraction((-1) ** sign * int(mantissa)) * Fraction(2) ** int(exponent)
 
 
-def _allowed(found: Sequence[Bounded], sources: Sources) -> tuple[str, ...]:
+def _allowed(found: Sequence[Bounded], sources: Sources, suffix: str) -> tuple[str, ...]:
     """Return how far each entry may be off, rounded up to two digits."""
-    suffix = find_real(sources.real).suffix
     slack = [ALLOWED * float(one.error) + float(abs(one.value)) * ROUNDOFF[sources.real] for one in found]
     return tuple(f"{1.05 * bound + TINIEST[sources.real]:.1e}{suffix}" for bound in slack)

@@ -34,7 +34,7 @@ class Launched:
 def files_beside(sources: Sources, block: int) -> dict[str, str]:
     """Return both examples; `block` is how many threads a block of CUDA has."""
     opening, real = stem(sources.program.scene.name), find_real(sources.real)
-    made = worked_example(sources)
+    made = worked_example(sources, real.suffix)
     values = {
         "stem": opening,
         "real": real.name,
