@@ -94,6 +94,9 @@ def test_arguments_are_named_as_for_numpy() -> None:
         found.mass_matrix(q.half(), torch.zeros(1).half())
     with pytest.raises(ArgumentError, match="runs on the CPU alone, and a tensor is on meta"):
         found.mass_matrix(q.to("meta"))
+    for wrong in (None, "abc", {"x": 1}):
+        with pytest.raises(ArgumentError, match="q is no array of real numbers; give 2 numbers, x, theta"):
+            found.mass_matrix(wrong)
 
 
 @pytest.mark.parametrize(
@@ -165,6 +168,11 @@ def test_tensors_that_are_views_are_taken_as_they_lie() -> None:
     x = [one.contiguous().T[::2] for one in x]
 
     np.testing.assert_array_equal(found.inverse_dynamics(*x), wanted.inverse_dynamics(*(one.numpy() for one in x)))
+    z = torch.complex(x[0], x[0]).conj().imag  # a view with its sign still to come
+    assert z.is_neg()
+    np.testing.assert_array_equal(
+        found.inverse_dynamics(z, *x[1:]), wanted.inverse_dynamics(*(one.numpy() for one in (-x[0], *x[1:])))
+    )
 
 
 def test_what_is_prepared_is_differentiated_too_and_all_of_it_pickles() -> None:

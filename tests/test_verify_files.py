@@ -149,6 +149,24 @@ def test_a_private_function_that_hides_one_of_matlab_is_found(tmp_path: Path, ca
     assert not found["passed"]
 
 
+@pytest.mark.parametrize(("target", "file"), [("json", "two_link.json"), ("ufunc", "two_link_f32.c")])
+def test_files_that_are_not_read_back_are_told_and_leave_the_others_in_peace(
+    target: str, file: str, tmp_path: Path, capsys: Capture
+) -> None:
+    asked = ["generate", TWO_LINK, "--functions", "mass_matrix", "-o", str(tmp_path)]
+    assert main([*asked, "--target", target]) == 0
+    assert main(["verify", TWO_LINK, "--files", str(tmp_path)]) == 1
+    assert f"{file}: files of target {target} (" in capsys.readouterr().err
+
+    assert main([*asked, "--target", "numpy"]) == 0
+    capsys.readouterr()
+    found = certificate(tmp_path, capsys)
+    assert found["passed"]
+    assert set(written(found)) == {"two_link.py"}
+    assert f"files of target {target} are not read back: " in str(found["notes"])
+    assert file in str(found["notes"])
+
+
 def test_a_folder_without_files_of_ours_is_told(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "x.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
 

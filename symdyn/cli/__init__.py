@@ -23,7 +23,7 @@ VERBS = {
     "equations": "print the equations of motion",
     "walkthrough": "write the derivation as a lesson",
     "check-derivation": "compare a student's result with the scene's",
-    "generate": "write a NumPy module, C or JavaScript",
+    "generate": "write code for NumPy, C and other tools",
     "verify": "prove the equations, measure the code",
     "simulate": "compute the motion that forces give",
     "inverse": "compute the forces that a motion takes",

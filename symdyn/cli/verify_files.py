@@ -27,8 +27,8 @@ from symdyn.verify.written import READERS, Written, languages, printed, prove_te
 from symdyn.verify.written.beside import taken_first
 from symdyn.verify.written.proof import DIFFERENT
 
-COMMAND = re.compile(r"^\W*(symdyn generate [ -~]{1,4000}?)\s*$", re.MULTILINE)
-"""The line of a header, whatever begins a comment there."""
+COMMAND = re.compile(r'^\W*(symdyn generate [ -~]{1,4000}?)(?:",)?\s*$', re.MULTILINE)
+"""The line of a header, whatever begins a comment there, or in JSON a string."""
 
 HEADER, MOST_FILES, LARGEST = 1 << 20, 2000, 1 << 28
 
@@ -56,7 +56,12 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         raise VerifyError(
             f"{folder}: no file there says which command made it; give a folder that symdyn generate has written to"
         )
-    parts = [_of_command(options, folder, command, files, progress) for command, files in commands.items()]
+    wanted = {command: options_of(command, f"{folder / files[0]}") for command, files in commands.items()}
+    read = [command for command in commands if wanted[command].target in READERS]
+    if not read:
+        target, (file, *_) = TARGETS[next(iter(wanted.values())).target], next(iter(commands.values()))
+        raise VerifyError(f"{folder / file}: files of target {target.name} ({target.text}) are not read back")
+    parts = [_of_command(options, folder, command, wanted[command], progress) for command in read]
     first, *rest = parts
     written = tuple(one for part in parts for one in part.written)
     named = {one.file for one in written}
@@ -70,11 +75,16 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     written += tuple(
         _hiding(folder, name, next(one for one in written if one.file == by)) for name, by in hiding.items()
     )
-    left = [name for name in left if name not in hiding]
+    unread = {name: wanted[one].target for one, files in commands.items() if one not in read for name in files}
+    left = [name for name in left if name not in hiding and name not in unread]
     ours = [name for name in left if any(name in files for files in commands.values())]
     told = [f"not read, by their names they are another scene's: {', '.join(ours)}"] if ours else []
     told += [f"not read, nothing there says it is ours: {', '.join(one for one in left if one not in ours)}"]
     told = told if len(left) > len(ours) else told[:-1]
+    for target in dict.fromkeys(unread.values()):
+        told += [
+            f"files of target {target} are not read back: {', '.join(one for one in unread if unread[one] == target)}"
+        ]
     return Certificate(
         first.scene,
         first.fields,
@@ -147,14 +157,13 @@ def options_of(command: str, where: str) -> argparse.Namespace:
 
 
 def _of_command(
-    options: argparse.Namespace, folder: Path, command: str, files: list[str], progress: Callable[[str], None]
+    options: argparse.Namespace,
+    folder: Path,
+    command: str,
+    asked: argparse.Namespace,
+    progress: Callable[[str], None],
 ) -> Certificate:
     """Return the certificate of the files of one command, made again for the scene."""
-    where = f"{folder / files[0]}"
-    asked = options_of(command, where)
-    target = TARGETS[asked.target]
-    if asked.target not in READERS:
-        raise VerifyError(f"{where}: files of target {target.name} ({target.text}) are not read back")
     asked.scene = options.scene
     scene = read_scene(asked)
     closing = closing_of(asked, scene)

@@ -39,8 +39,8 @@ class Call(torch.autograd.Function):
     def forward(word: Word, *given: Array) -> Array:
         """Return what the word computes, by NumPy's ufunc on the tensors' own memory."""
         run = word.code.ready("double")[word.place]
-        found = run(*(one.detach().numpy() for one in given))
-        return torch.from_numpy(np.asarray(found, given[0].detach().numpy().dtype))
+        arrays = [one.detach().resolve_neg().numpy() for one in given]  # z.conj().imag is a view with its sign to come
+        return torch.from_numpy(np.asarray(run(*arrays), arrays[0].dtype))
 
     @staticmethod
     def setup_context(ctx: Any, inputs: tuple[Any, ...], output: Array) -> None:
@@ -110,6 +110,14 @@ def _gathered(array: Array, like: Array) -> Array:
     return torch.broadcast_to(array.sum(axes, keepdim=True) if axes else array, like.shape)
 
 
+def _strong(value: Any) -> Array:
+    """Return what is no number of Python as a tensor; ValueError where it is none of numbers."""
+    try:
+        return value if isinstance(value, torch.Tensor) else torch.as_tensor(value)
+    except (RuntimeError, TypeError) as error:
+        raise ValueError(str(error)) from error
+
+
 def _tensor(value: Any, dtype: Any) -> Array:
     return value.to(dtype) if isinstance(value, torch.Tensor) else torch.as_tensor(np.asarray(value)).to(dtype)
 
@@ -141,7 +149,7 @@ def placed(word: Word, *given: Any) -> Array:
     name = word.routine.function.name
     if len(given) != len(word.arguments):
         raise ValueError(f"{len(given)} arguments are given")
-    strong = [one if isinstance(one, torch.Tensor) else torch.as_tensor(one) for one in given if not is_weak(one)]
+    strong = [_strong(one) for one in given if not is_weak(one)]
     dtype = torch.get_default_dtype()
     if strong:
         dtype = strong[0].dtype
@@ -172,7 +180,7 @@ def stacked(values: Sequence[Any]) -> Any:
     """Return values as one tensor along its last dimension; numbers alone as they are."""
     if all(is_weak(one) for one in values):
         return list(values)
-    strong = [one if isinstance(one, torch.Tensor) else torch.as_tensor(one) for one in values if not is_weak(one)]
+    strong = [_strong(one) for one in values if not is_weak(one)]
     dtype = strong[0].dtype
     for one in strong[1:]:
         dtype = torch.promote_types(dtype, one.dtype)

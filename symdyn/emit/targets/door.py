@@ -72,7 +72,9 @@ def emit(
         raise EmitError(f"target {target} ({row.text}) has no option {option}; {known}")
     number = find_real(real)
     if real not in row.reals:
-        raise EmitError(f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone")
+        raise EmitError(
+            f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; leave --real out"
+        )
     made = row.draft(program, number, command or _command(program, row, real, option), option)
     contents = row.write(made)
     kinds = {name: type(text) for name, text in contents.items()}
