@@ -13,7 +13,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one, linear_parameters
 from symdyn.dynamics.roads.count import state_dependent_counts
 from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
-from symdyn.dynamics.roads.regressor_outputs import REGRESSORS, base_columns, columns, parameters
+from symdyn.dynamics.roads.regressor_outputs import REGRESSORS, base_columns, base_values, columns, parameters
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate
 from symdyn.scene import bind, read, read_text
@@ -135,6 +135,22 @@ def test_parameters_are_told_by_name_with_formulas() -> None:
 def test_equal_columns_are_one_and_say_so() -> None:
     told = base_columns(Workspace(read(EXAMPLES / "two_link.toml")))
     assert told == ("mxR1", "myR1", "JxxR1 + JyyR1", "mxR2", "myR2", "JxxR2 + JyyR2")
+
+
+@pytest.mark.parametrize(("name", "count"), [("two_link", 6), ("cart_pole", 5), ("scara", 8), ("spatial_3r", 15)])
+def test_no_column_of_the_base_regressor_depends_on_others(name: str, count: int) -> None:
+    """A SCARA's stroke lies along all its turns: moments beside it are the forearm's."""
+    scene = read(EXAMPLES / f"{name}.toml")
+    known = {p.name: 1 + 0.3 * k for k, p in enumerate(scene.parameters)}
+    scene = bind(scene, known)
+    q, qd, qdd = np.random.default_rng(4).normal(size=(3, 40, len(scene.coordinates)))
+    Y = symdyn.lambdify(scene, "base_regressor")(q, qd, qdd)
+    assert Y.shape[-1] == count == np.linalg.matrix_rank(Y.reshape(-1, Y.shape[-1]))
+
+    w = Workspace(scene)
+    pi = evaluate(base_values(w), Floats(), {w.graph.symbol(one): value for one, value in known.items()})
+    tau = symdyn.lambdify(scene, "inverse_dynamics")(q, qd, qdd)
+    np.testing.assert_allclose(Y @ pi, tau, rtol=1e-12, atol=1e-12)
 
 
 def test_parameters_of_the_scene_s_own_are_columns_too() -> None:

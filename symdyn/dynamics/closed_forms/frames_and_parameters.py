@@ -37,7 +37,7 @@ from symdyn.algebra.form import ZERO, Form
 from symdyn.dynamics.mechanism.exact import has_symbols, in_fractions, settle, turns_of
 from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, settled
+from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, settled, slides_along_all_turns
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
 from symdyn.dynamics.recursive.rnea import rnea
@@ -206,7 +206,7 @@ def _grouped(tree: Tree, framed: LeanTree) -> list[Expr]:
     body = [inertia.seen_from(settled(T.inverse())) for inertia, T in zip(tree.inertia, framed.moved, strict=True)]
     values: list[list[Expr]] = [[] for _ in body]
     for k in framed.inward():
-        kept, given = _split(body[k], framed.slides[k], _slides_along_all_turns(framed, k))
+        kept, given = _split(body[k], framed.slides[k], slides_along_all_turns(framed, k))
         values[k], p = kept, framed.parent[k]
         body[p] = body[p] + given.seen_from(framed.link[k].at_rest(framed.slides[k]).transform)
     return [value for kept in values for value in kept]
@@ -222,14 +222,3 @@ def _split(body: Inertia, slides: bool, along_all_turns: bool) -> tuple[list[Exp
         return [body.m, x, y, z], Inertia(zero, (zero, zero, zero), body.I)
     kept = [x, y, xx - yy, xy, xz, yz, zz]
     return kept, Inertia(body.m, (zero, zero, z), symmetric(yy, yy, zero, zero, zero, zero))
-
-
-def _slides_along_all_turns(tree: LeanTree, k: int) -> bool:
-    """Return whether every joint that turns body k has its axis along z of k, which slides."""
-    axis, p = tree.link[k].axis, tree.parent[k]
-    while p:
-        x, y, z = settle(axis)
-        if not tree.slides[p] and not (x.is_zero and y.is_zero):
-            return False
-        axis, p = tree.link[p].back((x, y, z)), tree.parent[p]
-    return True

@@ -279,6 +279,17 @@ def regroup(tree: LeanTree, blocks: bool = True) -> LeanTree:
     return replace(tree, body=tuple(body))
 
 
+def slides_along_all_turns(tree: LeanTree, k: int) -> bool:
+    """Return whether every joint that turns body k has its axis along z of k, which slides."""
+    axis, p = tree.link[k].axis, tree.parent[k]
+    while p:
+        x, y, z = settle(axis)
+        if not tree.slides[p] and not (x.is_zero and y.is_zero):
+            return False
+        axis, p = tree.link[p].back((x, y, z)), tree.parent[p]
+    return True
+
+
 def split(body: Moments, slides: bool) -> tuple[Moments, Moments]:
     """Return what a joint along z feels of a body, and what it does not."""
     zero = body.m.graph.zero

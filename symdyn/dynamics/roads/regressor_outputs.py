@@ -24,7 +24,7 @@ from itertools import product
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism.tree import body_inertia
-from symdyn.dynamics.recursive.lean_tree import LeanTree, potential_energy
+from symdyn.dynamics.recursive.lean_tree import LeanTree, potential_energy, slides_along_all_turns, split
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads import result_labels as labels
@@ -42,6 +42,9 @@ from symdyn.spatial import Inertia, dot, symmetric, transpose, unit_transform, z
 TURNING = ("mx", "my", "Jxx", "Jyy", "Jxy", "Jxz", "Jyz")
 SLIDING = ("m", "mx", "my", "mz")
 """What a revolute and a prismatic joint feel of a body, see `lean_tree.split`."""
+
+ALONG = ("m", "mz")
+"""What a prismatic joint feels whose direction all turns before it have for their axis."""
 
 ALL = ("m", "mx", "my", "mz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz")
 
@@ -162,9 +165,11 @@ def base(w: Workspace) -> Base:
     together = {k: block[-1] for block in lean.block if len(block) > 1 for k in block}
     names, symbols, values = list[str](), list[Expr](), list[Expr]()
     bodies = [Moments(zero, zero_vector(graph), symmetric(*(zero,) * 6))]
+    along = () if together else tuple(k for k in lean.outward() if lean.slides[k] and slides_along_all_turns(lean, k))
+    grouped = _given_on(lean, along) if along else lean.body
     for k in lean.outward():
-        own = dict(zip(ALL, _ten(lean.body[k]), strict=True))
-        felt: tuple[str, ...] = SLIDING if lean.slides[k] else TURNING
+        own = dict(zip(ALL, _ten(grouped[k]), strict=True))
+        felt: tuple[str, ...] = ALONG if k in along else SLIDING if lean.slides[k] else TURNING
         if k in together:  # moves that act as one: only behind the last of them is there a frame that is a body's
             felt = ALL if k == together[k] else ()
         here = {word: graph.symbol(f"{word} of link frame {k}") for word in felt}
@@ -176,6 +181,19 @@ def base(w: Workspace) -> Base:
     still = (zero,) * len(lean.parent)
     tree = replace(lean, body=tuple(bodies), armature=still, balls=())
     return Base(tuple(names), tuple(symbols), tuple(values), tree)
+
+
+def _given_on(lean: LeanTree, along: tuple[int, ...]) -> list[Moments]:
+    """Return the bodies of a tree where slides along all turns give what lies beside them to what they slide on."""
+    zero = lean.graph.zero
+    bodies = list(lean.body)
+    for k in lean.inward():
+        given, p = split(bodies[k], lean.slides[k])[1], lean.parent[k]
+        if k in along:
+            x, y, _ = bodies[k].h
+            given = replace(given, h=(x, y, zero))
+        bodies[p] = bodies[p] + lean.link[k].at_rest(lean.slides[k]).moments_back(given)
+    return bodies
 
 
 def _ten(body: Moments) -> tuple[Expr, ...]:
