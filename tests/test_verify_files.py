@@ -167,6 +167,21 @@ def test_files_that_are_not_read_back_are_told_and_leave_the_others_in_peace(
     assert file in str(found["notes"])
 
 
+@pytest.mark.parametrize("line", ["\n", " ", "*\n", "symdyn generate ", "symdyn generate" + " " * 9999 + "x\n"])
+def test_a_header_of_a_million_letters_is_soon_looked_through(tmp_path: Path, capsys: Capture, line: str) -> None:
+    (tmp_path / "x.c").write_text(line * (1_000_000 // len(line)) + "é", encoding="utf-8")
+
+    assert main(["verify", TWO_LINK, "--files", str(tmp_path)]) == 1
+    assert "no file there says which command made it" in capsys.readouterr().err
+
+
+def test_names_of_files_do_nothing_to_a_terminal(folder: Path, capsys: Capture) -> None:
+    (folder / "a\x1b[31m\nb.txt").write_text("", encoding="utf-8")
+    assert main(["verify", TWO_LINK, "--files", str(folder)]) == 0
+
+    assert not {"\x1b", "\nb.txt"} & {*capsys.readouterr().out.replace("\nb.txt", "\x1b")}
+
+
 def test_a_folder_without_files_of_ours_is_told(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "x.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
 

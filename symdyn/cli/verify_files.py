@@ -18,7 +18,7 @@ from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
 from symdyn.emit import TARGETS, emit
-from symdyn.errors import VerifyError
+from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
 from symdyn.verify import Certificate
 from symdyn.verify.certificate import of_files
@@ -27,8 +27,8 @@ from symdyn.verify.written import READERS, Written, languages, printed, prove_te
 from symdyn.verify.written.beside import taken_first
 from symdyn.verify.written.proof import DIFFERENT
 
-COMMAND = re.compile(r'^\W*(symdyn generate [ -~]{1,4000}?)(?:",)?\s*$', re.MULTILINE)
-"""The line of a header, whatever begins a comment there, or in JSON a string."""
+COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILINE)
+"""The line of a header, whatever begins a comment there, or in JSON a string; no line is looked at twice."""
 
 HEADER, MOST_FILES, LARGEST = 1 << 20, 2000, 1 << 28
 
@@ -78,8 +78,13 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     unread = {name: wanted[one].target for one, files in commands.items() if one not in read for name in files}
     left = [name for name in left if name not in hiding and name not in unread]
     ours = [name for name in left if any(name in files for files in commands.values())]
-    told = [f"not read, by their names they are another scene's: {', '.join(ours)}"] if ours else []
-    told += [f"not read, nothing there says it is ours: {', '.join(one for one in left if one not in ours)}"]
+    told = (
+        [f"not read, by their names they are another scene's: {', '.join(printable(one, '') for one in ours)}"]
+        if ours
+        else []
+    )
+    others = ", ".join(printable(one, "") for one in left if one not in ours)
+    told += [f"not read, nothing there says it is ours: {others}"]
     told = told if len(left) > len(ours) else told[:-1]
     for target in dict.fromkeys(unread.values()):
         told += [
@@ -119,7 +124,7 @@ def commands_in(folder: Path) -> dict[str, list[str]]:
             header = file.read(HEADER).decode("utf-8", "replace")
         said = COMMAND.search(header)
         if said is not None:
-            found.setdefault(said[1], []).append(name)
+            found.setdefault(said[1].rstrip().removesuffix('",'), []).append(name)
     return found
 
 
