@@ -18,9 +18,9 @@ from functools import partial
 from symdyn.dynamics.recursive.polarised import polarised
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads import result_labels as labels
+from symdyn.dynamics.roads.base_columns import Base, base, base_by_lagrange, base_columns, chosen, others
 from symdyn.dynamics.roads.named_functions import REFERENCE, REFERENCE_RATE, direction
 from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_lagrange
-from symdyn.dynamics.roads.regressor_outputs import Base, base, base_by_lagrange, base_columns, chosen, others
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
 

@@ -1,0 +1,183 @@
+"""The fewest columns that span the driving forces of a tree: base parameters of link frames, and what is no inertia.
+
+By second moments J, in the frames that the generator chose (`lean_tree`); equal columns are one. A ball and a free body
+keep all ten.
+
+Reference: Gautier and Khalil, Direct calculation of minimum set of inertial parameters of serial robots (1990); Khalil
+and Dombre (2002), chapters 9 and 12.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from symdyn.dynamics.lagrange import second_kind as lagrange
+from symdyn.dynamics.recursive.lean_tree import LeanTree, slides_along_all_turns, split
+from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.roads.linear_forces import Linear, driving, lagrange_driving, linear, parameters
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.scene import Joint, Scene
+from symdyn.scene.ten_parameters import INERTIAL
+from symdyn.scene.values.quantity import ZERO
+from symdyn.spatial import dot, symmetric, transpose, unit_transform, zero_vector
+
+TURNING = ("mx", "my", "Jxx", "Jyy", "Jxy", "Jxz", "Jyz")
+SLIDING = ("m", "mx", "my", "mz")
+"""What a revolute and a prismatic joint feel of a body, see `lean_tree.split`."""
+
+ALONG = ("m", "mz")
+"""What a prismatic joint feels whose direction all turns before it have for their axis."""
+
+ALL = ("m", "mx", "my", "mz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz")
+
+
+@dataclass(frozen=True)
+class Base:
+    """Base parameters of the moving bodies, each a symbol.
+
+    Attributes:
+        names: such as "mxR2" or "JxxR1", R1 the frame of the first moving body.
+        symbols: of the parameters, in the same order.
+        values: what they are made of, kg, kg m, kg m^2.
+        tree: the link frames, bodies that have these parameters alone, without rotors.
+    """
+
+    names: tuple[str, ...]
+    symbols: tuple[Expr, ...]
+    values: tuple[Expr, ...]
+    tree: LeanTree
+
+
+def base(w: Workspace) -> Base:
+    """Return the base parameters of a scene, felt or not; a ball and a free body keep all ten of theirs."""
+    graph, zero, lean = w.graph, w.graph.zero, w.whole
+    together = {k: block[-1] for block in lean.block if len(block) > 1 for k in block}
+    names, symbols, values = list[str](), list[Expr](), list[Expr]()
+    bodies = [Moments(zero, zero_vector(graph), symmetric(*(zero,) * 6))]
+    along = () if together else tuple(k for k in lean.outward() if lean.slides[k] and slides_along_all_turns(lean, k))
+    grouped = _given_on(lean, along) if along else lean.body
+    for k in lean.outward():
+        own = dict(zip(ALL, _ten(grouped[k]), strict=True))
+        felt: tuple[str, ...] = ALONG if k in along else SLIDING if lean.slides[k] else TURNING
+        if k in together:  # moves that act as one: only behind the last of them is there a frame that is a body's
+            felt = ALL if k == together[k] else ()
+        here = {word: graph.symbol(f"{word} of link frame {k}") for word in felt}
+        names += [f"{word}R{k}" for word in felt]
+        symbols += here.values()
+        values += [own[word] for word in felt]
+        m, x, y, z, xx, yy, zz, xy, xz, yz = (here.get(word, zero) for word in ALL)
+        bodies.append(Moments(m, (x, y, z), symmetric(xx, yy, zz, xy, xz, yz)))
+    still = (zero,) * len(lean.parent)
+    tree = replace(lean, body=tuple(bodies), armature=still, balls=())
+    return Base(tuple(names), tuple(symbols), tuple(values), tree)
+
+
+def _given_on(lean: LeanTree, along: tuple[int, ...]) -> list[Moments]:
+    """Return the bodies of a tree where slides along all turns give what lies beside them to what they slide on."""
+    zero = lean.graph.zero
+    bodies = list(lean.body)
+    for k in lean.inward():
+        given, p = split(bodies[k], lean.slides[k])[1], lean.parent[k]
+        if k in along:
+            x, y, _ = bodies[k].h
+            given = replace(given, h=(x, y, zero))
+        bodies[p] = bodies[p] + lean.link[k].at_rest(lean.slides[k]).moments_back(given)
+    return bodies
+
+
+def _ten(body: Moments) -> tuple[Expr, ...]:
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
+    return (body.m, *body.h, xx, yy, zz, xy, xz, yz)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a base regressor: groups of equal ones.
+
+    Attributes:
+        names: of the columns, equal ones as a sum, such as "JxxR1 + JyyR1 + Ia1".
+        groups: of each column, the places of those that are equal to it among base parameters and what is no inertia.
+    """
+
+    names: tuple[str, ...]
+    groups: tuple[tuple[int, ...], ...]
+
+
+def grouped(w: Workspace) -> Columns:
+    """Return the columns that forces depend on, the first of equal ones in its place."""
+    names, slopes = w.once(felt)
+    groups: dict[tuple[Expr, ...], list[int]] = {}
+    for k, column in enumerate(slopes):
+        if any(not slope.is_zero for slope in column):
+            groups.setdefault(tuple(column), []).append(k)
+    told = tuple(" + ".join(names[k] for k in group) for group in groups.values())
+    return Columns(told, tuple(tuple(group) for group in groups.values()))
+
+
+def felt(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
+    """Return names and columns of all base parameters, then of what is no inertia of a body; by recursion."""
+    found: Base = w.once(base)
+    forces = rnea(found.tree, w.state.qd, w.state.qdd)
+    rows = [gradient(force, found.symbols) for force in forces]
+    names, more = w.once(others)
+    return (*found.names, *names), [*map(list, zip(*rows, strict=True)), *more]
+
+
+def others(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
+    """Return names and columns of the linear parameters that are no inertia of a body, by recursion."""
+    return _beside(w, driving)
+
+
+def _beside(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> tuple[tuple[str, ...], list[list[Expr]]]:
+    found: Linear = w.once(linear)
+    ten = len(INERTIAL) * len(w.scene.bodies)
+    rows = found.slopes(forces(found.workspace))
+    columns = [substitute(column, {}, w.graph) for column in list(zip(*rows, strict=True))[ten:]]
+    return found.columns[ten:], columns
+
+
+def base_values(w: Workspace) -> list[Expr]:
+    """Return β, what the columns of the base regressor are to be multiplied by: formulas of declared parameters."""
+    found, own = w.once(grouped), w.once(base)
+    every = [*own.values, *parameters(w)[len(INERTIAL) * len(w.scene.bodies) :]]
+    return [w.graph.total(every[k] for k in group) for group in found.groups]
+
+
+def base_columns(w: Workspace) -> tuple[str, ...]:
+    """Return a label for each column of the base regressor."""
+    found: Columns = w.once(grouped)
+    return found.names
+
+
+def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
+    """Return all columns from K = 1/2 tr(dT/dt S dT/dt^T) and P = -g.S of every link frame T, S the moments."""
+    found: Base = w.once(base)
+    K, P = w.graph.zero, w.graph.zero
+    placed = [unit_transform(w.graph)]
+    for k in found.tree.outward():
+        placed.append(placed[found.tree.parent[k]] @ found.tree.link[k].transform)
+        body, T = found.tree.body[k], placed[k]
+        columns = [*transpose(T.R), T.p]
+        rates = [tangents(column, w.state.velocity) for column in columns]
+        S = [[*body.J[i], body.h[i]] for i in range(3)] + [[*body.h, body.m]]
+        for i, j in product(range(4), repeat=2):
+            K = K + S[i][j] * w.graph.total(x * y for x, y in zip(rates[i], rates[j], strict=True)) / 2
+        P = P - w.graph.total(S[3][j] * dot(found.tree.gravity, columns[j]) for j in range(4))
+    energy = replace(w.energy, K=K, G=P, E=w.graph.zero, scene=replace(w.scene, elements=(), joints=_bare(w.scene)))
+    rows = [gradient(force, found.symbols) for force in lagrange.driving_forces(energy)]
+    return [*map(list, zip(*rows, strict=True)), *_beside(w, lagrange_driving)[1]]
+
+
+def _bare(scene: Scene) -> tuple[Joint, ...]:
+    """Return the joints without damping and friction."""
+    return tuple(replace(joint, damping=ZERO, dry=None) for joint in scene.joints)
+
+
+def chosen(w: Workspace, slopes: Sequence[Sequence[Expr]]) -> list[Expr]:
+    """Return the first column of each group, row by row."""
+    found: Columns = w.once(grouped)
+    return [slopes[group[0]][i] for i in range(w.state.n) for group in found.groups]
