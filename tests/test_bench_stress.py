@@ -189,6 +189,8 @@ def test_an_exception_of_numpy_is_counted():
 
 
 def test_a_failed_bound_is_exit_1(monkeypatch, capsys):
+    import symdyn.cli.stress  # noqa: F401  takes the table as it is, and not that of this test for ever
+
     family = replace(FAMILIES["traps"], builtin=lambda: iter([Case("made up", "m", 1.0, 2.0)]))
     monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {"traps": family})
 
