@@ -28,6 +28,7 @@ from typing import Any
 
 import symdyn
 import symdyn.cli
+from symdyn.extras import EXTRAS
 
 from .cases import ROOT, Case
 
@@ -235,9 +236,14 @@ def prepare() -> None:
     symdyn.scene.read_noting = read
     words = symdyn.cli.parser()
     symdyn.cli.parser = lambda: words  # as it is the same every time, and takes longer than many a case
+    wanting = {name for extra in EXTRAS.values() for name in extra.modules}
     for module in pkgutil.walk_packages(symdyn.__path__, "symdyn."):
         if not module.name.endswith("__main__"):
-            import_module(module.name)
+            try:
+                import_module(module.name)
+            except ModuleNotFoundError as missing:
+                if missing.name not in wanting:
+                    raise
     here = Path.cwd()
     with TemporaryDirectory() as folder:
         for argv in WARMING:

@@ -90,8 +90,8 @@ PLANTS = (
     Plant(
         "a file that is written leaves another one behind",
         "emit/writing.py",
-        "                aside.append(temporary := _aside(place))\n",
-        "                aside.append(temporary := _aside(place))\n                _aside(place)\n",
+        "                aside.append(temporary := _aside((place / name).parent))\n",
+        "                aside.append(temporary := _aside((place / name).parent))\n                _aside(place)\n",
         r"a file left behind",
     ),
     Plant(
