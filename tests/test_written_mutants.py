@@ -28,9 +28,15 @@ def test_a_sample_of_faults_is_caught(name: str, option: str) -> None:
     assert found.caught > SAMPLE // 2
 
 
-@pytest.mark.targets
 @pytest.mark.parametrize(("name", "option"), CASES)
-@pytest.mark.parametrize("scene", ["two_link", "four_bar", "puma560"])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        pytest.param("two_link", marks=pytest.mark.targets),
+        pytest.param("four_bar", marks=pytest.mark.slow),
+        pytest.param("puma560", marks=pytest.mark.slow),
+    ],
+)
 def test_every_fault_is_caught(scene: str, name: str, option: str) -> None:
     found = score(symdyn.lower(symdyn.derive(symdyn.example(scene))), name, 10, option)
 

@@ -39,9 +39,10 @@ def one_state(case: Case, peer: str, function: Any) -> Timed:
     arguments = padded([np.ascontiguousarray(case.states[a]) for a in case.arguments(output)])
     states, size = case.references[output].shape
     out = np.zeros((states, size))
-    entries, places = lengths(arguments), [address(a) for a in arguments]
+    entries = lengths(arguments)
 
     def sweep(sweeps: int) -> float:
+        places = [address(a) for a in arguments]
         return clock.time_states(call, 3, *longs(states, sweeps), entries, *longs(size), *places, address(out))
 
     def result() -> np.ndarray:
@@ -57,9 +58,9 @@ def many_states(case: Case, peer: str, function: Any) -> Timed:
     clock, call = loops(), ctypes.cast(function, ctypes.c_void_p)
     arguments, known = many(case, output), len(case.references[output])
     out = np.zeros((MANY, case.references[output].shape[1]))
-    places = [address(a) for a in padded(arguments)]
 
     def sweep(sweeps: int) -> float:
+        places = [address(a) for a in padded(arguments)]  # of arrays that live as long as this function
         return clock.time_batch(call, 3, *longs(MANY, sweeps), *places, address(out))
 
     def result() -> np.ndarray:
