@@ -11,12 +11,14 @@ states beside the file (the same results, bit for bit). If it is not, it was mis
 from __future__ import annotations
 
 import argparse
+import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -242,15 +244,27 @@ extern Place blockIdx, blockDim, threadIdx;
 """
 
 
+@cache
+def _of_octave() -> tuple[str, ...]:
+    """Return flags that find the headers of MEX, if Octave is there with its own."""
+    mkoctfile = shutil.which("mkoctfile")
+    if mkoctfile is None:
+        return ()
+    told = subprocess.run([mkoctfile, "-p", "INCFLAGS"], capture_output=True, text=True, check=False)
+    return tuple(shlex.split(told.stdout))
+
+
 def _object(
     sources: Sources, file: str, text: str, compiler: list[str], ending: str, after: str, before: str = ""
 ) -> bytes | None:
     with tempfile.TemporaryDirectory() as folder:
         for name, contents in sources.texts.items():
-            Path(folder, name).write_text(text if name == file else contents, encoding="utf-8")
+            path = Path(folder, name)
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text if name == file else contents, encoding="utf-8")
         main = Path(folder, f"main{ending}")
         main.write_text(f'{before}#include "{file}"\n{after}\n', encoding="utf-8")
-        words = [*compiler, "-O2", "-w", "-fkeep-inline-functions", "-c", main.name, "-o", "main.o"]
+        words = [*compiler, *_of_octave(), "-O2", "-w", "-fkeep-inline-functions", "-c", main.name, "-o", "main.o"]
         ran = subprocess.run(words, cwd=folder, capture_output=True, check=False)
         return Path(folder, "main.o").read_bytes() if ran.returncode == 0 else None
 
