@@ -195,7 +195,8 @@ class _Function:
         mutable = len(kinds) != len(node.children)
         if pattern.type == "_":
             plain = ("tuple_expression", "reference_expression", "identifier", "(", ")", ",", "&")
-            if any(one.type not in plain for one in nodes(value)):
+            told = [said(one) for one in nodes(value) if one.type == "identifier"]
+            if any(one.type not in plain for one in nodes(value)) or any(name not in self.names for name in told):
                 raise unread(node, "is no statement that is read here")
         elif pattern.type == "tuple_pattern":
             names = [one for one in pattern.children[1:-1] if one.type != ","]
