@@ -25,7 +25,9 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "bench": ["simulation"],
     "transcription": ["simulation"],
     "teach": ["linear"],
-    "notebook": ["teach", "transcription"],
+    "identification": ["simulation"],
+    "study": ["simulation"],
+    "notebook": ["teach", "transcription", "identification", "study"],
     "watch": ["notebook"],
     "cli": ["watch", "bench", "teach"],
 }
@@ -57,6 +59,7 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
         "equations": ["feedback", "prescribed"],
         "integrate": ["equations", "feedback", "prescribed"],
         "": ["integrate", "equations", "feedback", "prescribed"],
+        "ensemble": ["", "integrate", "equations", "feedback", "prescribed"],
     },
     "bench": {"": [], "stress": [""]},
     "teach": {

@@ -1,0 +1,1 @@
+"""Many runs of one scene in one call: starts and parameters as arrays."""
