@@ -10,6 +10,7 @@
     symdyn.certify(scene).passed                            derivations proved equal, code measured
     symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
     symdyn.sensitivity(scene, until=10)                     d(end of a run)/d(start, parameters)
+    symdyn.sweep(scene, "m1=linspace(1,2,5)", "max(abs(q1))")   runs at many values, and measures of them
     symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
     symdyn.collocation(scene, until=2, cost="F**2")         a motion that is looked for, for solvers: optimal control
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML; symdyn.film: MP4
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from symdyn.program import lower
     from symdyn.scene import Scene, example, read
     from symdyn.simulation import inverse, sensitivity, simulate
+    from symdyn.study import sweep
     from symdyn.transcription import collocation
     from symdyn.verify import certify
 
@@ -101,6 +103,7 @@ _DOORS = {
     "read": "symdyn.scene",
     "sensitivity": "symdyn.simulation",
     "simulate": "symdyn.simulation",
+    "sweep": "symdyn.study",
 }
 
 __all__ = [
@@ -123,6 +126,7 @@ __all__ = [
     "read",
     "sensitivity",
     "simulate",
+    "sweep",
 ]
 
 

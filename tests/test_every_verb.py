@@ -26,6 +26,7 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
         ("--until 0.1 --bind F=1 --motion swing=sin(t)", 1),  # leaves freedoms open
         ("--until 0.1 --bind F=1 --motion run.csv", 0),
     ],
+    "sweep": [("--bind F=1 --until 0.02 --over swing_dot=[0,1] --measure max(abs(swing))", 0)],
     "linearize": [("--bind F=1", 1), ("--bind F=1 --anywhere", 0), ("--bind F=1 --anywhere --json", 0)],  # it moves
     "bench": [("--quick", 0)],
     "stress": [("", 0)],

@@ -37,6 +37,11 @@ LINES = {  # what a verb is asked, its exit status, what its result must hold
         0,
         lambda told: told["columns"]["q1"] == [0, 0.05, 0.1],
     ),
+    "sweep": (
+        ["sweep", PENDULUM, "--over", "q1=[0.1,0.2]", "--measure", "max(abs(q1))", "--until", "0.1"],
+        0,
+        lambda told: told["runs"] == 2 and told["columns"]["q1"] == [0.1, 0.2],
+    ),
     "linearize": (["linearize", PENDULUM], 0, lambda told: told["kind"] == "rest"),
     "bench": (
         ["bench", PENDULUM, "--quick", "--functions", "mass_matrix", "--no-trajectories"],

@@ -26,6 +26,7 @@ VERBS = {
     "generate": "write code for NumPy, C and other tools",
     "verify": "prove the equations, measure the code",
     "simulate": "compute the motion that forces give",
+    "sweep": "runs at many values of parameters and starts, and measures of them",
     "inverse": "compute the forces that a motion takes",
     "linearize": "A, B, C, D, modes and stability next to a point",
     "bench": "measure run time against error",

@@ -1,0 +1,189 @@
+"""Which values are tried together, a row of `DESIGNS` each; a run's values follow from its number and the seed alone.
+
+A design is points in the unit cube, which the quantile functions of `DISTRIBUTIONS` turn into values. Any stretch of it
+can be asked for, so that neither blocks nor workers nor their order change a number, and nothing need hold all of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.study.distributions import Distribution
+
+USUAL_COUNT = 1000
+
+LARGEST_LATIN = 50_000_000
+"""Numbers that a Latin hypercube may have: it is drawn as a whole."""
+
+LARGEST_COUNT = 10**12
+
+MOST_SOBOL = 21201
+"""Names that Sobol's sequence of SciPy has directions for."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A row of `DESIGNS`.
+
+    Attributes:
+        says: what it is, one line.
+        points: of the unit cube, from how many there are of each name (lists alone) or 0, how many in all, the seed,
+            the first that is wanted and the one behind the last; shape (n, names).
+        lists: whether it takes lists alone, and their lengths say how many points there are.
+        fault: what is wrong with so many points of so many names; "" for nothing.
+        counted: how many runs a count asks for, of so many names.
+    """
+
+    says: str
+    points: Callable[[Sequence[int], int, int, int, int], Array]
+    lists: bool = False
+    fault: Callable[[int, int], str] = lambda count, names: ""
+    counted: Callable[[int, int], int] = lambda count, names: count
+
+
+def _grid(lengths: Sequence[int], count: int, seed: int, first: int, last: int) -> Array:
+    places = np.unravel_index(np.arange(first, last), tuple(lengths))
+    return np.array([(k + 0.5) / n for k, n in zip(places, lengths, strict=True)]).T.reshape(last - first, -1)
+
+
+def _random(lengths: Sequence[int], count: int, seed: int, first: int, last: int) -> Array:
+    # one draw of 64 bits a number: the stream can be entered anywhere
+    stream = np.random.PCG64(seed)
+    stream.advance(first * len(lengths))
+    return np.random.Generator(stream).random((last - first, len(lengths)))
+
+
+def _sobol(lengths: Sequence[int], count: int, seed: int, first: int, last: int) -> Array:
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(len(lengths), scramble=True, seed=np.random.default_rng(seed))
+    if first:
+        sequence.fast_forward(first)
+    with np.errstate(all="ignore"):
+        return _quiet(sequence, last - first)
+
+
+def _quiet(sequence: Any, count: int) -> Array:
+    """Return points of a sequence, a number of which that is no power of two is told by the door alone."""
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return np.asarray(sequence.random(count))
+
+
+@lru_cache(maxsize=1)
+def _hypercube(names: int, count: int, seed: int) -> Array:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(names, seed=np.random.default_rng(seed)).random(count))
+
+
+def _latin(lengths: Sequence[int], count: int, seed: int, first: int, last: int) -> Array:
+    return _hypercube(len(lengths), count, seed)[first:last]
+
+
+def _small(count: int, names: int) -> str:
+    if count * names <= LARGEST_LATIN:
+        return ""
+    return f"a Latin hypercube of {count} points of {names} names is drawn as a whole and too large; take sobol"
+
+
+def _few(count: int, names: int) -> str:
+    if names > MOST_SOBOL:
+        return f"Sobol's sequence is known for {MOST_SOBOL} names at most; there are {names}: take random"
+    return "Sobol's sequence has 2**30 points at most; take random" if count > 2**30 else ""
+
+
+DESIGNS: Mapping[str, Plan] = {
+    "grid": Plan("every value of a list with every one of the others", _grid, lists=True),
+    "random": Plan("independent draws (Monte Carlo)", _random),
+    "latin": Plan("a Latin hypercube: each name's distribution in COUNT parts, one draw in each", _latin, fault=_small),
+    "sobol": Plan("Sobol's sequence, scrambled: even coverage; a power of two is best", _sobol, fault=_few),
+}
+"""By the word that is written."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """Which values are tried together.
+
+    Attributes:
+        kind: a key of `DESIGNS`.
+        over: what is varied, in order.
+        count: how many runs there are.
+        seed: of what is drawn.
+    """
+
+    kind: str
+    over: tuple[Distribution, ...]
+    count: int
+    seed: int = 0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is varied."""
+        return tuple(one.name for one in self.over)
+
+    def values(self, first: int = 0, last: int | None = None) -> Array:
+        """Return the values of runs from `first` on, `last` not included, shape (n, names)."""
+        last = self.count if last is None else min(last, self.count)
+        lengths = [0 if one.values is None else len(one.values) for one in self.over]
+        u = DESIGNS[self.kind].points(lengths, self.count, self.seed, first, last)
+        return np.array([one.at(column) for one, column in zip(self.over, u.T, strict=True)]).T.reshape(
+            last - first, -1
+        )
+
+
+def read_design(
+    over: tuple[Distribution, ...], kind: str | None, count: int | None, seed: int, faults: Faults
+) -> Design | None:
+    """Return the design that is asked for; without a kind, a grid of lists alone or random draws of distributions.
+
+    `faults` takes what is wrong.
+    """
+    listed = [one.name for one in over if one.values is not None]
+    drawn = [one.name for one in over if one.values is None]
+    if kind is None and listed and drawn:
+        faults.add(
+            "design",
+            f"lists ({', '.join(listed)}) make a grid, and distributions ({', '.join(drawn)}) are drawn from; say "
+            "which with --design random, latin or sobol, where a list gives each of its values with equal chance",
+        )
+        return None
+    kind = kind or ("random" if drawn else "grid")
+    if kind not in DESIGNS:
+        faults.add("design", f"{kind} is not known; {suggestion(kind, DESIGNS)}")
+        return None
+    if not isinstance(seed, int) or seed < 0:
+        faults.add("seed", f"{seed!r} is no seed; give a whole number that is zero or positive")
+        return None
+    plan = DESIGNS[kind]
+    if plan.lists and drawn:
+        faults.add("design", f"{kind} takes lists; {', '.join(drawn)} is drawn from: take random, latin or sobol")
+        return None
+    if plan.lists:
+        size = prod(0 if one.values is None else len(one.values) for one in over)
+        if count is not None and count != size:
+            faults.add("count", f"{kind} has {size} runs, as the lists say; leave --count out")
+        if size > LARGEST_COUNT:
+            faults.add("design", f"the grid has {size} runs; {LARGEST_COUNT} are allowed")
+        return Design(kind, over, size, seed)
+    count = USUAL_COUNT if count is None else count
+    if not isinstance(count, int) or not 1 <= count <= LARGEST_COUNT:
+        faults.add("count", f"{count!r} is no number of runs; give 1 to {LARGEST_COUNT}")
+        return None
+    runs = plan.counted(count, len(over))
+    if fault := plan.fault(runs, len(over)):
+        faults.add("design", fault)
+        return None
+    return Design(kind, over, runs, seed)

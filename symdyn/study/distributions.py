@@ -1,0 +1,324 @@
+"""What a name is varied over: lists of values and distributions, a row of `DISTRIBUTIONS` each, read without `eval`.
+
+    m1=linspace(1,2,100)  k=geomspace(1,100,5)  n=[1, 2, 5]                      lists
+    m1=uniform(1,2)  k=normal(100, sigma=5)  k=lognormal(median=100,sigma=0.1)   distributions
+
+Arguments are formulas in parameters of the scene, by place or by name: `m1=normal(m1, 0.05*m1)`. Every distribution is
+its quantile function, so that any design in the unit cube becomes values; a list takes its values with equal chance.
+Inputs are independent of each other: correlated ones are no part of this grammar; declare what they share as a
+parameter of its own, and vary that.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.scene import Quantity
+from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults, shorten
+from symdyn.simulation.prescribed.formulas_in_time import number_of, read_formula
+
+LONGEST_LIST = 10_000_000
+"""Values that one list may have; they are held in memory."""
+
+LEAST, MOST = 2.0**-54, 1 - 2.0**-53
+"""Probabilities that quantiles are taken at: a normal distribution has none at 0 and at 1."""
+
+Arguments = Mapping[str, float]
+
+FORM = 'write such as "m1=linspace(1,2,5)", "k=lognormal(median=10,sigma=0.1)" or "n=[1, 2, 5]"'
+
+_CALL = re.compile(r"(?P<kind>[A-Za-z]\w*)\s*\((?P<inside>.*)\)\Z", re.DOTALL)
+_NAMED = re.compile(r"(?P<key>[A-Za-z]\w*)\s*=(?!=)(?P<text>.*)\Z", re.DOTALL)
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A way to vary a name.
+
+    Attributes:
+        keys: of its arguments, in their order; those with `defaults` may be left out.
+        says: what it is, with its arguments, one line.
+        values: the values of a list, from its arguments; None of a distribution.
+        quantile: of a distribution, from probabilities and its arguments; None of a list.
+        fault: what is wrong with arguments, "" for nothing.
+        defaults: of arguments that may be left out.
+    """
+
+    keys: tuple[str, ...]
+    says: str
+    values: Callable[[Arguments], Array] | None = None
+    quantile: Callable[[Array, Arguments], Array] | None = None
+    fault: Callable[[Arguments], str] = lambda _: ""
+    defaults: Arguments = ()  # type: ignore[assignment]
+
+
+def _counted(one: Arguments) -> str:
+    if one["count"] != int(one["count"]) or not 1 <= one["count"] <= LONGEST_LIST:
+        return f"count = {one['count']:g} is no number of values, 1 to {LONGEST_LIST}"
+    return ""
+
+
+def _geometric(one: Arguments) -> str:
+    if not one["start"] * one["stop"] > 0:
+        return f"it goes from {one['start']:g} to {one['stop']:g}; begin and end on the same side of zero"
+    return _counted(one)
+
+
+def _ordered(*keys: str) -> Callable[[Arguments], str]:
+    def fault(one: Arguments) -> str:
+        wrong = [(a, b) for a, b in pairwise(keys) if not one[a] <= one[b]]
+        return "; ".join(f"{a} = {one[a]:g} is above {b} = {one[b]:g}" for a, b in wrong)
+
+    return fault
+
+
+def _above_zero(key: str, one: Arguments) -> str:
+    return "" if one[key] > 0 else f"{key} = {one[key]:g} is not positive"
+
+
+def _spread(one: Arguments) -> str:
+    return "" if one["sigma"] >= 0 else f"sigma = {one['sigma']:g} is negative; give the standard deviation"
+
+
+def _cut(one: Arguments) -> str:
+    if spread := _spread(one):
+        return spread
+    if not one["low"] < one["high"]:
+        return f"low = {one['low']:g} is not below high = {one['high']:g}"
+    if not _share(one)[1] - _share(one)[0] > 0:
+        return f"nothing of it lies between low = {one['low']:g} and high = {one['high']:g}"
+    return ""
+
+
+def _share(one: Arguments) -> tuple[float, float]:
+    """Return the probabilities below both ends of a normal distribution that is cut off."""
+    scale = max(one["sigma"], 1e-300) * math.sqrt(2)
+    low, high = (0.5 * math.erfc((one["mean"] - one[key]) / scale) for key in ("low", "high"))
+    return low, high
+
+
+def _normal(u: Array, one: Arguments) -> Array:
+    from scipy.special import ndtri
+
+    low, high = _share(one)
+    found: Array = one["mean"] + one["sigma"] * ndtri(np.clip(low + u * (high - low), LEAST, MOST))
+    return np.clip(found, one["low"], one["high"])
+
+
+def _lognormal(u: Array, one: Arguments) -> Array:
+    from scipy.special import ndtri
+
+    return np.asarray(one["median"] * np.exp(one["sigma"] * ndtri(u)))
+
+
+def _triangular(u: Array, one: Arguments) -> Array:
+    low, mode, high = one["low"], one["mode"], one["high"]
+    width = high - low
+    if width == 0:
+        return np.full_like(u, low)
+    peak = (mode - low) / width
+    rising = low + np.sqrt(u * width * (mode - low))
+    return np.asarray(np.where(u < peak, rising, high - np.sqrt((1 - u) * width * (high - mode))))
+
+
+DISTRIBUTIONS: Mapping[str, Kind] = {
+    "linspace": Kind(
+        ("start", "stop", "count"),
+        "count values from start to stop, evenly",
+        lambda one: np.linspace(one["start"], one["stop"], int(one["count"])),
+        fault=_counted,
+    ),
+    "geomspace": Kind(
+        ("start", "stop", "count"),
+        "count values from start to stop, each the same multiple of the last",
+        lambda one: np.geomspace(one["start"], one["stop"], int(one["count"])),
+        fault=_geometric,
+    ),
+    "logspace": Kind(
+        ("start", "stop", "count"),
+        "the same from 10**start to 10**stop",
+        lambda one: np.logspace(one["start"], one["stop"], int(one["count"])),
+        fault=_counted,
+    ),
+    "uniform": Kind(
+        ("low", "high"),
+        "any value between low and high alike",
+        quantile=lambda u, one: np.asarray(one["low"] + u * (one["high"] - one["low"])),
+        fault=_ordered("low", "high"),
+    ),
+    "loguniform": Kind(
+        ("low", "high"),
+        "any order of magnitude between low and high alike",
+        quantile=lambda u, one: np.asarray(one["low"] * (one["high"] / one["low"]) ** u),
+        fault=lambda one: _above_zero("low", one) or _ordered("low", "high")(one),
+    ),
+    "normal": Kind(
+        ("mean", "sigma", "low", "high"),
+        "a normal distribution; nothing outside low and high, where they are given",
+        quantile=_normal,
+        fault=_cut,
+        defaults={"low": -math.inf, "high": math.inf},
+    ),
+    "lognormal": Kind(
+        ("median", "sigma"),
+        "log(value / median) is normal with standard deviation sigma",
+        quantile=_lognormal,
+        fault=lambda one: _above_zero("median", one) or _spread(one),
+    ),
+    "triangular": Kind(
+        ("low", "mode", "high"),
+        "between low and high, most often at mode",
+        quantile=_triangular,
+        fault=_ordered("low", "mode", "high"),
+    ),
+}
+"""By the word that is written. A list in square brackets, `[1, 2, 5]`, is a list of values as it stands."""
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """What one name is varied over.
+
+    Attributes:
+        name: of a parameter, a coordinate or a velocity at the start, or a letter of a force.
+        text: as a user writes it, behind the name.
+        kind: a key of `DISTRIBUTIONS`; "" of a list as it stands.
+        arguments: of the kind, by key.
+        listed: values of a list as it stands.
+    """
+
+    name: str
+    text: str
+    kind: str = ""
+    arguments: tuple[tuple[str, float], ...] = ()
+    listed: tuple[float, ...] = ()
+
+    @property
+    def values(self) -> Array | None:
+        """The values of a list, shape (n,); None of a distribution."""
+        if not self.kind:
+            return np.array(self.listed)
+        listed = DISTRIBUTIONS[self.kind].values
+        return None if listed is None else listed(dict(self.arguments))
+
+    def at(self, u: Array) -> Array:
+        """Return the quantiles of probabilities in [0, 1), shape (n,); of a list each value with equal chance."""
+        if (values := self.values) is not None:
+            return np.asarray(values[np.minimum((u * len(values)).astype(np.int64), len(values) - 1)])
+        quantile = DISTRIBUTIONS[self.kind].quantile
+        assert quantile is not None, "what is no list is a distribution"
+        return quantile(np.clip(u, LEAST, MOST), dict(self.arguments))
+
+
+def read_over(
+    over: Mapping[str, Any] | Iterable[str] | str, values: Mapping[str, Quantity], faults: Faults
+) -> tuple[Distribution, ...]:
+    """Return what names are varied over, in their order.
+
+    Args:
+        over: texts "NAME=DISTRIBUTION"; or by name a text, a number, a list or array of numbers, a `Distribution`.
+        values: of the scene's parameters, which arguments may name.
+        faults: takes what is wrong.
+    """
+    found: dict[str, Distribution] = {}
+    for name, said in _pairs(over, faults):
+        if name in found:
+            faults.add("over", f"{name} is given twice, as {found[name].text} and as {shorten(str(said))}")
+            continue
+        one = said if isinstance(said, Distribution) else _read(name, said, values, faults)
+        if one is not None:
+            found[name] = one
+    return tuple(found.values())
+
+
+def _pairs(over: Mapping[str, Any] | Iterable[str] | str, faults: Faults) -> list[tuple[str, Any]]:
+    if isinstance(over, Mapping):
+        return [(str(name), said) for name, said in over.items()]
+    found: list[tuple[str, Any]] = []
+    for text in [over] if isinstance(over, str) else over:
+        name, equals, said = (part.strip() for part in str(text).partition("="))
+        if equals and said and _NAME.match(name):
+            found.append((name, said))
+        else:
+            faults.add("over", f'"{text}" names nothing that is varied; {FORM}')
+    return found
+
+
+def _read(name: str, said: Any, values: Mapping[str, Quantity], faults: Faults) -> Distribution | None:
+    where = f"over {name}"
+    if not isinstance(said, str):
+        return _listed(name, said, faults)
+    if said.startswith("[") and said.endswith("]"):
+        numbers = [_number(part, values, where, faults) for part in split_commas(said[1:-1])]
+        if not numbers:
+            faults.add(where, f"{said} lists nothing; {FORM}")
+        known = [one for one in numbers if one is not None]
+        return Distribution(name, said, listed=tuple(known)) if known and len(known) == len(numbers) else None
+    call = _CALL.match(said)
+    if call is None or call["kind"] not in DISTRIBUTIONS:
+        near = suggestion(call["kind"], DISTRIBUTIONS) if call else f"{FORM}; {suggestion('', DISTRIBUTIONS)}"
+        faults.add(where, f'"{said}" is no list of values and no distribution; {near}')
+        return None
+    kind = DISTRIBUTIONS[call["kind"]]
+    arguments = _arguments(call["kind"], split_commas(call["inside"]), values, where, faults)
+    if arguments is None:
+        return None
+    if fault := kind.fault(arguments):
+        faults.add(where, f"{said}: {fault}")
+        return None
+    return Distribution(name, said, call["kind"], tuple(arguments.items()))
+
+
+def _listed(name: str, said: Any, faults: Faults) -> Distribution | None:
+    """Return numbers of Python as a list."""
+    try:
+        numbers = np.asarray(said, dtype=np.float64)
+    except (TypeError, ValueError):
+        faults.add(f"over {name}", f"{shorten(repr(said))} is no list of numbers; {FORM}")
+        return None
+    if numbers.ndim > 1 or not numbers.size or not np.all(np.isfinite(numbers)):
+        why = "is empty" if not numbers.size else "is no list" if numbers.ndim > 1 else "holds what is not finite"
+        faults.add(f"over {name}", f"the array {why}; give finite numbers, shape (n,)")
+        return None
+    listed = tuple(np.atleast_1d(numbers).tolist())
+    return Distribution(name, shorten(str(list(listed))), listed=listed)
+
+
+def _arguments(
+    called: str, parts: Sequence[str], values: Mapping[str, Quantity], where: str, faults: Faults
+) -> dict[str, float] | None:
+    """Return arguments by key, in the order of the kind; None after a fault."""
+    kind, texts, before = DISTRIBUTIONS[called], dict[str, str](), len(faults.lines)
+    form = f"{called}({', '.join(kind.keys)}): {kind.says}"
+    for place, part in enumerate(parts):
+        named = _NAMED.match(part)
+        key = named["key"] if named else kind.keys[place] if place < len(kind.keys) else ""
+        if not key or key not in kind.keys:
+            faults.add(where, f"{part} is no argument of {form}")
+        elif key in texts:
+            faults.add(where, f"{key} is given twice, as {texts[key]} and as {part}; {form}")
+        else:
+            texts[key] = named["text"] if named else part
+    missing = [key for key in kind.keys if key not in texts and key not in dict(kind.defaults)]
+    if missing:
+        faults.add(where, f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; {form}")
+    found = {key: _number(text, values, where, faults) for key, text in texts.items()}
+    if len(faults.lines) > before:
+        return None
+    return {key: value for key in kind.keys if (value := found.get(key, dict(kind.defaults).get(key))) is not None}
+
+
+def _number(text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
+    formula = read_formula(text, values, where, faults)
+    return None if formula is None else number_of(formula, values, where, faults)

@@ -1,0 +1,77 @@
+"""What a block of runs needs to know, and no more: it is frozen and goes to a worker once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from hashlib import sha256
+from typing import Any
+
+from symdyn.scene import Scene
+from symdyn.scene.formats.toml_writer import write_text
+from symdyn.study.design import Design
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One number of every run.
+
+    Attributes:
+        name: of its column.
+        formula: as the user writes it.
+        unit: "" where it is not known.
+    """
+
+    name: str
+    formula: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A study that is to be made, in blocks of runs.
+
+    Attributes:
+        kind: a key of `KINDS` in `symdyn.study.block`.
+        scene: the mechanism; what is varied has some value in it.
+        design: which values are tried together.
+        measures: what is kept of every run.
+        asked: options of the kind, by name, each picklable.
+        said: the same as text, for the fingerprint; in order.
+        block: runs of one block; the last one may have fewer.
+    """
+
+    kind: str
+    scene: Scene
+    design: Design
+    measures: tuple[Measured, ...]
+    asked: dict[str, Any] = field(default_factory=dict, hash=False)
+    said: tuple[tuple[str, str], ...] = ()
+    block: int = 1024
+
+    @property
+    def blocks(self) -> int:
+        """How many blocks there are."""
+        return -(-self.design.count // self.block)
+
+    def span(self, k: int) -> tuple[int, int]:
+        """Return the first run of block k, and the one behind its last."""
+        return k * self.block, min((k + 1) * self.block, self.design.count)
+
+    @property
+    def scene_text(self) -> str:
+        """The scene as TOML."""
+        return write_text(self.scene).text
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """What decides the numbers, for JSON; equal for jobs whose numbers are equal."""
+        return {
+            "kind": self.kind,
+            "scene_sha256": sha256(self.scene_text.encode()).hexdigest(),
+            "design": self.design.kind,
+            "count": self.design.count,
+            "seed": self.design.seed,
+            "over": {one.name: one.text for one in self.design.over},
+            "measures": {one.name: one.formula for one in self.measures},
+            "asked": dict(self.said),
+        }

@@ -1,0 +1,162 @@
+"""The noun of this room: what was varied, and what came of it, a row a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.algebra.numeric import Array
+from symdyn.emit import writing
+from symdyn.errors import SimulateError, UnknownNameError
+from symdyn.scene.values.names import choice, listed
+from symdyn.shown import Shown
+
+if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped]
+
+QUANTILES = (0.05, 0.5, 0.95)
+
+NOT_MADE, ENDED, STOPPED, FAILED = range(4)
+
+WORDS = {NOT_MADE: "not made", ENDED: "end", STOPPED: "stopped", FAILED: "failed"}
+"""How a run ended, by its code: at the time that was asked for, earlier because something stopped it, or nowhere."""
+
+MOST_TOLD = 10
+"""Runs that did not end whose words are kept, those with the lowest numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Study(Shown):
+    """Runs of one scene at many values.
+
+    Attributes:
+        scene: name of the mechanism.
+        names: of what was varied, shape (k,).
+        units: of what was varied and of measures, by name; "" where it is not known.
+        values: what each run was made with, shape (N, k).
+        measures: what came of it by name, each of shape (N,); NaN where a run failed or was not made.
+        codes: how each run ended, shape (N,): a key of `WORDS`.
+        told: in words what ended the first few of those that did not reach their end, by number of the run.
+        about: how the study was made: design, seed, hash of the scene, ...
+        notes: what a user should know.
+        wall: seconds that the runs of this call took.
+    """
+
+    scene: str
+    names: tuple[str, ...]
+    units: Mapping[str, str]
+    values: Array
+    measures: Mapping[str, Array]
+    codes: NDArray[np.uint8]
+    told: Mapping[int, str] = field(default_factory=dict)
+    about: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    wall: float = 0.0
+
+    def __repr__(self) -> str:
+        left = f", {self.left} not made" if self.left else ""
+        failed = f", {self.failed} failed" if self.failed else ""
+        return (
+            f"<Study of {self.scene}: {len(self)} runs{left}{failed} over {listed(self.names)}; "
+            f"{listed(self.measures)}>"
+        )
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def left(self) -> int:
+        """How many runs were not made."""
+        return int(np.count_nonzero(self.codes == NOT_MADE))
+
+    @property
+    def failed(self) -> int:
+        """How many runs could not begin, or could not go on."""
+        return int(np.count_nonzero(self.codes == FAILED))
+
+    @property
+    def stopped(self) -> int:
+        """How many runs ended early because something stopped them, such as the limit of a joint."""
+        return int(np.count_nonzero(self.codes == STOPPED))
+
+    @property
+    def complete(self) -> bool:
+        """Whether every run was made."""
+        return self.left == 0
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What was varied, then measures."""
+        return (*self.names, *self.measures)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the columns: `"m1" in study`."""
+        return iter(self.columns)
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a column by its name, shape (N,).
+
+        Raises:
+            UnknownNameError: there is none; it says what it may have been.
+        """
+        if name in self.measures:
+            return self.measures[name]
+        if name in self.names:
+            return np.asarray(self.values[:, self.names.index(name)])
+        raise UnknownNameError(f"{self.scene}: there is no column {name}; {choice(str(name), self.columns)}")
+
+    def quantiles(self, name: str, at: Sequence[float] = QUANTILES) -> Array:
+        """Return quantiles of a column over the runs that have a value, shape (len(at),); NaN where none has.
+
+        Raises:
+            UnknownNameError: there is no such column.
+        """
+        column = self[name]
+        known = column[np.isfinite(column)]
+        return np.quantile(known, at) if known.size else np.full(len(at), np.nan)
+
+    def table(self) -> tuple[tuple[str, ...], Array]:
+        """Return names of columns and the numbers, shape (N, columns); the last one is the code of each run."""
+        parts = [self.values, *(one[:, None] for one in self.measures.values()), self.codes[:, None].astype(float)]
+        return (*self.columns, "ended"), np.hstack(parts)
+
+    def to_csv(self, file: str | Path | None = None) -> str:
+        """Return the table as CSV with every digit, `ended` in words; written to a file if one is given.
+
+        Raises:
+            EmitError: the file cannot be written.
+        """
+        rows = zip(np.hstack([self.values, *(one[:, None] for one in self.measures.values())]), self.codes, strict=True)
+        lines = [",".join(map(_cell, (*self.columns, "ended")))]
+        lines += [",".join([*map(repr, row.tolist()), WORDS[int(code)]]) for row, code in rows]
+        text = "\n".join(lines) + "\n"
+        if file is not None:
+            writing.write({Path(file).name: text}, Path(file).parent)
+        return text
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the columns as a data frame, a row a run; `attrs["units"]` has a unit for each.
+
+        Raises:
+            SimulateError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise SimulateError(
+                "to_pandas() needs pandas, which is not installed; pip install pandas, or take .table() and .to_csv()"
+            ) from None
+        found = pandas.DataFrame({name: self[name] for name in self.columns})
+        found["ended"] = pandas.Categorical([WORDS[int(code)] for code in self.codes], list(WORDS.values()))
+        found.attrs |= {"units": dict(self.units), "scene": self.scene, **self.about}
+        return found
+
+
+def _cell(text: str) -> str:
+    """Return a cell of CSV."""
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\n') else text
