@@ -120,3 +120,7 @@ class SimulateError(_FaultsError):
 
 class LinearizeError(_FaultsError):
     """A mechanism that cannot be linearised where it is asked for; carries all faults, one line each."""
+
+
+class IdentifyError(_FaultsError):
+    """Data from which parameters cannot be found as asked; carries all faults, one line each."""
