@@ -124,3 +124,7 @@ class LinearizeError(_FaultsError):
 
 class IdentifyError(_FaultsError):
     """Data from which parameters cannot be found as asked; carries all faults, one line each."""
+
+
+class StudyError(SimulateError):
+    """Workers, a scheduler or a store that cannot be used for a study; carries all faults, one line each."""
