@@ -9,6 +9,7 @@
     symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
     symdyn.certify(scene).passed                            derivations proved equal, code measured
     symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
+    symdyn.ensemble(scene, start={"q1": array})             many runs at once, and measures of each
     symdyn.sensitivity(scene, until=10)                     d(end of a run)/d(start, parameters)
     symdyn.sweep(scene, "m1=linspace(1,2,5)", "max(abs(q1))")   runs at many values, and measures of them
     symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from symdyn.program import lower
     from symdyn.scene import Scene, example, read
     from symdyn.simulation import inverse, sensitivity, simulate
+    from symdyn.simulation.ensemble.door import ensemble
     from symdyn.study import sweep
     from symdyn.transcription import collocation
     from symdyn.verify import certify
@@ -91,6 +93,7 @@ _DOORS = {
     "collocation": "symdyn.transcription",
     "closed_form": "symdyn.dynamics.closed_forms.closed_form",
     "derive": "symdyn.dynamics",
+    "ensemble": "symdyn.simulation.ensemble.door",
     "equations": "symdyn.emit.print.equations_of_motion",
     "example": "symdyn.scene",
     "film": "symdyn.draw",
@@ -114,6 +117,7 @@ __all__ = [
     "closed_form",
     "collocation",
     "derive",
+    "ensemble",
     "equations",
     "example",
     "film",

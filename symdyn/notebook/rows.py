@@ -20,6 +20,7 @@ NOUNS = {
     "symdyn.linear.linearization:Linearization": "first_order:linearization",
     "symdyn.program.routine:Program": "functions:program",
     "symdyn.scene.values.model:Scene": "scenes:scene",
+    "symdyn.simulation.ensemble.ensemble:Ensemble": "runs:ensemble",
     "symdyn.simulation.gradients:Sensitivity": "first_order:sensitivity",
     "symdyn.simulation.trajectory:Trajectory": "runs:trajectory",
     "symdyn.transcription.solution:Solution": "runs:solution",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
+from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.plot import MONITORS, draw
 from symdyn.simulation.trajectory import Trajectory
@@ -64,4 +67,20 @@ def solution(found: Solution) -> list[Markup]:
         verdict(found.success, found.status),
         table(("", ""), rows),
         _plots(found.motion),
+    ]
+
+
+def ensemble(found: Ensemble) -> list[Markup]:
+    """Return how many runs there are, how they ended, and the spread of what was measured of them."""
+    count = len(found)
+    ended = [(word, int((found.stopped == k).sum())) for k, word in enumerate(found.words)]
+    rows: list[tuple[str, Cell, Cell, Cell]] = []
+    for name in (*found.varied, *found.measures):
+        x = found[name][np.isfinite(found[name])]
+        rows += [(name, *(float(value) for value in (x.min(), np.median(x), x.max())))] if len(x) else []
+    return [
+        head(found.scene.name, f"{count} runs, {found.method}"),
+        table(("", "least", "median", "largest"), rows),
+        table(("ended by", "runs"), [one for one in ended if one[1]]),
+        *notes(found.notes),
     ]

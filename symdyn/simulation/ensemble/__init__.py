@@ -1,1 +1,1 @@
-"""Many runs of one scene in one call: starts and parameters as arrays."""
+"""Many runs at once: starts and values of parameters as arrays, measures of every run, kept where memory is bounded."""

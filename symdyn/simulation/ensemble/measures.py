@@ -1,0 +1,215 @@
+"""Measures of a run: formulas of folds, each over what a run shows at its samples.
+
+    max(abs(tau2))              largest value of a formula over the samples of a run
+    max(q1) - end(q2)           folds are numbers, with which formulas go on
+    rms(q1_dot)/max(abs(F))
+
+A fold sees the samples alone, `every` seconds apart, as who reads `simulate`'s rows does: a peak between two of them is
+missed by what the curve bends between. Integrals, and so `mean` and `rms`, are sums of trapezoids.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array, Batches
+from symdyn.graph import Graph, evaluate
+from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.values.mapping import substituted
+from symdyn.scene.values.signals import COLUMNS, letters
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.formulas_in_time import read_formula
+
+
+@dataclass(frozen=True)
+class Sums:
+    """What is kept of one formula over the samples of runs, each of shape (N,).
+
+    Attributes:
+        first, last: its values at the start and at the end.
+        least, most: its smallest and largest values.
+        when_least, when_most: when these were met first, s.
+        area, squares: integrals of it and of its square, by trapezoids.
+        span: how long the runs took, s.
+    """
+
+    first: Array
+    last: Array
+    least: Array
+    most: Array
+    when_least: Array
+    when_most: Array
+    area: Array
+    squares: Array
+    span: Array
+
+
+@dataclass(frozen=True)
+class Fold:
+    """What becomes of one formula over a run: a number.
+
+    Attributes:
+        text: what it is, one line.
+        of: the number, from what was kept.
+    """
+
+    text: str
+    of: Callable[[Sums], Array]
+
+
+FOLDS: Mapping[str, Fold] = {
+    "max": Fold("largest value", lambda s: s.most),
+    "min": Fold("smallest value", lambda s: s.least),
+    "mean": Fold("mean over time", lambda s: np.where(s.span > 0, s.area / np.where(s.span > 0, s.span, 1.0), s.first)),
+    "rms": Fold(
+        "root of the mean square over time",
+        lambda s: np.sqrt(np.where(s.span > 0, s.squares / np.where(s.span > 0, s.span, 1.0), s.first**2)),
+    ),
+    "start": Fold("value at the start", lambda s: s.first),
+    "end": Fold("value at the end", lambda s: s.last),
+    "integral": Fold("integral over time", lambda s: s.area),
+    "when_max": Fold("time of the largest value, s", lambda s: s.when_most),
+    "when_min": Fold("time of the smallest value, s", lambda s: s.when_least),
+}
+"""Folds by name."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number of a run, by a formula.
+
+    Attributes:
+        text: as the user wrote it.
+        folds: key of `FOLDS` and the formula inside, by the letter that stands for the fold.
+        formula: of these letters and of parameters.
+    """
+
+    text: str
+    folds: tuple[tuple[str, str, Quantity], ...]
+    formula: Quantity
+
+    @property
+    def insides(self) -> tuple[Quantity, ...]:
+        """The formulas that are folded."""
+        return tuple(inside for _, _, inside in self.folds)
+
+    def value(self, sums: Mapping[Quantity, Sums], parameters: Mapping[str, Array]) -> Array:
+        """Return the measure of every run, shape (N,), NaN where it has no value; sums by formula inside."""
+        graph = Graph()
+        known: dict[object, Array] = {graph.symbol(name): value for name, value in parameters.items()}
+        known |= {graph.symbol(letter): FOLDS[fold].of(sums[inside]) for letter, fold, inside in self.folds}
+        with np.errstate(all="ignore"):
+            (found,) = evaluate([express(self.formula, graph)], Batches(), known)  # type: ignore[arg-type]
+        return np.asarray(found, dtype=np.float64)
+
+
+def sums_of(t: Array, y: Array) -> Sums:
+    """Return what is kept of formulas over samples: times (T,), values (..., T), all finite or the sums are NaN."""
+    dt, low, high = np.diff(t), y.argmin(axis=-1), y.argmax(axis=-1)
+    missing = np.isnan(y).any(axis=-1)
+
+    def at(k: Array) -> Array:
+        return np.where(missing, np.nan, t[k])
+
+    area, squares = (((x[..., :-1] + x[..., 1:]) / 2 * dt).sum(axis=-1) for x in (y, y**2))
+    span = np.full(y.shape[:-1], t[-1] - t[0])
+    return Sums(y[..., 0], y[..., -1], y.min(axis=-1), y.max(axis=-1), at(low), at(high), area, squares, span)
+
+
+_FOLDED = re.compile(rf"\b({'|'.join(FOLDS)})\s*\(")
+_LETTER = "fold_{}"
+
+
+def read_measure(scene: Scene, text: object, faults: Faults, where: str = "measure") -> Measure | None:
+    """Return a measure of runs of a scene; None after a fault.
+
+    >>> import symdyn
+    >>> measure = read_measure(symdyn.example("cart_pole"), "max(abs(F)) - end(x)", Faults(""))
+    >>> [fold for _, fold, _ in measure.folds]
+    ['max', 'end']
+    """
+    said, count = str(text), len(faults.lines)
+    folds: list[tuple[str, str, Quantity]] = []
+    left, rest = "", said
+    while (match := _FOLDED.search(rest)) is not None:
+        close = _closing(rest, match.end())
+        if close is None:
+            faults.add(where, f'"{said}" has a bracket that is not closed')
+            return None
+        inside = rest[match.end() : close]
+        if (inner := _FOLDED.search(inside)) is not None:
+            faults.add(where, f'"{said}" folds what is a number already: {inner[1]}(...) inside {match[1]}(...)')
+            return None
+        formula = read_inside(scene, inside, where, faults)
+        letter = _letter(scene, len(folds))
+        if formula is not None:
+            folds.append((letter, match[1], formula))
+        left, rest = f"{left}{rest[: match.start()]}{letter}", rest[close + 1 :]
+    if len(faults.lines) > count:
+        return None
+    known = [*(letter for letter, _, _ in folds), *(one.name for one in scene.parameters)]
+    seen = {*_seen(scene, said), *(one.name for one in scene.outputs)}
+    own = Faults("")
+    found = read_formula(left + rest, [*known, *seen], where, own)
+    loose = [name for name in (found.symbols if found else ()) if name not in known]
+    for name in loose:
+        own.add(where, f'"{said}" takes {name} at no time; write max({name}), end({name}) or another of {_listed()}')
+    if found is not None and not loose and not folds:
+        own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({next(iter(scene.coordinates), "t")}))')
+    for letter, fold, _ in folds:
+        own.lines[:] = [line.replace(letter, f"{fold}(...)") for line in own.lines]
+    faults.lines += own.lines
+    return None if own.lines or found is None else Measure(said, tuple(folds), found)
+
+
+def read_inside(scene: Scene, text: str, where: str, faults: Faults) -> Quantity | None:
+    """Return a formula of what a run shows, outputs as what they stand for; None after a fault."""
+    outputs = {one.name: one.formula for one in scene.outputs}
+    parameters = (one.name for one in scene.parameters)
+    known = (*_seen(scene, text), *parameters, *outputs)
+    formula = read_formula(text, known, where, faults)
+    return None if formula is None else substituted(formula, outputs)
+
+
+def _seen(scene: Scene, text: str) -> tuple[str, ...]:
+    return (*letters(scene, re.findall(r"\w+", text)), *COLUMNS)
+
+
+def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tuple[Measure, ...]:
+    """Return measures, those without fault."""
+    found = []
+    for k, text in enumerate(texts):
+        if isinstance(text, Measure):
+            found.append(text)
+        elif str(text) in [str(one) for one in texts[:k]]:
+            faults.add("measure", f'"{text}" is given twice')
+        else:
+            found += [one for one in (read_measure(scene, text, faults),) if one is not None]
+    return tuple(found)
+
+
+def _listed() -> str:
+    return ", ".join(FOLDS)
+
+
+def _letter(scene: Scene, k: int) -> str:
+    """Return a letter that the scene has not."""
+    taken = {*(one.name for one in scene.parameters), *(one.name for one in scene.outputs), *letters(scene)}
+    letter = _LETTER.format(k + 1)
+    while letter in taken:
+        letter = f"{letter}_"
+    return letter
+
+
+def _closing(text: str, begin: int) -> int | None:
+    """Return where the bracket closes that stands open at `begin`; None where it does not."""
+    depth = 1
+    for k in range(begin, len(text)):
+        depth += (text[k] == "(") - (text[k] == ")")
+        if depth == 0:
+            return k
+    return None

@@ -1,0 +1,80 @@
+"""Runs one after the other by `simulate`: whatever that takes, an ensemble takes.
+
+What measures fold is read from the columns of each run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array, Batches
+from symdyn.errors import SymdynError
+from symdyn.graph import Graph, evaluate
+from symdyn.scene import Quantity, express
+from symdyn.scene.values.signals import MULTIPLIER, REACTION
+from symdyn.simulation.ensemble.measures import Sums, sums_of
+from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
+from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.forward import simulate
+from symdyn.simulation.trajectory import Trajectory
+
+
+def ready(task: Task) -> Runner:
+    """Return what runs a part, one run after the other."""
+
+    def run(part: slice) -> Block:
+        runs = range(task.lanes.count)[part]
+        found = nothing(task, len(runs))
+        t, q, u, sums, samples = found.t, found.q, found.u, found.sums, found.samples
+        why, steps, notes = [], 0, dict[str, None]()
+        for row, k in enumerate(runs):
+            one = _one(task, k, notes)
+            if isinstance(one, str):
+                why.append(one)
+                continue
+            t[row], q[row], u[row] = one.t[-1], one.q[-1], one.qd[-1]
+            why.append(one.stopped)
+            steps += one.steps
+            for inside, kept in _sums(task, one).items():
+                for name in Sums.__dataclass_fields__:
+                    getattr(sums[inside], name)[row] = getattr(kept, name)
+            if samples is not None:
+                count = min(len(one.t), len(task.times))
+                samples[row, :count] = np.hstack([one.q, one.qd])[:count]
+        return Block(t, q, u, tuple(why), sums, samples, steps, tuple(notes))
+
+    return run
+
+
+def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
+    """Return one run, or why there is none."""
+    values, start, rates = task.lanes.one(k)
+    named = {name for one in task.insides for name in one.symbols}
+    every = float(task.times[1] - task.times[0]) if len(task.times) > 1 else None
+    try:
+        return simulate(
+            task.scene, task.forces, task.until, start, rates, task.method, task.rtol, task.atol, task.stops,
+            every=every, reactions=any(name.startswith((REACTION, MULTIPLIER)) for name in named),
+            say=notes.setdefault, values=values or None, ignore_limits=task.ignore_limits,
+        )  # fmt: skip
+    except SymdynError as fault:
+        return " ".join(str(fault).split())
+
+
+def _sums(task: Task, run: Trajectory) -> Mapping[Quantity, Sums]:
+    """Return what is kept of every formula over the rows of a run."""
+    if not task.insides:
+        return {}
+    known = dict(zip(*(run.names, run.table()[1].T), strict=True))
+    known |= {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
+    graph = Graph()
+    letters = {graph.symbol(n): known.get(n, np.nan) for one in task.insides for n in one.symbols}
+    with np.errstate(all="ignore"):
+        found = evaluate([express(one, graph) for one in task.insides], Batches(), letters)
+        rows: list[Array] = [np.broadcast_to(np.asarray(y, dtype=np.float64), run.t.shape) for y in found]
+        return {one: sums_of(run.t, y) for one, y in zip(task.insides, rows, strict=True)}
+
+
+WAY = Way("each run by `simulate`", "symdyn", 64, ready, lambda task: "", threads=False)

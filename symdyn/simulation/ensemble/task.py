@@ -1,0 +1,142 @@
+"""What a way to run an ensemble is given, and what it gives back for a part of the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.scene import Quantity, Scene
+from symdyn.simulation.ensemble.lanes import Lanes
+from symdyn.simulation.ensemble.measures import Measure, Sums
+from symdyn.simulation.prescribed.forces import Forces
+
+INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class Task:
+    """Runs that are wanted.
+
+    Attributes:
+        lanes: where they start and at which values.
+        forces: what drives them.
+        times: where samples are taken, ascending, from 0 to the end; shape (T,).
+        measures: of every run.
+        stops: formulas whose zeros end a run.
+        rtol, atol: tolerances on a step.
+        method: of `symdyn.simulation.METHODS`; None chooses.
+        keep: whether samples are kept.
+        ignore_limits: whether runs go on where a joint reaches a limit of its position.
+    """
+
+    lanes: Lanes
+    forces: Forces
+    times: Array
+    measures: tuple[Measure, ...]
+    stops: tuple[str, ...]
+    rtol: float | None
+    atol: float | None
+    method: str | None
+    keep: bool
+    ignore_limits: bool
+
+    @property
+    def scene(self) -> Scene:
+        """The mechanism."""
+        return self.lanes.scene
+
+    @property
+    def insides(self) -> tuple[Quantity, ...]:
+        """The formulas that measures fold, each once."""
+        return tuple(dict.fromkeys(one for measure in self.measures for one in measure.insides))
+
+    @property
+    def until(self) -> float:
+        """Time of the end, s."""
+        return float(self.times[-1])
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some runs, done.
+
+    Attributes:
+        t: when each ended, s, shape (n,).
+        q, u: where, shapes (n, nq) and (n, nv).
+        stopped: why, in words.
+        sums: of every formula that is folded.
+        samples: states at the times of samples, shape (n, T, nq + nv), NaN behind the end; None where not asked.
+        steps: taken in all.
+        notes: what a user should know.
+    """
+
+    t: Array
+    q: Array
+    u: Array
+    stopped: tuple[str, ...]
+    sums: Mapping[Quantity, Sums]
+    samples: Array | None = None
+    steps: int = 0
+    notes: tuple[str, ...] = ()
+
+
+Runner = Callable[[slice], Block]
+"""Runs some of the runs; several threads may call it at a time."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way to run an ensemble.
+
+    Attributes:
+        text: what it is, one line.
+        library: whose it is.
+        part: runs that are handed out at a time.
+        ready: makes what is needed once, and returns what runs a part.
+        refuses: why it does not apply, "" if it does.
+        methods: of `symdyn.simulation.METHODS` that it stands for; () for all.
+        threads: whether parts run on threads at the same time.
+    """
+
+    text: str
+    library: str
+    part: int
+    ready: Callable[[Task], Runner]
+    refuses: Callable[[Task], str]
+    methods: tuple[str, ...] = ()
+    threads: bool = True
+
+
+def nothing(task: Task, count: int) -> Block:
+    """Return runs that were not run."""
+    nan, scene = np.nan, task.scene
+    sums = {one: Sums(*(np.full(count, nan) for _ in range(9))) for one in task.insides}
+    shape = (count, len(task.times), len(scene.coordinates) + len(scene.velocities))
+    return Block(
+        np.zeros(count), np.full((count, len(scene.coordinates)), nan), np.full((count, len(scene.velocities)), nan),
+        (INTERRUPTED,) * count, sums, np.full(shape, nan) if task.keep else None,
+    )  # fmt: skip
+
+
+def joined(task: Task, blocks: Sequence[Block]) -> Block:
+    """Return parts as one, in their order."""
+    parts = [*blocks] or [nothing(task, 0)]
+
+    def together(arrays: Sequence[Any]) -> Array:
+        return np.concatenate(arrays)
+
+    names = Sums.__dataclass_fields__
+    sums = {
+        one: Sums(*(together([getattr(part.sums[one], name) for part in parts]) for name in names))
+        for one in task.insides
+    }
+    return Block(
+        together([part.t for part in parts]), together([part.q for part in parts]),
+        together([part.u for part in parts]), tuple(why for part in parts for why in part.stopped), sums,
+        together([part.samples for part in parts]) if task.keep else None, sum(part.steps for part in parts),
+        tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+    )  # fmt: skip
