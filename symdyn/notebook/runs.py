@@ -77,7 +77,8 @@ def ensemble(found: Ensemble) -> list[Markup]:
     rows: list[tuple[str, Cell, Cell, Cell]] = []
     for name in (*found.varied, *found.measures):
         x = found[name][np.isfinite(found[name])]
-        rows += [(name, *(float(value) for value in (x.min(), np.median(x), x.max())))] if len(x) else []
+        if len(x):
+            rows.append((name, float(x.min()), float(np.median(x)), float(x.max())))
     return [
         head(found.scene.name, f"{count} runs, {found.method}"),
         table(("", "least", "median", "largest"), rows),
