@@ -156,7 +156,7 @@ def simulate(
     if choice.otherwise is not None and run.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
         run, problem = attempt(choice)
-    found = _told(system, run, formulas, flags, reactions)
+    found = trajectory_of(system, run, formulas, flags, reactions)
     seen = (*found.notes, *on_the_way(system, run.t, run.x, run.hits, limits))
     for note in seen:
         _tell(say, note)
@@ -169,7 +169,7 @@ def simulate(
     return found
 
 
-def _told(
+def trajectory_of(
     system: StateEquations, run: Run, formulas: Sequence[str], flags: Sequence[bool], reactions: bool | str
 ) -> Trajectory:
     """Return what a run is told as: motion, forces, columns, monitors, events, and what ended it."""

@@ -153,10 +153,10 @@ def sensitivity(
     system = state_equations(scene, forces, (), initial.q if isinstance(start, Start) else None)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     ready(system, x)
-    _check_smooth(system)
-    along = flow(system, _varied(system, parameters), DOORS[by])
+    check_smooth(system)
+    along = flow(system, varied(system, parameters), DOORS[by])
     rtol = max(RTOL if rtol is None else rtol, FINEST)
-    ways, changes, names = _start(along, x[: along.size])
+    ways, changes, names = starting(along, x[: along.size])
     stiff, probe = is_stiff(system, x, until), _probe(along, ways, changes)
     tape = taped(along, x[: along.size], probe, until, rtol, rtol if atol is None else atol, stiff)
     wanted = [every.index(name) for name in rows]
@@ -191,7 +191,7 @@ def _found(
     return Sensitivity(scene, until, tape.x[:nq], tape.x[nq:], rows, names, matrix, by, tape.method, len(tape.steps))
 
 
-def _check_smooth(system: StateEquations) -> None:
+def check_smooth(system: StateEquations) -> None:
     """Raise SimulateError where forces jump: the time of a jump depends on the start, which no tangent sees."""
     if any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries)):
         raise SimulateError(
@@ -200,7 +200,7 @@ def _check_smooth(system: StateEquations) -> None:
         )
 
 
-def _varied(system: StateEquations, asked: Sequence[str] | None) -> tuple[str, ...]:
+def varied(system: StateEquations, asked: Sequence[str] | None) -> tuple[str, ...]:
     """Return the parameters that are varied; SimulateError where one is none of the equations."""
     free = [one.name for one in system.opened.scene.free_parameters]
     if asked is None:
@@ -223,7 +223,7 @@ def _ends(along: Flow, x: Array) -> Array:
     return found
 
 
-def _start(along: Flow, x: Array) -> tuple[Array, Array, tuple[str, ...]]:
+def starting(along: Flow, x: Array) -> tuple[Array, Array, tuple[str, ...]]:
     """Return δx and δp of every column, shapes (k, nx) and (k, at least 1), and their names."""
     system = along.system
     scene, nq, nv, np_ = system.scene, system.nq, system.nv, len(along.parameters)

@@ -61,9 +61,25 @@ def plot(trajectory: Trajectory, path: Path, names: Sequence[str] = ()) -> None:
         UnknownNameError: a name that chooses nothing.
     """
     check_plot(path)
+    write_picture(path, trajectory.scene.name, partial(draw, trajectory, names=names), _facts(trajectory))
+
+
+def write_picture(
+    path: Path, title: str, picture: Callable[[str], bytes], facts: Sequence[tuple[str, str]] = ()
+) -> None:
+    """Write a picture, made as "svg", "pdf" or "png", to a file of `ENDINGS`; a page says the facts beside it.
+
+    Raises:
+        SimulateError: the file cannot be written.
+    """
     kind = path.suffix.lower()
-    picture = draw(trajectory, "svg" if kind == ".html" else kind[1:], names)
-    write_whole(path, _page(trajectory, picture) if kind == ".html" else picture)
+    if kind != ".html":
+        write_whole(path, picture(kind[1:]))
+        return
+    svg = picture("svg").decode()
+    safe = [(in_html(name), in_html(text)) for name, text in facts]
+    inside = {"title": in_html(title), "picture": svg[svg.index("<svg") :], "facts": safe}
+    write_whole(path, render("plot/page.html.jinja", inside))
 
 
 def figure(trajectory: Trajectory, names: Sequence[str] = ()) -> Figure:
@@ -73,14 +89,23 @@ def figure(trajectory: Trajectory, names: Sequence[str] = ()) -> Figure:
         SimulateError: matplotlib is not installed.
         UnknownNameError: a name that chooses nothing.
     """
+    parts = panels(trajectory, names)
+    count = len(trajectory.t) * sum(len(part.curves) for part in parts)
+    return shown_figure(trajectory.scene.name, *_filling(trajectory, parts), count)
+
+
+def shown_figure(title: str, size: tuple[float, float], fill: Callable[[Any], None], points: int) -> Figure:
+    """Return a figure that `fill` draws, which a notebook shows: as SVG, or as PNG where it has many points.
+
+    Raises:
+        SimulateError: matplotlib is not installed.
+    """
     if not importable("matplotlib"):
         raise SimulateError(f"plots need matplotlib; {install('plot')}")
-    parts = panels(trajectory, names)
     with settings(SETTINGS):
-        found = _made(trajectory.scene.name, *_filling(trajectory, parts))
-    count = len(trajectory.t) * sum(len(part.curves) for part in parts)
-    kind = ("svg", "image/svg+xml") if count <= MOST_POINTS else ("png", "image/png")
-    found._repr_mimebundle_ = partial(_bundle, found, trajectory.scene.name, *kind)  # type: ignore[attr-defined]
+        found = _made(title, size, fill)
+    kind = ("svg", "image/svg+xml") if points <= MOST_POINTS else ("png", "image/png")
+    found._repr_mimebundle_ = partial(_bundle, found, title, *kind)  # type: ignore[attr-defined]
     return found
 
 
@@ -156,10 +181,8 @@ def _made(title: str, size: tuple[float, float], fill: Callable[[Any], None]) ->
     return made
 
 
-def _page(trajectory: Trajectory, svg: bytes) -> str:
-    """Return a page that shows the plot and what is known of the run, without anything from elsewhere."""
-    picture = svg.decode()
-    picture = picture[picture.index("<svg") :]
+def _facts(trajectory: Trajectory) -> list[tuple[str, str]]:
+    """Return what is known of the run."""
     facts = [("scene", trajectory.scene.name)]
     if trajectory.method:
         facts += [
@@ -170,7 +193,4 @@ def _page(trajectory: Trajectory, svg: bytes) -> str:
     for name, value in trajectory.monitors.items():
         kind, _, contact = name.partition(" ")
         facts.append((MONITORS[kind] + (f", of {contact}" if contact else ""), f"{value:.3g}"))
-    facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
-    safe = [(in_html(name), in_html(text)) for name, text in facts]
-    title = in_html(trajectory.scene.name)
-    return render("plot/page.html.jinja", {"title": title, "picture": picture, "facts": safe})
+    return facts + [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]

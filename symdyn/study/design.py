@@ -92,6 +92,25 @@ def _latin(lengths: Sequence[int], count: int, seed: int, first: int, last: int)
     return _hypercube(len(lengths), count, seed)[first:last]
 
 
+def _saltelli(lengths: Sequence[int], count: int, seed: int, first: int, last: int) -> Array:
+    # groups of [A, B, A with one entry of B at a time], A and B being the halves of one point of Sobol's sequence
+    names = len(lengths)
+    low, high = first // (names + 2), -(-last // (names + 2))
+    both = _sobol([*lengths, *lengths], 0, seed, low, high)
+    A, B = both[:, :names], both[:, names:]
+    groups = np.repeat(A[:, None, :], names + 2, axis=1)
+    groups[:, 1] = B
+    for k in range(names):
+        groups[:, 2 + k, k] = B[:, k]
+    begin = low * (names + 2)
+    return groups.reshape(-1, names)[first - begin : last - begin]
+
+
+def _grouped(count: int, names: int) -> int:
+    """Return how many runs there are of so many points or more, a power of two."""
+    return (1 << (count - 1).bit_length()) * (names + 2)
+
+
 def _small(count: int, names: int) -> str:
     if count * names <= LARGEST_LATIN:
         return ""
@@ -104,11 +123,19 @@ def _few(count: int, names: int) -> str:
     return "Sobol's sequence has 2**30 points at most; take random" if count > 2**30 else ""
 
 
+SALTELLI = "saltelli"
+
 DESIGNS: Mapping[str, Plan] = {
     "grid": Plan("every value of a list with every one of the others", _grid, lists=True),
     "random": Plan("independent draws (Monte Carlo)", _random),
     "latin": Plan("a Latin hypercube: each name's distribution in COUNT parts, one draw in each", _latin, fault=_small),
     "sobol": Plan("Sobol's sequence, scrambled: even coverage; a power of two is best", _sobol, fault=_few),
+    SALTELLI: Plan(
+        "COUNT pairs of points, a power of two, and what Sobol's indices take beside them: COUNT (names + 2) runs",
+        _saltelli,
+        fault=lambda count, names: _few(count // (names + 2), 2 * names),
+        counted=_grouped,
+    ),
 }
 """By the word that is written."""
 

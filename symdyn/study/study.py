@@ -18,6 +18,9 @@ from symdyn.shown import Shown
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
+    from matplotlib.figure import Figure
+
+    from symdyn.study.indices import Indices
 
 QUANTILES = (0.05, 0.5, 0.95)
 
@@ -138,6 +141,27 @@ class Study(Shown):
         if file is not None:
             writing.write({Path(file).name: text}, Path(file).parent)
         return text
+
+    def indices(self, measure: str, level: float = 0.95) -> Indices:
+        """Return Sobol's indices of a measure, with intervals; arguments and errors as of `symdyn.study.indices`."""
+        from symdyn.study.indices import indices
+
+        return indices(self, measure, level)
+
+    def plot(self, *measures: str, kind: str | None = None) -> Figure:
+        """Return a figure of matplotlib, which a notebook shows: of all measures, or of some.
+
+        Args:
+            measures: names of measures.
+            kind: a key of `symdyn.study.plots.PLOTS`; None takes what fits: indices for their design, a curve over one
+                name, a heat map over a grid of two, a tornado over a larger one, else histograms.
+
+        Raises:
+            SimulateError: no such measure or kind, one that does not fit, no run with a value, or no matplotlib.
+        """
+        from symdyn.study.plots import figure
+
+        return figure(self, measures, kind)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the columns as a data frame, a row a run; `attrs["units"]` has a unit for each.
