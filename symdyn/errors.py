@@ -118,10 +118,6 @@ class SimulateError(_FaultsError):
     """A motion, force, start, event or method that cannot be used; carries all faults, one line each."""
 
 
-class IdentifyError(_FaultsError):
-    """A log, a motion or estimates that parameters cannot be told from; carries all faults, one line each."""
-
-
 class LinearizeError(_FaultsError):
     """A mechanism that cannot be linearised where it is asked for; carries all faults, one line each."""
 
