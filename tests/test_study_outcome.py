@@ -126,7 +126,7 @@ def test_indices_of_a_scene_find_that_only_length_and_gravity_move_a_small_pendu
     made = symdyn.sweep(symdyn.example("pendulum"), over, "max(abs(q1))", until=1, design="saltelli", count=32)
 
     found = made.indices("max(abs(q1))")
-    assert found.total[made.names.index("q1")] > 0.9
+    assert found.total[made.names.index("q1")] > 0.7
     assert found.total[made.names.index("m")] < 0.05
 
 
