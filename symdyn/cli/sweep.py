@@ -3,62 +3,170 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import Any
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.talk import Bar, give, print_table, say
-from symdyn.cli.trajectory_options import pairs
+from symdyn.cli.talk import Bar, give, print_paths, print_table, say
+from symdyn.cli.trajectory_options import flattened, pairs
+from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
+from symdyn.study.design import DESIGNS
+from symdyn.study.distributions import DISTRIBUTIONS, TOLERANCE
 from symdyn.study.door import sweep
+from symdyn.study.store import SUFFIX
 from symdyn.study.study import Study
+
+CTRL_C = 130
+
+TABLE = ".csv"
+
+DIGITS = 6
+
+FAILED = 3
+"""Runs that did not end that are told on a terminal; `told` of a study has more."""
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
     add_reading_options(verb)
+    kinds = "; ".join(f"{name}({','.join(kind.keys)})" for name, kind in DISTRIBUTIONS.items())
     verb.add_argument(
-        "--over", action="append", default=[], metavar="VARIED", help='e.g. "m1=linspace(1,2,5)", "k=normal(10,1)"'
+        "--over",
+        action="append",
+        default=[],
+        metavar="NAME=VALUES",
+        help=f"a parameter, a coordinate or velocity at the start, or a letter of --forces over: [1,2,5]; {kinds}; "
+        f"{TOLERANCE}(5 %%). May be given several times; without any, all parameters that have a tolerance",
     )
     verb.add_argument(
-        "--measure", action="append", default=[], metavar="FORMULA", help='what is kept of a run: "max(abs(tau2))"'
+        "--measure",
+        action="append",
+        default=[],
+        metavar="FORMULA",
+        help='what is kept of every run, formulas of max, min, mean, rms, end, ... such as "max(abs(tau2))"; '
+        "NAME=FORMULA names it",
     )
     verb.add_argument("--until", type=float, required=True, metavar="T", help="time of the end of every run, s")
-    verb.add_argument("--start", metavar="LIST", help="where all runs start, e.g. q1=0.3,q2=pi/2")
-    verb.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
-    verb.add_argument("--design", metavar="NAME", help="grid, random, latin or sobol")
-    verb.add_argument("--count", type=int, metavar="N", help="runs that are drawn")
+    designs = "; ".join(f"{name}: {plan.says}" for name, plan in DESIGNS.items())
+    verb.add_argument("--design", metavar="NAME", help=f"{designs} (default: a grid of lists, random of distributions)")
+    verb.add_argument("--count", type=int, metavar="N", help="runs that are drawn (default: 1000)")
     verb.add_argument("--seed", type=int, default=0, metavar="N", help="of what is drawn (default: 0)")
+    group = verb.add_argument_group("of every run")
+    group.add_argument(
+        "--forces",
+        nargs="+",
+        action="append",
+        metavar="F",
+        help='name=formula in t, coordinates and velocities, such as "tau1=-k*q1"; or a .toml or .csv file',
+    )
+    group.add_argument("--start", metavar="LIST", help="where all runs start, e.g. q1=0.3,q2=pi/2")
+    group.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
+    group.add_argument("--every", type=float, metavar="DT", help="seconds between samples (default: 200 samples)")
+    group.add_argument("--method", metavar="NAME", help="an integrator, as of simulate; default: the fastest that fits")
+    group.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step (default: 1e-9)")
+    group.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
+    group.add_argument(
+        "--ignore-limits", action="store_true", help="go on where a joint reaches a limit of its position"
+    )
+    group = verb.add_argument_group("where it is computed and kept")
+    group.add_argument(
+        "--scheduler",
+        metavar="WHERE",
+        default="here",
+        help="here, threads, processes, or the address of a Dask scheduler, tcp://... (default: here)",
+    )
+    group.add_argument("--workers", type=int, metavar="N", help="how many of them (default: one a core)")
+    group.add_argument("--block", type=int, metavar="N", help="runs of a block, which is done or is not")
+    group.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help=f"{SUFFIX}: a store, kept block by block, with which the same command goes on; or {TABLE} in the end",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Compute and tell."""
     scene = read_scene(options)
+    file = None if options.output is None else Path(options.output)
+    if file is not None:
+        _check(file)
     with Bar(f"sweeping {scene.name}") as progress:
         study = sweep(
             scene,
             options.over,
             options.measure,
             until=options.until,
+            forces=flattened(options.forces),
             start=pairs(options.start, "--start"),
             start_rates=pairs(options.start_rates, "--start-rates"),
+            every=options.every,
+            method=options.method,
+            rtol=options.rtol,
+            atol=options.atol,
+            ignore_limits=options.ignore_limits,
             design=options.design,
             count=options.count,
             seed=options.seed,
+            output=file if file is not None and file.suffix == SUFFIX else None,
+            scheduler=options.scheduler,
+            workers=options.workers,
+            block=options.block,
             progress=progress,
+            say=say,
         )
     tell(study, options)
-    return 0
+    if file is not None:
+        if file.suffix == TABLE:
+            study.to_csv(file)
+        print_paths(file)
+    return 0 if study.complete else CTRL_C
+
+
+def _check(file: Path) -> None:
+    """Raise SimulateError for a file that could not be written in the end."""
+    if file.suffix not in (SUFFIX, TABLE):
+        raise SimulateError(f"{file}: sweeps are kept in {SUFFIX} stores, or written as {TABLE} tables")
+    if not file.parent.is_dir():
+        raise SimulateError(f"{file}: there is no folder {file.parent}")
+
+
+def summary(study: Study) -> dict[str, Any]:
+    """Return what is told of a study, for JSON."""
+    measures = {}
+    for name in study.measures:
+        low, middle, high = study.quantiles(name).tolist()
+        known = [float(one) for one in study.extremes(name)]
+        measures[name] = {
+            "unit": study.units[name], "least": known[0], "q05": low, "median": middle, "q95": high, "most": known[1],
+            "mean": study.mean(name), "sd": study.sd(name),
+        }  # fmt: skip
+    return {
+        "runs": len(study), "failed": study.failed, "stopped": study.stopped, "left": study.left, **study.about,
+        "measures": measures, "told": {str(number): words for number, words in study.told.items()},
+    }  # fmt: skip
 
 
 def tell(study: Study, options: argparse.Namespace) -> None:
-    """Print a summary."""
-    rows = []
-    for name in study.measures:
-        low, middle, high = study.quantiles(name)
-        rows.append([name, study.units[name], *(in_digits(float(one), 4) for one in (low, middle, high))])
+    """Print a summary, and say which runs did not reach their end."""
+    told = summary(study)
     if options.json:
-        columns = {name: study[name].tolist() for name in study}
-        give({"runs": len(study), "failed": study.failed, "columns": columns})
+        columns = {} if options.output else {"columns": {name: study[name].tolist() for name in study}}
+        give(told | columns)
     else:
-        print_table(f"{study.scene}: {len(study)} runs", ("measure", "unit", "5 % ", "median ", "95 % "), rows)
-    for number, words in study.told.items():
-        say(f"run {number}: {words}")
+        keys = ("mean", "sd", "least", "q05", "median", "q95", "most")
+        rows = [
+            [name, one["unit"], *(in_digits(one[key], DIGITS) for key in keys)]
+            for name, one in told["measures"].items()
+        ]
+        title = f"{study.scene}: {len(study)} runs over {', '.join(study.names)} ({study.about['design']})"
+        print_table(title, ("measure", "unit", "mean ", "sd ", "least ", "5 % ", "median ", "95 % ", "most "), rows)
+    for count, what in ((study.failed, "failed, and have no measures"), (study.stopped, "ended before their time")):
+        if count:
+            say(f"{count} of {len(study)} runs {what}")
+    for number, words in list(study.told.items())[:FAILED]:
+        values = ", ".join(
+            f"{name} = {value:.6g}" for name, value in zip(study.names, study.values[number], strict=True)
+        )
+        say(f"run {number} ({values}): {words}")

@@ -43,9 +43,12 @@ def parameter(
     unit: str = "",
     latex: str | None = None,
     text: str = "",
+    tolerance: Number | Mapping[str, Number] | None = None,
 ) -> Entry:
     """Declare a named constant; without a value it becomes an argument of every generated function."""
-    return entry("parameters", name, value=value, positive=positive, unit=unit, latex=latex, text=text)
+    return entry(
+        "parameters", name, value=value, positive=positive, unit=unit, latex=latex, text=text, tolerance=tolerance
+    )
 
 
 def body(

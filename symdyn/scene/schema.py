@@ -37,6 +37,8 @@ from symdyn.scene.values.shapes import (
     several,
     table_shape,
 )
+from symdyn.scene.values.tolerance import LONGEST as LONGEST_TOLERANCE
+from symdyn.scene.values.tolerance import WORDS as TOLERANCE_WORDS
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -45,6 +47,12 @@ TITLE = "Scene of symdyn"
 NAME = name_shape()
 NAMES: Shape = {"anyOf": [NAME, {"type": "array", "items": NAME}]}
 DRIVE: Shape = {"anyOf": [NAME, FLAG, {"type": "array", "items": {"anyOf": [NAME, FLAG]}}]}
+TOLERANCE: Shape = {
+    "anyOf": [
+        {"type": "number", "exclusiveMinimum": 0},
+        {"type": "string", "maxLength": LONGEST_TOLERANCE, "pattern": r"^[^0-9]*[0-9.]"},
+    ]
+}
 EACH: Shape = {"anyOf": [NUMBER, {"type": "array", "items": NUMBER}]}
 
 WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; "table.word" where it differs there
@@ -53,6 +61,10 @@ WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; 
     "inputs.value": ("what it is where nobody gives it; zero when left out", NUMBER),
     "positive": ("whether it is above zero whatever its value, so that forms get shorter", FLAG),
     "unit": ("for tables, comments and axes of plots", TEXT),
+    "tolerance": (
+        'how far the value may be off, for sweeps: "5 %" of it, "0.1 mm", 0.02; or { sigma = .. }, a deviation',
+        {"anyOf": [TOLERANCE, *(table_shape({word: TOLERANCE}, (word,)) for word in TOLERANCE_WORDS)]},
+    ),
     "latex": ("its symbol in printed equations", TEXT),
     "text": (
         "what it is, for tables and comments; or a table of languages: { en = ..., sk = ... }",

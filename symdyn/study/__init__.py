@@ -1,7 +1,7 @@
 """One scene at many values of its parameters: designs, blocks that any executor runs, and what comes of them."""
 
-from symdyn.study.door import sweep
+from symdyn.study.door import open, sweep
 from symdyn.study.indices import Indices
 from symdyn.study.study import Study
 
-__all__ = ["Indices", "Study", "sweep"]
+__all__ = ["Indices", "Study", "open", "sweep"]

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SymdynError
+from symdyn.simulation.ensemble.door import ensemble
+from symdyn.simulation.ensemble.ensemble import Ensemble
+from symdyn.simulation.trajectory import END, INTERRUPTED
 from symdyn.study.job import Job
-from symdyn.study.study import ENDED, FAILED, MOST_TOLD
+from symdyn.study.study import ENDED, FAILED, MOST_TOLD, STOPPED
+
+Rows: TypeAlias = NDArray[np.int64]
+
+NO_NUMBER = "the motion has no finite value"
 
 
 @dataclass(frozen=True)
@@ -38,26 +46,65 @@ def block(job: Job, k: int) -> Found:
 
 
 def _runs(job: Job, values: Array, first: int) -> Found:
-    """Return measures over runs of `simulate`."""
-    from symdyn.simulation import simulate
-
+    """Return measures over runs; those at values that the scene cannot have fail alone, and the others go on."""
     measures = np.full((len(values), len(job.measures)), np.nan)
     codes = np.full(len(values), FAILED, dtype=np.uint8)
+    told = _impossible(job, values)
+    rows = np.array([row for row in range(len(values)) if row not in told], dtype=np.int64)
+    for some, found in _possible(job, values, rows, told):
+        words = [found.words[one] for one in found.stopped]
+        if INTERRUPTED in words:
+            raise KeyboardInterrupt
+        began = np.isfinite(found.q).all(axis=1)
+        ended = np.array([word == END for word in words])
+        codes[some] = np.where(began & ended, ENDED, np.where(began, STOPPED, FAILED))
+        for column, one in enumerate(job.measures):
+            measures[some, column] = found.measures[one.formula]
+        told |= {int(row): word for row, word in zip(some, words, strict=True) if word != END}
+        told |= {int(row): NO_NUMBER for row in some[ended & ~began]}
+    measures[codes == FAILED] = np.nan
+    return Found(measures, codes, dict(sorted((first + row, word) for row, word in told.items())[:MOST_TOLD]))
+
+
+def _impossible(job: Job, values: Array) -> dict[int, str]:
+    """Return, by row, why values are none of the scene: parameters above zero that are not."""
     told: dict[int, str] = {}
-    for row, some in enumerate(values):
-        by_name = dict(zip(job.design.names, some.tolist(), strict=True))
-        parts = {part: {n: by_name[n] for n in names} for part, names in job.asked["varied"].items()}
-        start = job.asked["start"] | parts["start"]
-        rates = job.asked["start_rates"] | parts["start_rates"]
-        try:
-            run = simulate(job.scene, until=job.asked["until"], values=parts["values"], start=start, start_rates=rates)
-        except SymdynError as fault:
-            told[first + row] = str(fault)
-            continue
-        codes[row] = ENDED
-        for k, one in enumerate(job.measures):
-            measures[row, k] = np.max(np.abs(run[one.formula.removeprefix("max(abs(").removesuffix("))")]))
-    return Found(measures, codes, dict(sorted(told.items())[:MOST_TOLD]))
+    positive = {one.name for one in job.scene.parameters if one.positive}
+    for name, column in zip(job.design.names, values.T, strict=True):
+        wrong = ~(column > 0) if name in positive else ~np.isfinite(column)
+        why = "it must be positive" if name in positive else "it must be finite"
+        told |= {int(row): f"{name} = {column[row]:g}; {why}" for row in np.flatnonzero(wrong)}
+    return told
+
+
+def _possible(job: Job, values: Array, rows: Rows, told: dict[int, str]) -> Iterator[tuple[Rows, Ensemble]]:
+    """Yield rows and their runs; rows that spoil the others are found by halving, and their words go to `told`."""
+    if not len(rows):
+        return
+    try:
+        found = _together(job, values[rows])
+    except SymdynError as fault:
+        if len(rows) == 1:
+            told[int(rows[0])] = " ".join(str(fault).split())
+            return
+        for half in np.array_split(rows, 2):
+            yield from _possible(job, values, half, told)
+        return
+    yield rows, found
+
+
+def _together(job: Job, values: Array) -> Ensemble:
+    """Return runs at these values."""
+    asked, columns = job.asked, dict(zip(job.design.names, values.T, strict=True))
+    parts = {
+        part: dict(asked.get(part, {})) | {n: columns[n] for n in names} for part, names in asked["varied"].items()
+    }
+    formulas = [one.formula for one in job.measures]
+    return ensemble(
+        job.scene, asked["forces"], asked["until"], parts["start"], parts["start_rates"], parts["values"], formulas,
+        asked["every"], method=asked["method"], rtol=asked["rtol"], atol=asked["atol"], workers=job.threads,
+        ignore_limits=asked["ignore_limits"],
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

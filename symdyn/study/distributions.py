@@ -2,6 +2,7 @@
 
     m1=linspace(1,2,100)  k=geomspace(1,100,5)  n=[1, 2, 5]                      lists
     m1=uniform(1,2)  k=normal(100, sigma=5)  k=lognormal(median=100,sigma=0.1)   distributions
+    m1=tolerance(5 %)  m1=tolerance()            as the scene says a tolerance, or the one that it says
 
 Arguments are formulas in parameters of the scene, by place or by name: `m1=normal(m1, 0.05*m1)`. Every distribution is
 its quantile function, so that any design in the unit cube becomes values; a list takes its values with equal chance.
@@ -21,10 +22,12 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.scene import Quantity
+from symdyn.scene import FormulaError, Quantity, Scene
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, shorten
+from symdyn.scene.values.tolerance import read_tolerance
+from symdyn.scene.values.value import value_of
 from symdyn.simulation.prescribed.formulas_in_time import number_of, read_formula
 
 LONGEST_LIST = 10_000_000
@@ -34,6 +37,10 @@ LEAST, MOST = 2.0**-54, 1 - 2.0**-53
 """Probabilities that quantiles are taken at: a normal distribution has none at 0 and at 1."""
 
 Arguments = Mapping[str, float]
+
+Over = Mapping[str, Any] | Iterable[str] | str
+
+TOLERANCE = "tolerance"
 
 FORM = 'write such as "m1=linspace(1,2,5)", "k=lognormal(median=10,sigma=0.1)" or "n=[1, 2, 5]"'
 
@@ -221,28 +228,35 @@ class Distribution:
         return quantile(np.clip(u, LEAST, MOST), dict(self.arguments))
 
 
-def read_over(
-    over: Mapping[str, Any] | Iterable[str] | str, values: Mapping[str, Quantity], faults: Faults
-) -> tuple[Distribution, ...]:
+def read_over(scene: Scene, over: Over, letters: Iterable[str], faults: Faults) -> tuple[Distribution, ...]:
     """Return what names are varied over, in their order.
 
     Args:
+        scene: whose parameters arguments may name; those with a tolerance are what is varied where nothing is said.
         over: texts "NAME=DISTRIBUTION"; or by name a text, a number, a list or array of numbers, a `Distribution`.
-        values: of the scene's parameters, which arguments may name.
+        letters: that may be varied beside parameters, coordinates and velocities.
         faults: takes what is wrong.
     """
+    there = (*(one.name for one in scene.parameters), *scene.coordinates, *scene.velocities, *letters)
     found: dict[str, Distribution] = {}
-    for name, said in _pairs(over, faults):
+    pairs = _pairs(over, faults)
+    if not pairs and not faults.lines:
+        pairs = [(one.name, f"{TOLERANCE}()") for one in scene.parameters if one.tolerance]
+        if not pairs:
+            faults.add("over", f"nothing is varied, and no parameter of {scene.name} has a tolerance; {FORM}")
+    for name, said in pairs:
         if name in found:
             faults.add("over", f"{name} is given twice, as {found[name].text} and as {shorten(str(said))}")
             continue
-        one = said if isinstance(said, Distribution) else _read(name, said, values, faults)
+        if name not in there:
+            faults.add("over", f"{name} is not known; {suggestion(name, there)}")
+        one = said if isinstance(said, Distribution) else _read(scene, name, said, faults)
         if one is not None:
             found[name] = one
     return tuple(found.values())
 
 
-def _pairs(over: Mapping[str, Any] | Iterable[str] | str, faults: Faults) -> list[tuple[str, Any]]:
+def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
     if isinstance(over, Mapping):
         return [(str(name), said) for name, said in over.items()]
     found: list[tuple[str, Any]] = []
@@ -255,8 +269,9 @@ def _pairs(over: Mapping[str, Any] | Iterable[str] | str, faults: Faults) -> lis
     return found
 
 
-def _read(name: str, said: Any, values: Mapping[str, Quantity], faults: Faults) -> Distribution | None:
+def _read(scene: Scene, name: str, said: Any, faults: Faults) -> Distribution | None:
     where = f"over {name}"
+    values = {one.name: one.value for one in scene.parameters if one.value is not None}
     if not isinstance(said, str):
         return _listed(name, said, faults)
     if said.startswith("[") and said.endswith("]"):
@@ -266,8 +281,11 @@ def _read(name: str, said: Any, values: Mapping[str, Quantity], faults: Faults) 
         known = [one for one in numbers if one is not None]
         return Distribution(name, said, listed=tuple(known)) if known and len(known) == len(numbers) else None
     call = _CALL.match(said)
+    if call is not None and call["kind"] == TOLERANCE:
+        return _toleranced(scene, name, call["inside"].strip(), faults)
     if call is None or call["kind"] not in DISTRIBUTIONS:
-        near = suggestion(call["kind"], DISTRIBUTIONS) if call else f"{FORM}; {suggestion('', DISTRIBUTIONS)}"
+        there = (*DISTRIBUTIONS, TOLERANCE)
+        near = suggestion(call["kind"], there) if call else f"{FORM}; {suggestion('', there)}"
         faults.add(where, f'"{said}" is no list of values and no distribution; {near}')
         return None
     kind = DISTRIBUTIONS[call["kind"]]
@@ -278,6 +296,47 @@ def _read(name: str, said: Any, values: Mapping[str, Quantity], faults: Faults) 
         faults.add(where, f"{said}: {fault}")
         return None
     return Distribution(name, said, call["kind"], tuple(arguments.items()))
+
+
+def _toleranced(scene: Scene, name: str, said: str, faults: Faults) -> Distribution | None:
+    """Return what a tolerance means of the value that a parameter has: the one that is said, or the scene's own."""
+    where = f"over {name}"
+    parameter = next((one for one in scene.parameters if one.name == name), None)
+    if parameter is None:
+        faults.add(where, f"{name} is no parameter, and a tolerance is of one; write uniform(low, high)")
+        return None
+    try:
+        tolerance = read_tolerance(said, parameter.unit) if said else parameter.tolerance
+    except FormulaError as error:
+        faults.add(where, f"tolerance({said}) {error}")
+        return None
+    if tolerance is None or parameter.value is None:
+        what = "tolerance" if tolerance is None else "value that it could be off from"
+        faults.add(
+            where,
+            f"{name} has no {what}; say it, such as tolerance(5 %)"
+            if tolerance is None
+            else f"{name} has no {what}; give it one, as in --bind {name}=1",
+        )
+        return None
+    value = float(value_of(parameter.value, {}) or 0)
+    size, text = tolerance.size(value, parameter.unit), f"{TOLERANCE}({tolerance.text})"
+    if size == 0:
+        faults.add(where, f"{tolerance.text} of {name} = 0 is nothing; say how far it is off in its unit, such as 0.01")
+        return None
+    if parameter.positive and not tolerance.sigma and value - size <= 0:
+        faults.add(where, f"{text} reaches down to {value - size:g}, and {name} is positive; make it smaller")
+        return None
+    if tolerance.sigma:
+        return Distribution(
+            name,
+            f"normal({value!r},{size!r})",
+            "normal",
+            (("mean", value), ("sigma", size), ("low", -math.inf), ("high", math.inf)),
+        )
+    return Distribution(
+        name, f"uniform({value - size!r},{value + size!r})", "uniform", (("low", value - size), ("high", value + size))
+    )
 
 
 def _listed(name: str, said: Any, faults: Faults) -> Distribution | None:

@@ -1,147 +1,263 @@
-"""The door `sweep`: runs of one scene at many values, in blocks."""
+"""The doors of this room: `sweep`, runs of one scene at many values, and `open`, a sweep that is on disk."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
-from symdyn.scene import Scene, SceneLike, bind, scene_of
-from symdyn.scene.units import coordinate_units, velocity_units
-from symdyn.scene.values.names import suggestion
+from symdyn.scene import Parameter, Scene, SceneLike, bind, scene_of
+from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values
-from symdyn.study.block import Found, block
+from symdyn.simulation.forward import check_run
+from symdyn.simulation.initial import Values
+from symdyn.simulation.prescribed.entries import Entries
+from symdyn.simulation.prescribed.forces import read_forces
+from symdyn.simulation.prescribed.formulas_in_time import close, noted, words
+from symdyn.study.block import block as one_block
 from symdyn.study.design import read_design
-from symdyn.study.distributions import read_over
+from symdyn.study.distributions import Over, read_over
+from symdyn.study.executors import executor
 from symdyn.study.job import Job, Measured
-from symdyn.study.study import MOST_TOLD, Study
+from symdyn.study.store import SUFFIX, check_store, opened, store_of
+from symdyn.study.study import Study
 
-BLOCK = 1024
-"""Runs of a block, where nothing else is said."""
+FEWEST, MOST = 16, 4096
+"""Runs of a block, where nothing else is said: a part of all of them, so that there is progress, within these."""
+
+PARTS = 32
+
+INTERRUPTED = "interrupted"
+
+HERE = "here"
+
+Say = Callable[[str], None]
 
 
 def sweep(
     scene: SceneLike,
-    over: Mapping[str, Any] | Iterable[str] | str,
-    measure: str | Sequence[str],
+    over: Over = (),
+    measure: str | Sequence[str] = (),
     *,
     until: float = 10.0,
-    start: Mapping[str, Any] | None = None,
-    start_rates: Mapping[str, Any] | None = None,
+    forces: Entries = (),
+    start: Values | None = None,
+    start_rates: Values | None = None,
+    every: float | None = None,
+    method: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    ignore_limits: bool = False,
+    values: Mapping[str, object] | None = None,
     design: str | None = None,
     count: int | None = None,
     seed: int = 0,
+    output: str | Path | None = None,
+    scheduler: Any = "here",
+    workers: int | None = None,
     block: int | None = None,
     progress: Callable[[float], None] | None = None,
+    say: Say | None = None,
 ) -> Study:
     """Return what comes of many runs of a scene.
 
+    The values of a run follow from its number and the seed alone, so that blocks, workers and interruptions change
+    nothing. A sweep that Ctrl-C interrupts returns what was made; with a store as `output`, the same call goes on.
+
     >>> import symdyn
-    >>> study = symdyn.sweep(symdyn.example("pendulum"), "m1=linspace(1,2,3)", "max(abs(q1))", until=1)
-    >>> study.values[:, 0].tolist()
-    [1.0, 1.5, 2.0]
+    >>> study = symdyn.sweep(symdyn.example("pendulum"), "q1=linspace(0.1,0.3,3)", "max(abs(q1))", until=0.5)
+    >>> study["q1"].tolist(), len(study["max(abs(q1))"])
+    ([0.1, 0.2, 0.3], 3)
 
     Args:
         scene: the mechanism.
         over: what is varied: texts "NAME=DISTRIBUTION" (see `symdyn.study.distributions`), or lists by name; a name is
-            a parameter, a coordinate or a velocity at the start.
+            a parameter, a coordinate or a velocity at the start, or a letter of the forces. Nothing: all parameters
+            that have a tolerance.
         measure: formulas of folds over a run, such as "max(abs(tau2))"; "NAME=FORMULA" names one.
         until: time of the end of every run, s.
+        forces: driving forces, as for `simulate`; their formulas may have letters of `over`.
         start: coordinates as for `simulate`, the same for every run.
         start_rates: velocities likewise.
-        design: a key of `DESIGNS`; None takes a grid of lists, or random draws.
-        count: how many runs are drawn.
-        seed: of what is drawn; the same seed gives the same numbers, however the work is divided.
-        block: runs of one block.
+        every: seconds between the samples that measures see; None for 200 samples.
+        method: as for `symdyn.ensemble`.
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+        ignore_limits: go on where a joint reaches a limit of its position; else the run stops there.
+        values: of parameters, in place of those that the scene gives.
+        design: a key of `DESIGNS`; None takes a grid of lists, or random draws of distributions.
+        count: how many runs are drawn; None for 1000.
+        seed: of what is drawn.
+        output: a .zarr store, which is made, or gone on with where it is there.
+        scheduler: where blocks are computed: a key of `symdyn.study.executors.EXECUTORS`, an address, or a Client.
+        workers: how many of them; None for one a core.
+        block: runs of one block; None for a part of all.
         progress: called with the share that is done.
+        say: called with lines for the user.
 
     Raises:
-        SimulateError: with every fault of the arguments, one line each.
+        SimulateError: with every fault of the arguments, one line each; a store of another sweep, or a full disk.
+        SceneError: values that the scene cannot have.
     """
+    bound = scene_of(scene)
+    bound = bind(bound, values) if values else bound
+    path = None if output is None else Path(output)
+    faults = Faults("")
+    if path is not None and path.suffix != SUFFIX:
+        faults.add("output", f"{path} is no {SUFFIX} store; leave it out, and write a table with .to_csv(FILE)")
+    elif path is not None:
+        with noted(faults):
+            check_store(path)
     job = prepared(
-        scene_of(scene), over, measure, until=until, start=start, start_rates=start_rates, design=design, count=count,
-        seed=seed, block=block,
+        bound, over, measure, until, forces, start, start_rates, every, method, rtol, atol, ignore_limits, design,
+        count, seed, block, faults,
     )  # fmt: skip
-    return made(job, progress)
+    return made(job, path, block is not None, scheduler, workers, progress, say)
+
+
+def open(path: str | Path) -> Study:
+    """Return a sweep that is on disk, whole or not.
+
+    Raises:
+        SimulateError: there is none, or Zarr is not installed.
+    """
+    return opened(Path(path)).study()
 
 
 def prepared(
     scene: Scene,
-    over: Mapping[str, Any] | Iterable[str] | str,
+    over: Over,
     measure: str | Sequence[str],
-    *,
     until: float,
-    start: Mapping[str, Any] | None,
-    start_rates: Mapping[str, Any] | None,
+    forces: Entries,
+    start: Values | None,
+    start_rates: Values | None,
+    every: float | None,
+    method: str | None,
+    rtol: float | None,
+    atol: float | None,
+    ignore_limits: bool,
     design: str | None,
     count: int | None,
     seed: int,
     block: int | None,
+    faults: Faults,
 ) -> Job:
-    """Return what `sweep` is to make; arguments and errors as there."""
-    faults = Faults("")
-    known = {one.name: one.value for one in scene.parameters if one.value is not None}
-    varied = read_over(over, known, faults)
+    """Return what `sweep` is to make; arguments as there.
+
+    Raises:
+        SimulateError: with every fault, those that there are already among them.
+    """
+    said = [forces] if isinstance(forces, str) else forces
+    letters = _letters(said)
+    varied = read_over(scene, over, letters, faults)
     planned = read_design(varied, design, count, seed, faults)
-    parts: dict[str, list[str]] = {"values": [], "start": [], "start_rates": []}
-    for one in varied:
-        part = _part(scene, one.name)
-        if part is None:
-            there = (*(p.name for p in scene.parameters), *scene.coordinates, *scene.velocities)
-            faults.add("over", f"{one.name} is not known; {suggestion(one.name, there)}")
-        else:
-            parts[part].append(one.name)
-    measures = tuple(_measured(text) for text in ([measure] if isinstance(measure, str) else measure))
+    if block is not None and block < 1:
+        faults.add("block", f"{block} is no number of runs; give 1 or more")
+    names = [one.name for one in varied]
+    known = {one.name for one in scene.parameters}
+    if planned is not None and not faults.lines:
+        first = dict(zip(names, planned.values(0, 1)[0].tolist(), strict=True))
+        free = {one.name: first[one.name] for one in scene.free_parameters if one.name in first}
+        moving = {*known, *scene.coordinates, *scene.velocities}
+        more = tuple(Parameter(name) for name in names if name not in moving)
+        scene = bind(
+            replace(scene, parameters=(*scene.parameters, *more)), free | {p.name: first[p.name] for p in more}
+        )
+    parts = {
+        "values": [name for name in names if name in {one.name for one in scene.parameters}],
+        "start": [name for name in names if name in scene.coordinates],
+        "start_rates": [name for name in names if name in scene.velocities],
+    }
+    given = {"start": _given(start, "start", faults), "start_rates": _given(start_rates, "start rates", faults)}
+    for part, table in given.items():
+        for name in set(table) & set(parts[part]):
+            faults.add(part.replace("_", " "), f"{name} is varied; leave it out here")
+    measures = read_measured(scene, measure, faults)
+    if not faults.lines or all(line.startswith("over") for line in faults.lines):
+        with noted(faults):
+            check_run(scene, until, every, rtol, atol, (), method)
+        with noted(faults):
+            read_forces(scene, forces)
     close(faults)
     assert planned is not None, "what is missing is a fault"
-    first = dict(zip(planned.names, planned.values(0, 1)[0].tolist(), strict=True))
-    free = {one.name: first[one.name] for one in scene.free_parameters if one.name in first}
-    scene = bind(scene, free) if free else scene
-    parameter_values(scene)
-    asked = {"until": until, "start": dict(start or {}), "start_rates": dict(start_rates or {}), "varied": parts}
-    said = tuple((key, str(value)) for key, value in asked.items() if key != "varied")
-    return Job("runs", scene, planned, measures, asked, said, block or BLOCK)
+    asked = {
+        "until": until, **given, "forces": forces, "every": every, "method": method, "rtol": rtol, "atol": atol,
+        "ignore_limits": ignore_limits,
+    }  # fmt: skip
+    told = tuple((key, str(value)) for key, value in asked.items() if value not in (None, (), {}, False))
+    size = block or min(MOST, max(FEWEST, -(-planned.count // PARTS)))
+    return Job("runs", scene, planned, measures, asked | {"varied": parts}, told, size)
 
 
-def _part(scene: Scene, name: str) -> str | None:
-    if name in [one.name for one in scene.parameters]:
-        return "values"
-    return "start" if name in scene.coordinates else "start_rates" if name in scene.velocities else None
+def read_measured(scene: Scene, measure: str | Sequence[str], faults: Faults) -> tuple[Measured, ...]:
+    """Return what is kept of every run; what is wrong is among the faults."""
+    found: dict[str, Measured] = {}
+    for text in [measure] if isinstance(measure, str) else measure:
+        name, equals, formula = (part.strip() for part in str(text).partition("="))
+        one = Measured(name, formula) if equals else Measured(text.strip(), text.strip())
+        if one.name in found:
+            faults.add("measure", f"{one.name} is given twice")
+        found[one.name] = one
+    if not found:
+        faults.add("measure", 'nothing is measured; give such as "max(abs(q1))"')
+    return tuple(found.values())
 
 
-def _measured(text: str) -> Measured:
-    name, equals, formula = (part.strip() for part in text.partition("="))
-    return Measured(name, formula) if equals else Measured(text.strip(), text.strip())
+def _letters(forces: Any) -> tuple[str, ...]:
+    """Return what words formulas of forces have."""
+    texts = forces.values() if isinstance(forces, Mapping) else [str(one).partition("=")[2] for one in forces]
+    return tuple(dict.fromkeys(word for text in texts for word in re.findall(r"[A-Za-z]\w*", str(text))))
 
 
-def units_of(job: Job) -> dict[str, str]:
-    """Return the unit of every column, "" where it is not known."""
-    scene = job.scene
-    known = {one.name: one.unit for one in scene.parameters}
-    known |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
-    known |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
-    return {name: known.get(name, "") for name in job.design.names} | {one.name: one.unit for one in job.measures}
+def _given(said: Values | None, what: str, faults: Faults) -> dict[str, Any]:
+    return words(split_commas(said), what, faults) if isinstance(said, str) else dict(said or {})
 
 
-def made(job: Job, progress: Callable[[float], None] | None = None) -> Study:
-    """Return the study that a job makes."""
+def made(
+    job: Job,
+    path: Path | None = None,
+    fixed: bool = True,
+    scheduler: Any = "here",
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    say: Say | None = None,
+) -> Study:
+    """Return the study that a job makes, in memory or in a store; `fixed`: a store must have blocks of that size.
+
+    Raises:
+        SimulateError: the store is of another sweep or cannot be written, or workers fail.
+    """
+    store, notes = store_of(job, path)
+    if store.block != job.block:
+        notes += (f"{path} has blocks of {store.block} runs, and goes on with them",) if fixed else ()
+        job = replace(job, block=store.block)
+    left = store.left()
+    if path is not None and len(left) < job.blocks:
+        notes += (f"{path}: {job.blocks - len(left)} of {job.blocks} blocks are there already",)
+    for note in notes:
+        _tell(say, note)
     began = perf_counter()
-    count = job.design.count
-    measures = np.full((count, len(job.measures)), np.nan)
-    codes = np.zeros(count, dtype=np.uint8)
-    told: dict[int, str] = {}
-    for k in range(job.blocks):
-        found: Found = block(job, k)
-        first, last = job.span(k)
-        measures[first:last], codes[first:last] = found.measures, found.codes
-        told = dict(sorted((told | dict(found.told)).items())[:MOST_TOLD])
-        if progress is not None:
-            progress((k + 1) / job.blocks)
-    return Study(
-        job.scene.name, job.design.names, units_of(job), job.design.values(),
-        {one.name: measures[:, k] for k, one in enumerate(job.measures)}, codes, told, job.told,
-        wall=perf_counter() - began,
-    )  # fmt: skip
+    here = scheduler == HERE if isinstance(scheduler, str) else False
+    job = replace(job, threads=workers if here else 1)
+    try:
+        with executor(scheduler, None if here else workers, say or (lambda line: None)) as found_by:
+            for done, (k, found) in enumerate(found_by.results(one_block, job, left), start=1):
+                store.put(job, k, found)
+                if progress is not None:
+                    progress(1 - (len(left) - done) / job.blocks)
+    except KeyboardInterrupt:
+        study = store.study(notes, perf_counter() - began)
+        how = "the same command goes on with the rest" if path is not None else f"-o FILE{SUFFIX} would have kept it"
+        told = f"{INTERRUPTED}: {len(study) - study.left} of {len(study)} runs are there; {how}"
+        _tell(say, told)
+        return replace(study, notes=(*notes, told))
+    return store.study(notes, perf_counter() - began)
+
+
+def _tell(say: Say | None, line: str) -> None:
+    if say is not None:
+        say(line)

@@ -8,6 +8,7 @@ from typing import Any
 
 from symdyn.scene import Scene
 from symdyn.scene.formats.toml_writer import write_text
+from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.study.design import Design
 
 
@@ -38,6 +39,7 @@ class Job:
         asked: options of the kind, by name, each picklable.
         said: the same as text, for the fingerprint; in order.
         block: runs of one block; the last one may have fewer.
+        threads: that a block may use; None for one a core. It changes no number.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class Job:
     asked: dict[str, Any] = field(default_factory=dict, hash=False)
     said: tuple[tuple[str, str], ...] = ()
     block: int = 1024
+    threads: int | None = 1
 
     @property
     def blocks(self) -> int:
@@ -71,7 +74,17 @@ class Job:
             "design": self.design.kind,
             "count": self.design.count,
             "seed": self.design.seed,
+            "names": list(self.design.names),
             "over": {one.name: one.text for one in self.design.over},
             "measures": {one.name: one.formula for one in self.measures},
             "asked": dict(self.said),
         }
+
+
+def units_of(job: Job) -> dict[str, str]:
+    """Return the unit of every column, "" where it is not known."""
+    scene = job.scene
+    known = {one.name: one.unit for one in scene.parameters}
+    known |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
+    known |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
+    return {name: known.get(name, "") for name in job.design.names} | {one.name: one.unit for one in job.measures}

@@ -119,9 +119,32 @@ class Study(Shown):
         Raises:
             UnknownNameError: there is no such column.
         """
-        column = self[name]
-        known = column[np.isfinite(column)]
+        known = self.known(name)
         return np.quantile(known, at) if known.size else np.full(len(at), np.nan)
+
+    def known(self, name: str) -> Array:
+        """Return a column of the runs that have a value, shape (n,).
+
+        Raises:
+            UnknownNameError: there is no such column.
+        """
+        column = self[name]
+        return np.asarray(column[np.isfinite(column)])
+
+    def mean(self, name: str) -> float:
+        """Return the mean of a column over the runs that have a value; NaN where none has."""
+        known = self.known(name)
+        return float(known.mean()) if known.size else np.nan
+
+    def sd(self, name: str) -> float:
+        """Return the standard deviation of a column over the runs that have a value; NaN for less than two."""
+        known = self.known(name)
+        return float(known.std(ddof=1)) if known.size > 1 else np.nan
+
+    def extremes(self, name: str) -> tuple[float, float]:
+        """Return the least and the largest number of a column; NaN where there is none."""
+        known = self.known(name)
+        return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Return names of columns and the numbers, shape (N, columns); the last one is the code of each run."""

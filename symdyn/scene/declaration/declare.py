@@ -22,7 +22,7 @@ from symdyn.scene.values.table import Entry, Faults, Table, show
 
 LANGUAGE = re.compile("[a-z]{2}")
 
-PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
+PARAMETER_KEYS = ("value", "positive", "unit", "tolerance", "latex", "text")
 
 POINT_KEYS = ("body", "at")
 
@@ -158,8 +158,9 @@ def _parameter(entry: Entry, faults: Faults) -> Parameter:
         name=entry.name,
         value=table.quantity("value") if "value" in table else None,
         positive=table.flag("positive"),
-        unit=table.text("unit"),
+        unit=(unit := table.text("unit")),
         latex=table.text("latex") if "latex" in table else None,
+        tolerance=table.tolerance(unit),
         **_described(table),
     )
 

@@ -80,8 +80,10 @@ def _lost(scene: Scene) -> Iterator[str]:
     for parameter in scene.parameters:
         if parameter.value is not None:
             yield f"parameters.{parameter.name}: its value {spell(parameter.value)} stands in place of the name"
+            if parameter.tolerance:
+                yield f"parameters.{parameter.name}: tolerance"
         elif parameter != Parameter(parameter.name):
-            words = [key for key in ("positive", "unit", "latex", "text") if getattr(parameter, key)]
+            words = [key for key in ("positive", "unit", "latex", "text", "tolerance") if getattr(parameter, key)]
             yield f"parameters.{parameter.name}: {', '.join(words)}"
     for body in scene.bodies:
         if body.allow_invalid_inertia:

@@ -33,6 +33,7 @@ from symdyn.scene.values.model import (
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import compose
+from symdyn.scene.values.tolerance import Tolerance
 
 STRAIGHT = ("Tx", "Ty", "Tz", "Rz", "Ry", "Rx")  # the steps of { xyz, rpy }, in their order
 
@@ -77,9 +78,14 @@ def _parameter(parameter: Parameter) -> str:
     pairs = [("value", _number(parameter.value))] if parameter.value is not None else []
     pairs += [("unit", _text(parameter.unit))] if parameter.unit else []
     pairs += [("positive", "true")] if parameter.positive else []
+    pairs += [("tolerance", _tolerance(parameter.tolerance))] if parameter.tolerance else []
     pairs += [("latex", _text(parameter.latex))] if parameter.latex is not None else []
     pairs += _described(parameter)
     return pairs[0][1] if [key for key, _ in pairs] == ["value"] else _inline(pairs)
+
+
+def _tolerance(one: Tolerance) -> str:
+    return _inline([("sigma", _text(one.text))]) if one.sigma else _text(one.text)
 
 
 def _input(one: Input) -> Iterator[tuple[str, str]]:

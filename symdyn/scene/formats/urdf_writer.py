@@ -59,6 +59,8 @@ def _lost(scene: Scene) -> list[str]:
     if scene.parameters:
         names = listed(parameter.name for parameter in scene.parameters)
         lost.append(f"the names of parameters: {names} are written as their values")
+    if known := [parameter.name for parameter in scene.parameters if parameter.tolerance]:
+        lost.append(f"tolerances: {listed(known)}")
     values = _values(scene)
     if [value_of(x, values) for x in scene.gravity] != [value_of(x, values) for x in STANDARD_GRAVITY]:
         shown = ", ".join(spell(x) for x in scene.gravity)

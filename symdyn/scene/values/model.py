@@ -18,6 +18,7 @@ from typing import Any
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
+from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
 
 GROUND = "ground"
@@ -37,6 +38,7 @@ class Parameter:
         latex: how to print it; None derives it from the name.
         text: a description for tables.
         texts: the same in other languages: ("sk", description).
+        tolerance: how far the value may be off, for sweeps; no part of the equations.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Parameter:
     latex: str | None = None
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
+    tolerance: Tolerance | None = None
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from symdyn.scene.values.model import ELEMENTARY, Pose
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.tolerance import Tolerance, read_tolerance
 
 T = TypeVar("T")
 
@@ -171,6 +172,10 @@ class Table:
             return default
         self.fault(f'{key} = {show(value)} is not text; put it in quotes, such as {key} = "{default or "m1"}"')
         return default
+
+    def tolerance(self, unit: str) -> Tolerance | None:
+        """Return how far a value in a unit may be off; None when it is not given."""
+        return self._read("tolerance", None, lambda raw: read_tolerance(raw, unit)) if "tolerance" in self else None
 
     def flag(self, key: str) -> bool:
         """Return true or false; false when it is not given."""
