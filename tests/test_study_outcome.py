@@ -10,6 +10,7 @@ import pytest
 
 import symdyn
 from symdyn.errors import SimulateError, UnknownNameError
+from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.study.design import Design, read_design
 from symdyn.study.distributions import read_over
@@ -24,7 +25,7 @@ HOSTILE = "</svg><script>alert(1)</script>$\\frac$"
 
 def planned(over: Mapping[str, object], kind: str, count: int | None) -> Design:
     faults = Faults("")
-    found = read_design(read_over(over, {}, faults), kind, count, 3, faults)
+    found = read_design(read_over(Scene("p"), over, over, faults), kind, count, 3, faults)
     assert found is not None, faults.lines
     return found
 
