@@ -14,6 +14,7 @@
     symdyn.sweep(scene, "m1=linspace(1,2,5)", "max(abs(q1))")   runs at many values, and measures of them
     symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
     symdyn.collocation(scene, until=2, cost="F**2")         a motion that is looked for, for solvers: optimal control
+    symdyn.identify(scene, "log.csv")                       parameters from measured motion, with standard errors
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML; symdyn.film: MP4
 
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from symdyn.dynamics.closed_forms.closed_form import closed_form
     from symdyn.emit.print.equations_of_motion import equations
     from symdyn.errors import SymdynError
+    from symdyn.identification import identify
     from symdyn.linear import linearize
     from symdyn.program import lower
     from symdyn.scene import Scene, example, read
@@ -97,6 +99,7 @@ _DOORS = {
     "equations": "symdyn.emit.print.equations_of_motion",
     "example": "symdyn.scene",
     "film": "symdyn.draw",
+    "identify": "symdyn.identification",
     "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
     "linearize": "symdyn.linear",
@@ -121,6 +124,7 @@ __all__ = [
     "equations",
     "example",
     "film",
+    "identify",
     "inverse",
     "lambdify",
     "linearize",

@@ -29,6 +29,7 @@ VERBS = {
     "sweep": "runs at many values of parameters and starts, and measures of them",
     "inverse": "compute the forces that a motion takes",
     "linearize": "A, B, C, D, modes and stability next to a point",
+    "identify": "tell parameters from measured motion",
     "bench": "measure run time against error",
     "stress": "hard cases for the numerics",
     "info": "show the mechanism and what its functions cost",

@@ -1,0 +1,101 @@
+"""`symdyn identify SCENE DATA.csv`: base parameters from measured motion and forces, with standard errors."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
+from symdyn.errors import IdentifyError
+from symdyn.identification import Identification, identify
+from symdyn.identification.linear_model import TERMS
+from symdyn.rounding import in_digits
+from symdyn.scene.values.formula import split_commas
+
+
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
+    add_reading_options(verb)
+    verb.add_argument(
+        "data",
+        nargs="*",
+        metavar="DATA.csv",
+        help="columns t, coordinates and driving forces, as simulate writes them; several files are several logs",
+    )
+    verb.add_argument("--band", type=float, metavar="HZ", help="highest frequency used; else from where noise begins")
+    verb.add_argument(
+        "--friction",
+        metavar="LIST",
+        help=f"terms of every drive beside what the scene declares: {', '.join(TERMS)}, or all",
+    )
+    verb.add_argument(
+        "--hold-back", type=float, default=0.0, metavar="SHARE", help="part of every log that judges the result: 0.25"
+    )
+    verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Identify, print, write."""
+    scene = read_scene(options)
+    if not options.data:
+        raise IdentifyError(
+            f"{scene.name}: no data; give a CSV file, as in `symdyn identify {options.scene} log.csv`, with the "
+            "columns t, coordinates and driving forces"
+        )
+    terms = [one.strip() for one in split_commas(options.friction or "")]
+    with Waiting() as progress:
+        progress("identifying")
+        found = identify(
+            scene,
+            options.data,
+            options.band,
+            tuple(TERMS) if terms == ["all"] else [one for one in terms if one],
+            options.hold_back,
+            not options.keep_outliers,
+        )
+    for note in found.notes:
+        say(note)
+    if options.json:
+        give(finite(found.as_dict()))
+    else:
+        show(found)
+    return 0
+
+
+def show(found: Identification) -> None:
+    """Print the tables."""
+    regression = found.regression
+    rows = []
+    columns = zip(found.names, found.before, found.after, found.errors, regression.told, strict=True)
+    for name, before, after, error, told in columns:
+        part = 100 * error / abs(after) if told and after else math.nan
+        rows.append((name, _told(before), _told(after), _told(error, 2) if told else "not told", _told(part, 2)))
+    print_table(
+        f"base parameters of {found.scene.name}", ("parameter", "before ", "after ", "standard error ", "% "), rows
+    )
+    print_table(
+        "driving forces, root mean squares",
+        ("drive", "unit", "measured ", "error ", "% ", "error before ", "held back ", "% "),
+        [
+            (
+                one.drive,
+                one.unit,
+                _told(one.size),
+                _told(one.error, 3),
+                _told(one.percent, 2),
+                _told(one.before, 3),
+                _told(one.held_back, 3),
+                _told(one.held_back_percent, 2),
+            )
+            for one in found.fits
+        ],
+    )
+    print_text(
+        f"condition number {in_digits(regression.condition, 3)}, band {in_digits(found.band, 3)} Hz, "
+        f"{len(regression.tau)} rows, {regression.dof} degrees of freedom"
+    )
+
+
+def _told(value: float, usual: int = 5) -> str:
+    return in_digits(float(value), usual) if math.isfinite(value) else "-"

@@ -1,0 +1,132 @@
+"""What identification returns: base parameters before and after, how sure they are, how well forces are predicted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.identification.filtered import Flags, Motion
+from symdyn.identification.linear_model import LinearModel
+from symdyn.identification.log import Log
+from symdyn.identification.outliers import Outlier
+from symdyn.identification.regression import Regression
+from symdyn.identification.told_apart import Untold
+from symdyn.identification.validation import Fit
+from symdyn.scene import Scene
+from symdyn.shown import Shown
+
+
+@dataclass(frozen=True, eq=False)
+class Identification(Shown):
+    """Parameters told from logs.
+
+    Attributes:
+        scene: as it was declared.
+        model: what the logs were held against; its scene has a parameter for every term of friction that was added.
+        logs: as measured.
+        motions: filtered, at even times, with what was fitted and what was held back.
+        band: highest frequency that was used, Hz.
+        regression: least squares with all of its rows.
+        fits: how well each driving force is predicted.
+        outliers: samples that were left out.
+        untold: combinations of parameters that the data do not tell, and why.
+        notes: what a user should know, one line each.
+        predicted: of each motion, Y β at every sample, shapes (N, nv).
+        used: of each motion, which samples were fitted, shapes (N, nv).
+        held: of each motion, which samples were held back, shapes (N,).
+    """
+
+    scene: Scene
+    model: LinearModel
+    logs: tuple[Log, ...]
+    motions: tuple[Motion, ...]
+    band: float
+    regression: Regression
+    fits: tuple[Fit, ...]
+    outliers: tuple[Outlier, ...]
+    untold: tuple[Untold, ...]
+    notes: tuple[str, ...]
+    predicted: tuple[Array, ...]
+    used: tuple[Flags, ...]
+    held: tuple[Flags, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the base parameters, shape (p,)."""
+        return self.regression.names
+
+    @property
+    def before(self) -> Array:
+        """What the scene says of them, shape (p,); NaN where it has no number."""
+        return self.model.prior
+
+    @property
+    def after(self) -> Array:
+        """What the data say, shape (p,)."""
+        return self.regression.estimate
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors, shape (p,); NaN for what the data do not tell by itself."""
+        return self.regression.errors
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the base parameters, shape (p, p)."""
+        return self.regression.covariance
+
+    def interval(self, level: float = 0.95) -> Array:
+        """Return the interval of each parameter that holds its value with this probability, shape (p, 2)."""
+        from scipy.stats import t
+
+        wide = float(t.ppf(0.5 + level / 2, max(self.regression.dof, 1))) * self.errors
+        return np.stack([self.after - wide, self.after + wide], axis=1)
+
+    def __getitem__(self, name: str) -> float:
+        """Return one parameter by name."""
+        return float(self.after[self.names.index(name)])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON values; numbers that are none are NaN."""
+        columns = zip(self.names, self.before, self.after, self.errors, self.regression.told, strict=True)
+        return {
+            "scene": self.scene.name,
+            "band_hz": self.band,
+            "condition": self.regression.condition,
+            "rows": len(self.regression.tau),
+            "degrees_of_freedom": self.regression.dof,
+            "parameters": [
+                {"name": n, "before": float(b), "after": float(a), "standard_error": float(e), "told": bool(k)}
+                for n, b, a, e, k in columns
+            ],
+            "fits": [
+                {
+                    "drive": one.drive,
+                    "unit": one.unit,
+                    "rms": one.size,
+                    "error": one.error,
+                    "percent": one.percent,
+                    "before": one.before,
+                    "held_back": one.held_back,
+                }
+                for one in self.fits
+            ],
+            "outliers": [
+                {
+                    "log": one.source,
+                    "drive": one.drive,
+                    "from": one.start,
+                    "to": one.end,
+                    "samples": one.samples,
+                    "worst": one.worst,
+                }
+                for one in self.outliers
+            ],
+            "untold": [
+                {"combination": one.combination, "why": one.why, "what_helps": one.helps} for one in self.untold
+            ],
+            "notes": list(self.notes),
+        }

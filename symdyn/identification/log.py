@@ -1,0 +1,127 @@
+"""A log: measured coordinates and driving forces of a scene over time, read from columns by name and checked.
+
+    t                       s
+    q1, ...                 coordinates; rad or m
+    q1_dot, ...             velocities, where they were measured; else they are differentiated
+    q1_ddot, ...            accelerations, likewise
+    tau1, F, ...            driving forces, as `drive_names` calls them: N m or N, what `simulate` writes
+
+Other columns are left alone. All faults of all logs are told together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import IdentifyError, SimulateError
+from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.values.names import nearest
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.entries import read_entries
+from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.simulation.prescribed.numbers_in_time import Columns
+
+SHORTEST = 20
+"""Rows that a log needs at least, so that something can be filtered."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """What was measured of one motion.
+
+    Attributes:
+        source: the file, or "data", for messages.
+        t: times, s, shape (N,), strictly rising.
+        q: coordinates, shape (N, nq); rad or m.
+        qd: velocities, shape (N, nv), None where they are to be differentiated.
+        qdd: accelerations, shape (N, nv), None likewise.
+        tau: driving forces, shape (N, nv), zero where a joint is passive; N m or N.
+        notes: what is doubtful, one line each.
+    """
+
+    source: str
+    t: Array
+    q: Array
+    qd: Array | None
+    qdd: Array | None
+    tau: Array
+    notes: tuple[str, ...] = ()
+
+
+def read_logs(scene: Scene, data: Any) -> tuple[Log, ...]:
+    """Return the logs that data hold.
+
+    Args:
+        scene: the mechanism.
+        data: path of a CSV file, arrays by name, a data frame or run, or a list of such, a log each.
+
+    Raises:
+        IdentifyError: with every fault, one line each.
+    """
+    if isinstance(data, Log):
+        return (data,)
+    if isinstance(data, Sequence) and not isinstance(data, str) and all(isinstance(one, Log) for one in data) and data:
+        return tuple(data)
+    faults = Faults("")
+    try:
+        said = read_entries(data, "data", faults)
+    except SimulateError as error:
+        raise IdentifyError(error.faults) from None
+    for where, name, _ in said.texts:
+        faults.add(where, f"{name}: a log is a CSV file or arrays over t, not a formula")
+    for name, _ in said.functions:
+        faults.add("data", f"{name or 'a function'}: a log is a CSV file or arrays over t, not a function")
+    if not said.tables and not faults.lines:
+        faults.add("data", "is no log; give a CSV file with the columns t, " + ", ".join(expected(scene)))
+    logs = [one for table in said.tables if (one := _log(scene, table, faults)) is not None]
+    if faults.lines:
+        raise IdentifyError(faults.lines)
+    return tuple(logs)
+
+
+def expected(scene: Scene) -> tuple[str, ...]:
+    """Return the columns beside t that a log of a scene must have."""
+    return (*scene.coordinates, *(drive for drive in scene.drives if drive))
+
+
+def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
+    """Return one log, None after a fault."""
+    source = table.source or "data"
+    missing = [name for name in expected(scene) if name not in table.values]
+    if missing:
+        there = [name for name in table.values if name not in expected(scene)]
+        meant = [f"{name} (did you mean {near}?)" if (near := nearest(name, there)) else name for name in missing]
+        have = ", ".join((TIME, *table.values)) or "nothing"
+        need = ", ".join((TIME, *expected(scene)))
+        faults.add(source, f"has no column {', '.join(meant)}; {scene.name} needs {need}, and it has {have}")
+    if len(table.t) < SHORTEST:
+        faults.add(source, f"has {len(table.t)} rows; at least {SHORTEST} are needed, some hundred are better")
+    if missing or len(table.t) < SHORTEST:
+        return None
+    notes: list[str] = []
+    qd = _some(table.values, scene.velocities, source, notes)
+    qdd = _some(table.values, [acceleration_name(name) for name in scene.velocities], source, notes)
+    if qd is None and len(scene.velocities) != len(scene.coordinates):
+        faults.add(source, f"has no column {', '.join(scene.velocities)}; velocities of quaternions are to be measured")
+        return None
+    q = np.stack([table.values[name] for name in scene.coordinates], axis=-1)
+    still = np.zeros(len(table.t))
+    tau = np.stack([table.values.get(name, still) for name in drive_names(scene)], axis=-1)
+    return Log(source, table.t, q, qd, qdd, tau, tuple(notes))
+
+
+def _some(values: Mapping[str, Array], names: Sequence[str], source: str, notes: list[str]) -> Array | None:
+    """Return columns that may be left out, None where one is, which is noted where others are there."""
+    there = [name for name in names if name in values]
+    if len(there) == len(names):
+        return np.stack([values[name] for name in names], axis=-1)
+    if there:
+        lacking = ", ".join(name for name in names if name not in values)
+        notes.append(f"{source}: has {', '.join(there)} and not {lacking}; all of them are differentiated")
+    return None

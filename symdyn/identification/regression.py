@@ -1,0 +1,222 @@
+"""Weighted least squares on rows of a base regressor: parameters, their covariance, and what noise was left.
+
+    Y β = τ + e         a row for each joint and cosine of the band (`filtered.projected`)
+    s_j(f)              variance of e by joint and frequency: constant, f² and f⁴ (noise of positions, differentiated
+                        twice), and slow (what the model lacks), none negative, from residuals that fit their leverage
+    R                   correlation of joints, which one noisy position makes
+    Cov β = A⁻¹ Yᵀ W Ω W Y A⁻¹,  A = Yᵀ W Y,  W = diag 1/s,  Ω = s^½ R s^½ at equal frequencies
+
+Directions of β that the rows do not tell, next to what noise of the motion alone would make, keep the scene's values.
+
+Reference: Khalil and Dombre (2002), section 12.4; Gautier, Numerical calculation of the base inertial parameters
+(1991); White, A heteroskedasticity-consistent covariance matrix estimator (1980).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.identification.filtered import Flags, Indices
+
+ROUNDS = 8
+"""Of weights and parameters in turn."""
+
+LEAST = 1e-9
+"""Part of the largest singular value below which a direction is not told whatever the noise."""
+
+ALONE = 1e-3
+"""Share of what is not told in a parameter, below which it is told by itself."""
+
+BURIED = 0.25
+"""Part of the information of a direction that noise of the motion may make, and it still counts as told."""
+
+
+@dataclass(frozen=True)
+class Regression:
+    """Rows of a regressor, and what least squares make of them.
+
+    Attributes:
+        names: of the parameters, shape (p,).
+        Y: rows, shape (M, p), in the units of the driving forces.
+        tau: measured, shape (M,).
+        joint: index of the velocity of each row, shape (M,).
+        frequency: Hz of each row, shape (M,).
+        weights: one over the standard deviation of each row, shape (M,).
+        estimate: β, shape (p,).
+        covariance: of the estimate in the directions that are told, shape (p, p).
+        information: its pseudo-inverse there, shape (p, p).
+        untold: combinations of parameters that rows do not tell, orthonormal in units of `scale`, shape (u, p).
+        scale: of the columns, shape (p,).
+        condition: of the weighted rows, columns scaled to one, in the directions that are told.
+        dof: rows less parameters told.
+        deviation: standard deviation of the noise of each velocity's rows, shape (nv,); NaN where there are none.
+    """
+
+    names: tuple[str, ...]
+    Y: Array
+    tau: Array
+    joint: Indices
+    frequency: Array
+    weights: Array
+    estimate: Array
+    covariance: Array
+    information: Array
+    untold: Array
+    scale: Array
+    condition: float
+    dof: int
+    deviation: Array
+
+    @property
+    def residuals(self) -> Array:
+        """τ - Y β, shape (M,)."""
+        found: Array = self.tau - self.Y @ self.estimate
+        return found
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors, shape (p,); NaN for what is not told."""
+        found = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        found[~self.told] = np.nan
+        return found
+
+    @property
+    def told(self) -> Flags:
+        """Whether each parameter is told by itself, shape (p,)."""
+        return np.asarray(np.linalg.norm(self.untold, axis=0) < ALONE)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of one or more motions, before they are solved.
+
+    Attributes:
+        Y, tau, joint, frequency: as in `Regression`.
+        group: rows of one group are of one frequency of one motion, shape (M,).
+        buried: one draw of what noise of the motion makes of Y, shape (M, p); () where there is none.
+    """
+
+    Y: Array
+    tau: Array
+    joint: Indices
+    frequency: Array
+    group: Indices
+    buried: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: int) -> Regression:
+    """Return the weighted least squares of rows.
+
+    Args:
+        names: of the parameters, shape (p,).
+        rows: Y, τ, joint, frequency and group of each; rows of one group are of one frequency of one motion.
+        prior: what directions that are not told keep, shape (p,); NaN counts as zero.
+        band: highest frequency, Hz.
+        joints: how many velocities there are.
+    """
+    Y, tau, joint = rows.Y, rows.tau, rows.joint
+    kept = np.nan_to_num(prior)
+    deviation = np.ones(joints)
+    for j in range(joints):
+        if (of := joint == j).any():
+            deviation[j] = max(float(np.sqrt(np.mean(tau[of] ** 2))), 1e-300)
+    variance = deviation[joint] ** 2
+    variance = np.where(variance > 1e-200, variance, max(float(variance.max()), 1e-300))
+    for _ in range(ROUNDS):
+        weights = 1 / np.sqrt(variance)
+        beta, basis, untold, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
+        residuals = tau - Y @ beta
+        leverage = np.minimum(np.sum(basis**2, axis=1), 0.98)
+        before, variance = variance, _variance(residuals, leverage, joint, rows.frequency / band, joints)
+        if np.abs(np.log(variance / before)).max() < 1e-3:
+            break
+    weights = 1 / np.sqrt(variance)
+    beta, basis, untold, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
+    residuals = tau - Y @ beta
+    leverage = np.minimum(np.sum(basis**2, axis=1), 0.98)
+    correlation = _correlation(residuals * weights / np.sqrt(1 - leverage), joint, rows.group, joints)
+    covariance, information = _covariance(Y * weights[:, None], basis, correlation, joint, rows.group, scale, untold)
+    shown = np.array([np.sqrt(np.mean(variance[joint == j])) if (joint == j).any() else np.nan for j in range(joints)])
+    return Regression(
+        tuple(names), Y, tau, joint, rows.frequency, weights, beta, covariance, information, untold, scale, condition,
+        len(tau) - (len(beta) - len(untold)), shown,
+    )  # fmt: skip
+
+
+def _solved(
+    Y: Array, tau: Array, weights: Array, kept: Array, buried: Array
+) -> tuple[Array, Array, Array, Array, float]:
+    """Return β, an orthonormal basis of the weighted columns, untold directions, scale, condition."""
+    weighted = Y * weights[:, None]
+    scale = np.linalg.norm(weighted, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    U, s, Vt = np.linalg.svd(weighted / scale, full_matrices=False)
+    told = s > LEAST * s[0] if len(s) else np.zeros(0, bool)
+    if buried.size:
+        noise = (buried * weights[:, None] / scale) @ Vt.T
+        told &= np.sum(noise**2, axis=0) < BURIED * s**2
+    if len(s) < Y.shape[1]:
+        full = np.linalg.svd(weighted / scale, full_matrices=True)[2]
+        untold = np.vstack([Vt[~told], full[len(s) :]])
+    else:
+        untold = Vt[~told]
+    z = (U[:, told].T @ ((tau - Y @ kept) * weights)) / s[told]
+    beta = kept + (Vt[told].T @ z) / scale
+    condition = float(s[told][0] / s[told][-1]) if told.any() else np.inf
+    return beta, U[:, told], untold, scale, condition
+
+
+def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:
+    """Return the variance of every row by joint and frequency, `part` of the band."""
+    from scipy.optimize import nnls
+
+    found = np.empty(len(residuals))
+    for j in range(joints):
+        of = joint == j
+        if not of.any():
+            continue
+        square = residuals[of] ** 2 / (1 - leverage[of])
+        f = part[of]
+        terms = np.stack([np.ones_like(f), f**2, f**4, 1 / (1 + (f / 0.1) ** 2)], axis=1)
+        least = 1e-12 * max(float(np.mean(square)), 1e-300)
+        fitted = np.full(len(square), max(float(np.mean(square)), 1e-300))
+        for _ in range(6):
+            coefficients, _ = nnls(terms / fitted[:, None], square / fitted)
+            fitted = np.maximum(terms @ coefficients, least)
+        found[of] = fitted
+    return found
+
+
+def _correlation(z: Array, joint: Indices, group: Indices, joints: int) -> Array:
+    """Return the correlation of joints at equal frequencies, shape (joints, joints)."""
+    table = np.zeros((int(group.max()) + 1, joints))
+    there = np.zeros_like(table)
+    table[group, joint], there[group, joint] = z, 1.0
+    count = np.maximum(there.T @ there, 1.0)
+    found = table.T @ table / count
+    size = np.sqrt(np.maximum(np.diag(found), 1e-300))
+    correlation: Array = found / np.outer(size, size)
+    np.fill_diagonal(correlation, 1.0)
+    return correlation
+
+
+def _covariance(
+    weighted: Array, basis: Array, correlation: Array, joint: Indices, group: Indices, scale: Array, untold: Array
+) -> tuple[Array, Array]:
+    """Return covariance and information of β."""
+    p = weighted.shape[1]
+    inside = np.eye(p) - untold.T @ untold
+    S = weighted / scale
+    cubes = np.zeros((int(group.max()) + 1, len(correlation), p))
+    cubes[group, joint] = S
+    middle = np.einsum("gjp,jl,glr->pr", cubes, correlation, cubes, optimize=True)
+    A = np.linalg.pinv(inside @ (S.T @ S) @ inside, rcond=1e-15, hermitian=True)
+    covariance = inside @ A @ middle @ A @ inside
+    covariance = (covariance + covariance.T) / 2
+    information = np.linalg.pinv(covariance, rcond=1e-14, hermitian=True)
+    outer = np.outer(scale, scale)
+    return covariance / outer, information * outer
