@@ -75,6 +75,7 @@ class Cluster:
                         most = AHEAD * max(1, self._look())
                     found = [under_way.pop(task.key)[0] for task in some]
                     if not stopped():
+                        self._still_there()
                         begin(most - len(under_way))
                     elif under_way and not told:
                         told = True
@@ -92,8 +93,7 @@ class Cluster:
         Raises:
             StudyError: the scheduler is gone.
         """
-        if self.client.status != "running":
-            raise StudyError(_gone(self.told))
+        self._still_there()
         try:
             found = self.workers
         except (OSError, RuntimeError) as fault:
@@ -101,6 +101,10 @@ class Cluster:
         if not found:
             self.say(f"{self.told}: there is no worker; it goes on when one comes, and Ctrl-C keeps what is done")
         return found
+
+    def _still_there(self) -> None:
+        if self.client.status != "running":
+            raise StudyError(_gone(self.told))
 
     def _gathered(self, tasks: list[Task], numbers: list[int]) -> list[Any]:
         """Return what tasks returned, all fetched at once."""
@@ -119,8 +123,8 @@ class Cluster:
             return future.result()
         except KilledWorker as fault:
             raise StudyError(
-                f"block {number}: every worker that computed it was killed, {fault.allowed_failures + 1} in turn; "
-                "if they ran out of memory, make blocks smaller"
+                f"block {number}, or one beside it: every worker that had it was killed, {fault.allowed_failures + 1} "
+                "in turn; if they ran out of memory, make blocks smaller"
             ) from fault
         except NoValidWorkerError as fault:
             raise StudyError(f"block {number}: no worker may compute it ({fault})") from fault
@@ -184,8 +188,8 @@ def _check(found: Cluster) -> None:
     versions = found.client.run(version, on_error="return")
     faults = []
     for worker, told in versions.items():
-        if isinstance(told, ModuleNotFoundError):
-            faults.append(f"{worker}: this worker has no {told.name}; install symdyn {version()} where it runs")
+        if isinstance(told, Exception):  # of the class Exception alone where it cannot be pickled there
+            faults.append(f"{worker}: this worker cannot import symdyn ({told}); install {version()} where it runs")
         elif told != version():
             faults.append(f"{worker}: this worker has symdyn {told}, and here is {version()}; install one of both")
     if faults:
@@ -234,7 +238,7 @@ def on_this_machine(processes: bool, workers: int | None, say: Say) -> Iterator[
     with (
         distributed.LocalCluster(
             processes=processes,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # with None, Dask warns where another cluster has its usual port
             silence_logs=logging.CRITICAL,
             **(kinds if processes else threads),
         ) as cluster,
