@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import symdyn
+from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SimulateError
+from symdyn.graph import Graph
+from symdyn.scene import bind, velocity_name
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
 
@@ -52,3 +59,136 @@ def test_all_faults_of_a_call_are_told_at_once() -> None:
         "folds nothing", "workers = 0",
     ):  # fmt: skip
         assert part in words
+
+
+TREES = [
+    "arm7", "cart_pole", "double_pendulum", "free_body", "gripper2", "heavy_top", "pendulum", "puma560", "quadruped",
+    "scara", "spatial_3r", "two_link",
+]  # fmt: skip
+LOOPS = ["bicycle", "cart_with_wheel", "four_bar", "governor", "rolling_disc", "rssr", "rsup", "slider_crank"]
+
+
+def bound(name: str) -> symdyn.Scene:
+    scene = symdyn.example(name)
+    return bind(scene, {p.name: 9.81 if p.name == "g" else 1.0 for p in scene.free_parameters})
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_a_lane_is_a_run_of_simulate(name: str) -> None:
+    """Starts of the scene and off it, on every coordinate that is no quaternion and is not prescribed."""
+    scene = bound(name)
+    moved = {scene.velocities[k] for k in prescribed(scene, Graph()).place}
+    turned = {name for group in quaternions(scene) for name in group}
+    free = [q for q in scene.coordinates if velocity_name(q) in scene.velocities and velocity_name(q) not in moved]
+    names = [q for q in free if q not in turned]
+    rng = np.random.default_rng(3)
+    off = {q: np.concatenate([[0.0], rng.uniform(-0.3, 0.3, 2)]) for q in names}
+    rates = {u: np.array([0.0, 0.1, -0.2]) for u in scene.velocities if u not in moved}
+    measure = f"max({scene.coordinates[0]}) - end(kinetic_energy)"
+    runs = symdyn.ensemble(scene, until=0.5, start=off, start_rates=rates, measures=measure, samples=True, rtol=1e-10)
+    assert runs.method == "abreast"
+    for k in range(3):
+        start = {q: float(x[k]) for q, x in off.items()}
+        speeds = {u: float(x[k]) for u, x in rates.items()}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            one = symdyn.simulate(scene, until=0.5, start=start, start_rates=speeds, rtol=1e-10, method="dop853")
+        size = max(1.0, np.abs(one.qd).max())
+        assert abs(runs.t[k] - one.t[-1]) < 1e-6
+        np.testing.assert_allclose(
+            np.hstack([runs.q[k], runs.qd[k]]), np.hstack([one.q[-1], one.qd[-1]]), atol=1e-6 * size
+        )
+        assert runs.samples is not None
+        count = len(one.t) if runs.words[runs.stopped[k]] == "end" else len(one.t) - 1
+        np.testing.assert_allclose(runs.samples[k, :count, : len(one.q[0])], one.q[:count], atol=1e-6 * size)
+        expected = one[scene.coordinates[0]].max() - one["kinetic_energy"][-1]
+        assert abs(runs[measure][k] - expected) < 1e-5 * max(1.0, abs(one["kinetic_energy"]).max())
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_a_closed_mechanism_is_run_one_by_one(name: str) -> None:
+    scene = bound(name)
+    runs = symdyn.ensemble(scene, until=0.2, values={}, measures="max(t)")
+    one = symdyn.simulate(scene, until=0.2, rtol=1e-9)
+    assert runs.method == "one by one"
+    assert any("loops close" in note for note in runs.notes)
+    np.testing.assert_array_equal(runs.q[0], one.q[-1])
+    assert runs["max(t)"][0] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("count", [0, 1, 9, 65])
+def test_any_number_of_runs(count: int) -> None:
+    first = np.linspace(0.1, 0.5, count)
+    texts = ["max(q1)", "when_min(q1)"]
+    runs = symdyn.ensemble(bound("pendulum"), until=1.0, start={"q1": first}, measures=texts, samples=True)
+    assert len(runs) == count
+    assert runs.q.shape == (count, 1)
+    assert runs["max(q1)"].shape == (count,)
+    assert runs.samples is not None
+    assert runs.samples.shape == (count, 201, 2)
+    np.testing.assert_array_equal(runs.samples[:, 0, 0], first)
+    np.testing.assert_allclose(runs["max(q1)"], runs.samples[:, :, 0].max(axis=1))
+    assert "runs" in repr(runs)
+
+
+def test_the_same_bytes_on_any_number_of_threads() -> None:
+    first = np.random.default_rng(0).uniform(-3, 3, 9000)
+    scene, found = bound("double_pendulum"), []
+    name = scene.coordinates[0]
+    for workers in (1, 3):
+        runs = symdyn.ensemble(scene, until=0.5, start={name: first}, measures=f"rms({name})", workers=workers)
+        found.append((runs.q.tobytes(), runs.qd.tobytes(), runs[f"rms({name})"].tobytes(), runs.stopped.tobytes()))
+    assert found[0] == found[1]
+
+
+def test_a_run_that_stops_stops_alone_and_says_why() -> None:
+    scene = bound("pendulum")
+    first = np.array([0.1, 1.0, 0.2, 2.0])
+    runs = symdyn.ensemble(scene, until=2.0, start={"q1": first}, stops="q1 + 0.5", measures="min(q1)")
+    assert [runs.words[k] for k in runs.stopped] == ["end", "q1 + 0.5", "end", "q1 + 0.5"]
+    for k in (1, 3):
+        one = symdyn.simulate(scene, until=2.0, start={"q1": float(first[k])}, stops="q1 + 0.5", rtol=1e-9)
+        assert runs.t[k] == one.t[-1]
+        np.testing.assert_array_equal(runs.q[k], one.q[-1])
+    assert runs["min(q1)"][1] == pytest.approx(-0.5, abs=1e-9)
+    one = symdyn.simulate(scene, until=2.0, start={"q1": 0.1}, stops="q1 + 0.5", rtol=1e-9)
+    assert runs["min(q1)"][0] == pytest.approx(one["q1"].min(), abs=1e-8)
+
+
+def test_a_run_that_leaves_what_doubles_hold_does_not_end_the_others() -> None:
+    scene = bound("pendulum")
+    drive = next(one for one in scene.drives if one)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        runs = symdyn.ensemble(scene, f"{drive}=1/(2-q1)", until=3.0, start={"q1": [0.1, 2.5, 0.2]})
+    assert runs.complete.any()
+    assert np.isfinite(runs.q[runs.complete]).all()
+    one = symdyn.simulate(scene, f"{drive}=1/(2-q1)", until=3.0, start={"q1": 0.1}, rtol=1e-9, say=str)
+    np.testing.assert_allclose(runs.q[0], one.q[-1], atol=1e-6)
+
+
+def test_parameters_vary_whatever_value_the_scene_gives_them() -> None:
+    """Equal and vanishing values of a run decide nothing about the equations of the others."""
+    scene = symdyn.example("two_link")
+    values = {"m1": [1.0, 2.0], "m2": [1.0, 1.0], "h1": 1, "h2": 1, "g": [0.0, 9.81]}
+    scene = replace(scene, parameters=tuple(replace(p, positive=False) for p in scene.parameters))
+    runs = symdyn.ensemble(scene, until=1.0, start={"q1": 0.3, "q2": "m1/10"}, values=values, rtol=1e-10)
+    for k in range(2):
+        at = {name: x[k] if isinstance(x, list) else x for name, x in values.items()}
+        one = symdyn.simulate(scene, until=1.0, start={"q1": 0.3, "q2": "m1/10"}, values=at, rtol=1e-10)
+        np.testing.assert_allclose(runs.q[k], one.q[-1], atol=1e-8)
+
+
+def test_simulate_names_the_door_of_many_runs() -> None:
+    with pytest.raises(SimulateError, match=r"q1 has 2 numbers.*symdyn\.ensemble"):
+        symdyn.simulate(bound("pendulum"), start={"q1": [0.1, 0.2]})
+
+
+def test_a_table_of_forces_is_followed_run_by_run() -> None:
+    scene = bound("pendulum")
+    drive = next(one for one in scene.drives if one)
+    t = np.linspace(0, 1, 11)
+    runs = symdyn.ensemble(scene, {drive: (t, np.sin(t))}, until=1.0, start={"q1": [0.0, 0.1]})
+    assert runs.method == "one by one"
+    one = symdyn.simulate(scene, {drive: (t, np.sin(t))}, until=1.0, start={"q1": 0.1}, rtol=1e-9)
+    np.testing.assert_array_equal(runs.q[1], one.q[-1])

@@ -111,6 +111,7 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     scene = scene_of(scene)
+    one_run({"start": start, "start rates": start_rates, "values": values})
     scene = bind(scene, values) if values else scene
     stops, reports = ((one,) if isinstance(one, str) else tuple(one) for one in (stops, reports))
     formulas, faults, given = (*stops, *reports), Faults(""), Forces()
@@ -211,6 +212,18 @@ def _limit(system: StateEquations, hit: Hit, formulas: Sequence[str]) -> Limit |
     """Return the limit that a hit tells of, None of another event."""
     k = hit.event - len(formulas) - len(system.ends)
     return system.limits[k] if k >= 0 else None
+
+
+def one_run(said: Mapping[str, object]) -> None:
+    """Raise SimulateError where a number of a run is an array: that is many runs."""
+    many = [
+        f"{what}: {name} has {np.size(one)} numbers, and a run takes one; symdyn.ensemble takes arrays, a run a number"
+        for what, given in said.items()
+        for name, one in (given.items() if isinstance(given, Mapping) else ())
+        if isinstance(one, Sequence | np.ndarray) and not isinstance(one, str) and np.ndim(one) > 0
+    ]
+    if many:
+        raise SimulateError(many)
 
 
 def check_run(

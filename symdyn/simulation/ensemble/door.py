@@ -9,7 +9,6 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -78,7 +77,7 @@ def ensemble(
         rtol: relative tolerance of a step; None is 1e-9.
         atol: absolute tolerance of a step; None takes rtol.
         stops: formulas; where one crosses zero a run ends.
-        workers: threads; None for one a core.
+        workers: threads; None for one a core. Runs by `simulate` itself go one after the other; `sweep` has processes.
         ignore_limits: go on where a joint reaches a limit of its position.
         progress: called with the share that is done.
         say: called with lines for the user.
@@ -149,7 +148,7 @@ def _run(
     parts = [slice(k, min(k + way.part, count)) for k in range(0, count, way.part)]
     done: dict[int, Block] = {}
     try:
-        for k, block in _parts(parts, runner, workers if way.threads else 1):
+        for k, block in _parts(parts, runner, workers if way.threads else 0):
             done[k] = block
             if progress is not None:
                 progress(len(done) / len(parts))
@@ -160,23 +159,22 @@ def _run(
 
 
 def _parts(parts: Sequence[slice], runner: Runner, workers: int) -> Iterator[tuple[int, Block]]:
-    """Yield parts as they are done."""
-    if workers == 1 or len(parts) < 2:
+    """Yield parts as they are done, on so many threads, none for this one; of an interrupt those half done too."""
+    if workers == 0:
         for k, part in enumerate(parts):
-            yield k, runner(part)
+            yield k, runner.run(part)
         return
-    with _pool(min(workers, len(parts))) as pool:
-        waiting = {pool.submit(runner, part): k for k, part in enumerate(parts)}
+    pool = ThreadPoolExecutor(min(workers, max(1, len(parts))))
+    waiting = {pool.submit(runner.run, part): k for k, part in enumerate(parts)}
+    try:
         while waiting:
             for one in wait(waiting, return_when=FIRST_COMPLETED).done:
                 yield waiting.pop(one), one.result()
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ThreadPoolExecutor]:
-    """Lend threads; those that an interrupt leaves behind end with what they are at."""
-    pool = ThreadPoolExecutor(workers)
-    try:
-        yield pool
+    except KeyboardInterrupt:
+        runner.halt()
+        pool.shutdown(wait=True, cancel_futures=True)
+        yield from ((k, one.result()) for one, k in waiting.items() if not one.cancelled())
+        raise
     finally:
+        runner.halt()
         pool.shutdown(wait=True, cancel_futures=True)

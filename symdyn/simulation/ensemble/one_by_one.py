@@ -5,6 +5,7 @@ What measures fold is read from the columns of each run.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -18,7 +19,7 @@ from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.forward import simulate
-from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.trajectory import INTERRUPTED, Trajectory
 
 
 def ready(task: Task) -> Runner:
@@ -34,8 +35,10 @@ def ready(task: Task) -> Runner:
             if isinstance(one, str):
                 why.append(one)
                 continue
+            if one.stopped == INTERRUPTED:
+                raise KeyboardInterrupt
             t[row], q[row], u[row] = one.t[-1], one.q[-1], one.qd[-1]
-            why.append(one.stopped)
+            why.append(_why(one))
             steps += one.steps
             for inside, kept in _sums(task, one).items():
                 for name in Sums.__dataclass_fields__:
@@ -45,7 +48,7 @@ def ready(task: Task) -> Runner:
                 samples[row, :count] = np.hstack([one.q, one.qd])[:count]
         return Block(t, q, u, tuple(why), sums, samples, steps, tuple(notes))
 
-    return run
+    return Runner(run)
 
 
 def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
@@ -63,6 +66,15 @@ def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
         return " ".join(str(fault).split())
 
 
+def _why(run: Trajectory) -> str:
+    """Return why a run ended in words that many runs share: when it was is told apart."""
+    ended = run.events[-1] if run.events and run.events[-1].stops else None
+    return _AT.sub("t", run.stopped) if ended is None else ended.formula
+
+
+_AT = re.compile(r"\bt = [-+.\deinf]+ s\b")
+
+
 def _sums(task: Task, run: Trajectory) -> Mapping[Quantity, Sums]:
     """Return what is kept of every formula over the rows of a run."""
     if not task.insides:
@@ -77,4 +89,4 @@ def _sums(task: Task, run: Trajectory) -> Mapping[Quantity, Sums]:
         return {one: sums_of(run.t, y) for one, y in zip(task.insides, rows, strict=True)}
 
 
-WAY = Way("each run by `simulate`", "symdyn", 64, ready, lambda task: "", threads=False)
+WAY = Way("each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)

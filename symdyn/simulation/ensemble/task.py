@@ -13,8 +13,7 @@ from symdyn.scene import Quantity, Scene
 from symdyn.simulation.ensemble.lanes import Lanes
 from symdyn.simulation.ensemble.measures import Measure, Sums
 from symdyn.simulation.prescribed.forces import Forces
-
-INTERRUPTED = "interrupted"
+from symdyn.simulation.trajectory import INTERRUPTED
 
 
 @dataclass(frozen=True)
@@ -38,8 +37,8 @@ class Task:
     times: Array
     measures: tuple[Measure, ...]
     stops: tuple[str, ...]
-    rtol: float | None
-    atol: float | None
+    rtol: float
+    atol: float
     method: str | None
     keep: bool
     ignore_limits: bool
@@ -84,8 +83,17 @@ class Block:
     notes: tuple[str, ...] = ()
 
 
-Runner = Callable[[slice], Block]
-"""Runs some of the runs; several threads may call it at a time."""
+@dataclass(frozen=True)
+class Runner:
+    """What runs parts of an ensemble.
+
+    Attributes:
+        run: runs some of the runs; several threads may call it at a time, where the way says so.
+        halt: makes all that run end soon.
+    """
+
+    run: Callable[[slice], Block]
+    halt: Callable[[], None] = lambda: None
 
 
 @dataclass(frozen=True)

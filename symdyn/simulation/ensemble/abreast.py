@@ -1,0 +1,123 @@
+"""Runs abreast: 64 at a time in compiled code, each with its own step, what measures fold taken along.
+
+A tree under forces that are formulas. Runs that come to their end otherwise than by time (a joint's limit, a formula
+that stops them, a step that would vanish, more steps than a system that is not stiff takes) are run again by
+`simulate`, which says when and why.
+"""
+
+from __future__ import annotations
+
+from threading import Lock
+from typing import Any
+
+import numpy as np
+
+from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.scene.values.signals import COLUMNS
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.ensemble import one_by_one
+from symdyn.simulation.ensemble.abreast_code import Library, library
+from symdyn.simulation.ensemble.abreast_functions import ENERGIES, abreast
+from symdyn.simulation.ensemble.measures import Sums
+from symdyn.simulation.ensemble.task import Block, Runner, Task, Way
+from symdyn.simulation.equations.compiled_routines import Kept
+from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.integrate import importable
+from symdyn.simulation.prescribed.formulas_in_time import read_seen
+from symdyn.simulation.trajectory import END, INTERRUPTED
+
+ENDED, HALTED = 0, 4
+"""Why a run ended, in the words of the template: by time, or since it was to be halted; all else is looked at again."""
+
+_KEPT: Kept[Library] = Kept()
+
+_ALONE = Lock()
+"""Of parts that run on threads, one at a time asks `simulate`."""
+
+
+def refuses(task: Task) -> str:
+    """Return why runs are not run abreast."""
+    scene, forces = task.scene, task.forces
+    if scene.is_closed:
+        return "loops close"
+    if not scene.velocities:
+        return "nothing moves"
+    if forces.tables:
+        return "a force is a table"
+    if forces.functions or forces.fed:
+        return "a force is a function"
+    columns = {name for one in task.insides for name in one.symbols if name in COLUMNS and name not in ENERGIES}
+    if columns:
+        return f"{', '.join(sorted(columns))} is known of whole runs"
+    free = {p.name for p in opened(scene).scene.free_parameters}
+    decided = [name for name in task.lanes.values if name not in free]
+    if decided:
+        return f"{', '.join(decided)} decides the form of equations"
+    from symdyn.build.compiler import find_compiler
+    from symdyn.errors import MissingCompiler
+
+    try:
+        find_compiler()
+    except MissingCompiler:
+        return "there is no C compiler"
+    return "" if importable("scipy") else "SciPy is not installed"
+
+
+def ready(task: Task) -> Runner:
+    """Return what runs a part; what it runs is compiled once."""
+    scene, found = task.scene, opened(task.scene)
+    stops = [one for text in task.stops if (one := read_seen(scene, text, "event", Faults(""))) is not None]
+    names = list(scene.coordinates)
+    firsts = [names.index(group[0]) for group in quaternions(scene)]
+
+    def make() -> Library:
+        return library(abreast(found, task.forces, task.insides, stops, task.ignore_limits), firsts)
+
+    key = (found.scene, *task.forces.form, task.insides, tuple(stops), task.ignore_limits)
+    made = _KEPT.get(key, make)
+    again = one_by_one.ready(task)
+    halt = np.zeros(1, dtype=np.int32)
+
+    def run(part: slice) -> Block:
+        return _run(task, made, halt, part, again)
+
+    def stop() -> None:
+        halt[0] = 1
+
+    return Runner(run, stop)
+
+
+def _run(task: Task, made: Library, halt: Any, part: slice, again: Runner) -> Block:
+    lanes, nq = task.lanes, made.nq
+    runs = len(range(lanes.count)[part])
+    x = np.hstack(lanes.states(part))
+    values = made.prepared(lanes.parameters(part), runs)
+    times = task.times if task.insides or task.keep else task.times[-1:]  # nobody looks at samples
+    end, t, why, kept, samples, steps = made.run(x, values, times, (task.rtol, task.atol), halt, task.keep)
+    stopped = np.full(runs, END, dtype=object)
+    stopped[why == HALTED] = INTERRUPTED
+    sums = {one: _sums(kept[:, k], t) for k, one in enumerate(task.insides)}
+    notes: dict[str, None] = {}
+    for k in np.flatnonzero((why != ENDED) & (why != HALTED)):
+        with _ALONE:
+            one = again.run(slice(part.start + int(k), part.start + int(k) + 1))
+        end[k, :nq], end[k, nq:], t[k], stopped[k] = one.q[0], one.u[0], one.t[0], one.stopped[0]
+        steps += one.steps
+        for inside in task.insides:
+            for name in Sums.__dataclass_fields__:
+                getattr(sums[inside], name)[k] = getattr(one.sums[inside], name)[0]
+        if samples is not None and one.samples is not None:
+            samples[k] = one.samples[0]
+    return Block(t, end[:, :nq], end[:, nq:], tuple(stopped.tolist()), sums, samples, steps, tuple(notes))
+
+
+def _sums(kept: Any, t: Any) -> Sums:
+    """Return what was kept of a formula; where it had no value, none of it has."""
+    first, last, least, most, when_least, when_most, area, squares = kept.T.copy()
+    lost = ~np.isfinite(area)
+    for one in (least, most, when_least, when_most, area, squares):
+        one[lost] = np.nan
+    return Sums(first, last, least, most, when_least, when_most, area, squares, t.copy())
+
+
+WAY = Way("64 runs abreast by DOP853", "compiled", 4096, ready, refuses, ("dop853",))

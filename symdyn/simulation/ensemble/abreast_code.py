@@ -1,0 +1,126 @@
+"""Runs abreast in C: functions of lanes as the C target writes them, and a loop around them, compiled as one file."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra.numeric import Array
+from symdyn.build.compiler import find_compiler
+from symdyn.build.dialects import Needs
+from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.emit import emit
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.c.batch import LANES
+from symdyn.program.prepare import PREPARE
+from symdyn.simulation.ensemble.abreast_functions import Abreast
+
+KEPT = 8
+"""Numbers that are kept of a formula that is folded."""
+
+MOST = 200_000
+"""Steps of a run, after which it is looked at one by one: the system may be stiff."""
+
+RESULT = 12
+"""The stage whose state is that at the end of the step."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """The compiled loop.
+
+    Attributes:
+        functions: what it runs.
+        nq, nx: numbers of coordinates, and of coordinates and velocities.
+        calls: the functions of the library.
+    """
+
+    functions: Abreast
+    nq: int
+    nx: int
+    calls: tuple[Any, Any]
+
+    def prepared(self, parameters: Mapping[str, Array], runs: int) -> Array:
+        """Return what depends on parameters alone, shape (runs, values)."""
+        found = np.empty((runs, self.functions.values))
+        if self.functions.values and runs:
+            names = self.functions.parameters
+            given = np.empty((runs, len(names)))
+            for k, name in enumerate(names):
+                given[:, k] = parameters[name]
+            self.calls[1](runs, given.ctypes.data, found.ctypes.data)
+        return found
+
+    def run(
+        self, x: Array, values: Array, times: Array, tolerances: tuple[float, float], halt: npt.NDArray[np.int32],
+        keep: bool,
+    ) -> tuple[Array, Array, npt.NDArray[np.int32], Array, Array | None, int]:  # fmt: skip
+        """Return ends, their times, why, what is kept of formulas and of samples, and steps, from states (runs, nx)."""
+        runs, seen = len(x), self.functions.seen
+        end, ended, why = np.full((runs, self.nx), np.nan), np.zeros(runs), np.zeros(runs, dtype=np.int32)
+        sums = np.full((runs, seen, KEPT), np.nan)
+        kept = np.full((runs, len(times), self.nx), np.nan) if keep else None
+        arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (x, values, times)]
+        steps = self.calls[0](
+            runs, arrays[0].ctypes.data, arrays[1].ctypes.data, len(times), arrays[2].ctypes.data, *tolerances, MOST,
+            halt.ctypes.data, end.ctypes.data, ended.ctypes.data, why.ctypes.data, sums.ctypes.data,
+            None if kept is None else kept.ctypes.data,
+        )  # fmt: skip
+        if steps < 0:
+            raise MemoryError("no room for runs abreast")
+        return end, ended, why, sums, kept, int(steps)
+
+
+def library(functions: Abreast, quaternions: Iterable[int]) -> Library:
+    """Return the loop compiled, from the cache if it was compiled before.
+
+    Raises:
+        MissingCompiler: there is no C compiler.
+        BuildError: its own words where it refuses the code.
+    """
+    program = functions.program
+    sources = emit(program, C.name, option=BATCH)
+    opening = stem(program.scene.name)
+    nq, nv = len(program.scene.coordinates), len(program.scene.velocities)
+    values = {
+        "stem": opening, "lanes": LANES, "nq": nq, "nx": nq + nv, "values": functions.values, "seen": functions.seen,
+        "watched": functions.watched, "outward": functions.outward, "quaternions": list(quaternions), **tableau(),
+    }  # fmt: skip
+    name = f"{opening}.c"
+    files = {**sources.texts, name: sources.texts[name] + render("ensemble/abreast.c.jinja", values)}
+    exports = (f"{opening}_abreast", *((f"{opening}_{PREPARE}_rows",) if functions.values else ()))
+    kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
+    _, found = load(files, find_compiler(), kind=kind)
+    p, n, d = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+    run, prepare = found[exports[0]], found[exports[1]] if functions.values else None
+    run.argtypes, run.restype = [n, p, p, n, p, d, d, n, p, p, p, p, p, p], n
+    if prepare is not None:
+        prepare.argtypes, prepare.restype = [ctypes.c_size_t, p, p], None
+    return Library(functions, nq, nq + nv, (run, prepare))
+
+
+def tableau() -> dict[str, Any]:
+    """Return the coefficients of DOP853 as text, from SciPy's."""
+    from scipy.integrate._ivp import dop853_coefficients as of
+
+    stages = range(1, of.N_STAGES)
+    steps = [{"to": "stage", "number": s, "c": repr(float(of.C[s])), "sum": _sum(of.A[s, :s])} for s in stages]
+    steps.append({"to": "y", "number": RESULT, "c": "1.0", "sum": _sum(of.B)})
+    more = range(RESULT + 1, of.N_STAGES_EXTENDED)
+    extra = [{"number": s, "c": repr(float(of.C[s])), "sum": _sum(of.A[s, :s])} for s in more]
+    return {
+        "steps": steps, "extra": extra, "dense": [_sum(row) for row in of.D], "fifth": _sum(of.E5),
+        "third": _sum(of.E3), "stages": of.N_STAGES_EXTENDED,
+    }  # fmt: skip
+
+
+def _sum(row: Array) -> str:
+    terms = [f"{float(x)!r} * a->slope[{j}][i][k]" for j, x in enumerate(row) if x]
+    return " + ".join(terms)

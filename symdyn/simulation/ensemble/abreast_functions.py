@@ -1,0 +1,109 @@
+"""What runs abreast are made of, as one program: rates, what measures fold, and what ends runs, of one lane each.
+
+rates(q, qd, t, values)      q̇, u̇
+seen(...)                    formulas that are folded
+watched(...)                 what ends a run where it crosses zero
+prepare(params) -> values    what depends on parameters alone, once a run
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.dynamics.roads.signal_outputs import driven, expressed
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr, substitute
+from symdyn.program import Program, cheapest, lower, prepare
+from symdyn.program.assemble import PREPARED, assemble
+from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.program.routine import check
+from symdyn.scene import Quantity
+from symdyn.simulation.equations.compiled_routines import acting, function_of
+from symdyn.simulation.equations.crossings import STOPS, ends, limits_of
+from symdyn.simulation.equations.opened import Opened
+from symdyn.simulation.prescribed.forces import Forces
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+
+TAKEN = ("q", "qd", TIME)
+
+VALUES = "values"
+"""The argument of what was prepared: a number for every lane, where `prepared` is one for all."""
+
+ENERGIES = {"kinetic_energy": "kinetic_energy", "potential_energy": "potential_energy"}
+"""Columns of a run that measures may name, and the outputs that they are."""
+
+
+@dataclass(frozen=True)
+class Abreast:
+    """The program of runs abreast.
+
+    Attributes:
+        program: its functions.
+        parameters: names of what `prepare` takes, () where nothing is prepared.
+        values: how many numbers it returns.
+        seen: how many formulas are folded.
+        watched: how many ways a run may end before its time.
+        outward: the first of them that counts only where it turns positive.
+    """
+
+    program: Program
+    parameters: tuple[str, ...]
+    values: int
+    seen: int
+    watched: int
+    outward: int
+
+
+def abreast(
+    found: Opened, forces: Forces, insides: Sequence[Quantity], stops: Sequence[Quantity], ignore_limits: bool
+) -> Abreast:
+    """Return the program of a tree under forces without tables and functions.
+
+    Raises:
+        DerivationError: there is no forward dynamics, or a reaction that there is not.
+    """
+    w = Workspace(found.scene, found.closing)
+    place = acting(w, forces)
+    accelerations = substitute(cheapest(w, "forward_dynamics").entries, place)
+    moving = driven(w, "recursive")
+    named = {name for one in insides for name in one.symbols}
+    energies = {
+        w.graph.symbol(name): cheapest(w, output).entries[0] for name, output in ENERGIES.items() if name in named
+    }
+    seen = substitute(substitute(expressed(w, insides, moving), energies), place) if insides else []
+    tau = [place[one] for one in w.state.tau]
+    driving = OUTPUTS["drive_forces"].exists(w.scene)
+    drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if driving else tau
+    limits = [] if ignore_limits else [one for one in limits_of(w.scene, w.graph, drives) if one.kind in STOPS]
+    both = [*(substitute(expressed(w, stops, moving), place) if stops else ()), *(f for f, _ in ends(w.scene, w.graph))]
+    watched: list[Expr] = [*both, *(limit.beyond for limit in limits)]
+    functions = [
+        function_of(w, name, entries, TAKEN)
+        for name, entries in (
+            ("rates", [*substitute(w.state.rates, place), *accelerations]), ("seen", seen), ("watched", watched),
+        )
+        if entries
+    ]  # fmt: skip
+    made = prepare(_with_parameters(w, functions))
+    if not is_prepared(made):
+        return Abreast(made, (), 0, len(seen), len(watched), len(both))
+    first = made[PREPARE].function
+    apart = [
+        replace(
+            one.function,
+            arguments=tuple(replace(a, name=VALUES) if a.name == PREPARED else a for a in one.function.arguments),
+        )
+        for one in made.routines
+    ]
+    graph = first.entries[0].graph
+    program = check(assemble(found.scene, graph, tuple(apart)))
+    names = tuple(str(one.value) for a in first.arguments for one in a.symbols)
+    return Abreast(program, names, len(first.entries), len(seen), len(watched), len(both))
+
+
+def _with_parameters(w: Workspace, functions: Sequence[object]) -> Program:
+    return lower(Equations(w.scene, w.graph, tuple(functions)))  # type: ignore[arg-type]
