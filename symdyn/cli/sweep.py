@@ -47,7 +47,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         help='what is kept of every run, formulas of max, min, mean, rms, end, ... such as "max(abs(tau2))"; '
         "NAME=FORMULA names it",
     )
-    verb.add_argument("--until", type=float, required=True, metavar="T", help="time of the end of every run, s")
+    verb.add_argument("--until", type=float, metavar="T", help="time of the end of every run, s (default: 10)")
     designs = "; ".join(f"{name}: {plan.says}" for name, plan in DESIGNS.items())
     verb.add_argument("--design", metavar="NAME", help=f"{designs} (default: a grid of lists, random of distributions)")
     verb.add_argument("--count", type=int, metavar="N", help="runs that are drawn (default: 1000)")
@@ -68,6 +68,17 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     group.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
     group.add_argument(
         "--ignore-limits", action="store_true", help="go on where a joint reaches a limit of its position"
+    )
+    group = verb.add_argument_group("calls of a function in place of runs")
+    group.add_argument(
+        "--function",
+        metavar="NAME",
+        help="what is called, such as inverse_dynamics; measures are formulas of what it returns and takes",
+    )
+    group.add_argument(
+        "--at",
+        metavar="LIST",
+        help="where, e.g. q1=0.3,q1_dot=1; or a .csv file of such columns over t, which folds then go over",
     )
     group = verb.add_argument_group("where it is computed and kept")
     group.add_argument(
@@ -99,8 +110,8 @@ def run(options: argparse.Namespace) -> int:
             options.measure,
             until=options.until,
             forces=flattened(options.forces),
-            start=pairs(options.start, "--start"),
-            start_rates=pairs(options.start_rates, "--start-rates"),
+            start=pairs(options.start, "--start") or None,
+            start_rates=pairs(options.start_rates, "--start-rates") or None,
             every=options.every,
             method=options.method,
             rtol=options.rtol,
@@ -113,6 +124,8 @@ def run(options: argparse.Namespace) -> int:
             scheduler=options.scheduler,
             workers=options.workers,
             block=options.block,
+            function=options.function,
+            at=options.at,
             progress=progress,
             say=say,
         )

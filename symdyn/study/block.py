@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from symdyn.errors import SymdynError
 from symdyn.simulation.ensemble.door import ensemble
 from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.trajectory import END, INTERRUPTED
+from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
+from symdyn.study.place_block import at_places
 from symdyn.study.study import ENDED, FAILED, MOST_TOLD, STOPPED
 
 Rows: TypeAlias = NDArray[np.int64]
@@ -22,34 +24,18 @@ Rows: TypeAlias = NDArray[np.int64]
 NO_NUMBER = "the motion has no finite value"
 
 
-@dataclass(frozen=True)
-class Found:
-    """What came of one block.
-
-    Attributes:
-        measures: shape (n, measures).
-        codes: how each run ended, shape (n,), of bytes.
-        told: in words what ended the first few of those that did not reach their end, by number of the run.
-    """
-
-    measures: Array
-    codes: Any
-    told: Mapping[int, str]
-
-
 def block(job: Job, k: int) -> Found:
     """Return what comes of block k of a job."""
-    first, last = job.span(k)
-    values = job.design.values(first, last)
-    found: Found = KINDS[job.kind].run(job, values, first)
+    found: Found = KINDS[job.kind].run(job, *job.span(k))
     return found
 
 
-def _runs(job: Job, values: Array, first: int) -> Found:
+def _runs(job: Job, first: int, last: int) -> Found:
     """Return measures over runs; those at values that the scene cannot have fail alone, and the others go on."""
+    values = job.design.values(first, last)
     measures = np.full((len(values), len(job.measures)), np.nan)
     codes = np.full(len(values), FAILED, dtype=np.uint8)
-    told = _impossible(job, values)
+    told = impossible(job, values)
     rows = np.array([row for row in range(len(values)) if row not in told], dtype=np.int64)
     for some, found in _possible(job, values, rows, told):
         words = [found.words[one] for one in found.stopped]
@@ -64,17 +50,6 @@ def _runs(job: Job, values: Array, first: int) -> Found:
         told |= {int(row): NO_NUMBER for row in some[ended & ~began]}
     measures[codes == FAILED] = np.nan
     return Found(measures, codes, dict(sorted((first + row, word) for row, word in told.items())[:MOST_TOLD]))
-
-
-def _impossible(job: Job, values: Array) -> dict[int, str]:
-    """Return, by row, why values are none of the scene: parameters above zero that are not."""
-    told: dict[int, str] = {}
-    positive = {one.name for one in job.scene.parameters if one.positive}
-    for name, column in zip(job.design.names, values.T, strict=True):
-        wrong = ~(column > 0) if name in positive else ~np.isfinite(column)
-        why = "it must be positive" if name in positive else "it must be finite"
-        told |= {int(row): f"{name} = {column[row]:g}; {why}" for row in np.flatnonzero(wrong)}
-    return told
 
 
 def _possible(job: Job, values: Array, rows: Rows, told: dict[int, str]) -> Iterator[tuple[Rows, Ensemble]]:
@@ -112,11 +87,11 @@ class Kind:
     """What is computed of a set of values.
 
     Attributes:
-        run: from job, values of shape (n, names), and the number of the first run.
+        run: from job, the number of the first run, and that behind the last one.
     """
 
-    run: Callable[[Job, Array, int], Found]
+    run: Callable[[Job, int, int], Found]
 
 
-KINDS: Mapping[str, Kind] = {"runs": Kind(_runs)}
+KINDS: Mapping[str, Kind] = {"runs": Kind(_runs), "places": Kind(at_places)}
 """What a job can be of."""

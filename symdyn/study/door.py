@@ -21,7 +21,8 @@ from symdyn.study.block import block as one_block
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
 from symdyn.study.executors import executor
-from symdyn.study.job import Job, Measured
+from symdyn.study.job import Job, read_measured
+from symdyn.study.places import At, at_places
 from symdyn.study.store import SUFFIX, check_store, opened, store_of
 from symdyn.study.study import Study
 
@@ -34,6 +35,11 @@ INTERRUPTED = "interrupted"
 
 HERE = "here"
 
+UNTIL = 10.0
+
+USUAL = "inverse_dynamics"
+"""What is called where places are given, and no function is."""
+
 Say = Callable[[str], None]
 
 
@@ -42,7 +48,7 @@ def sweep(
     over: Over = (),
     measure: str | Sequence[str] = (),
     *,
-    until: float = 10.0,
+    until: float | None = None,
     forces: Entries = (),
     start: Values | None = None,
     start_rates: Values | None = None,
@@ -59,10 +65,12 @@ def sweep(
     scheduler: Any = "here",
     workers: int | None = None,
     block: int | None = None,
+    function: str | None = None,
+    at: At = None,
     progress: Callable[[float], None] | None = None,
     say: Say | None = None,
 ) -> Study:
-    """Return what comes of many runs of a scene.
+    """Return what comes of many runs of a scene, or of many calls of one of its functions.
 
     The values of a run follow from its number and the seed alone, so that blocks, workers and interruptions change
     nothing. A sweep that Ctrl-C interrupts returns what was made; with a store as `output`, the same call goes on.
@@ -78,7 +86,7 @@ def sweep(
             a parameter, a coordinate or a velocity at the start, or a letter of the forces. Nothing: all parameters
             that have a tolerance.
         measure: formulas of folds over a run, such as "max(abs(tau2))"; "NAME=FORMULA" names one.
-        until: time of the end of every run, s.
+        until: time of the end of every run, s; None for 10.
         forces: driving forces, as for `simulate`; their formulas may have letters of `over`.
         start: coordinates as for `simulate`, the same for every run.
         start_rates: velocities likewise.
@@ -95,6 +103,11 @@ def sweep(
         scheduler: where blocks are computed: a key of `symdyn.study.executors.EXECUTORS`, an address, or a Client.
         workers: how many of them; None for one a core.
         block: runs of one block; None for a part of all.
+        function: in place of runs, calls of a function such as "inverse_dynamics"; then measures are formulas of what
+            it returns and takes, in folds over the places `at` which it is called, and `over` may have entries of its
+            arguments.
+        at: these places, by name: "q1=0.3,q1_dot=1", numbers, arrays (S,), or a .csv file of columns over t; see
+            `symdyn.study.places`.
         progress: called with the share that is done.
         say: called with lines for the user.
 
@@ -111,6 +124,14 @@ def sweep(
     elif path is not None:
         with noted(faults):
             check_store(path)
+    if function is not None or at is not None:
+        runs = {"until": until, "forces": forces, "start": start, "start_rates": start_rates, "every": every}
+        runs |= {"method": method, "rtol": rtol, "atol": atol, "ignore_limits": ignore_limits or None}
+        for name in [name for name, said in runs.items() if said is not None and said != ()]:
+            faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
+        job = at_places(bound, function or USUAL, at, over, measure, design, count, seed, block, faults)
+        return made(job, path, block is not None, scheduler, workers, progress, say)
+    until = UNTIL if until is None else until
     job = prepared(
         bound, over, measure, until, forces, start, start_rates, every, method, rtol, atol, ignore_limits, design,
         count, seed, block, faults,
@@ -176,7 +197,7 @@ def prepared(
     for part, table in given.items():
         for name in set(table) & set(parts[part]):
             faults.add(part.replace("_", " "), f"{name} is varied; leave it out here")
-    measures = read_measured(scene, measure, faults)
+    measures = read_measured(measure, faults)
     if not faults.lines or all(line.startswith("over") for line in faults.lines):
         with noted(faults):
             check_run(scene, until, every, rtol, atol, (), method)
@@ -191,20 +212,6 @@ def prepared(
     told = tuple((key, str(value)) for key, value in asked.items() if value not in (None, (), {}, False))
     size = block or min(MOST, max(FEWEST, -(-planned.count // PARTS)))
     return Job("runs", scene, planned, measures, asked | {"varied": parts}, told, size)
-
-
-def read_measured(scene: Scene, measure: str | Sequence[str], faults: Faults) -> tuple[Measured, ...]:
-    """Return what is kept of every run; what is wrong is among the faults."""
-    found: dict[str, Measured] = {}
-    for text in [measure] if isinstance(measure, str) else measure:
-        name, equals, formula = (part.strip() for part in str(text).partition("="))
-        one = Measured(name, formula) if equals else Measured(text.strip(), text.strip())
-        if one.name in found:
-            faults.add("measure", f"{one.name} is given twice")
-        found[one.name] = one
-    if not found:
-        faults.add("measure", 'nothing is measured; give such as "max(abs(q1))"')
-    return tuple(found.values())
 
 
 def _letters(forces: Any) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from symdyn.scene import Scene
 from symdyn.scene.formats.toml_writer import write_text
 from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.values.table import Faults
 from symdyn.study.design import Design
 
 
@@ -88,3 +90,17 @@ def units_of(job: Job) -> dict[str, str]:
     known |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
     known |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
     return {name: known.get(name, "") for name in job.design.names} | {one.name: one.unit for one in job.measures}
+
+
+def read_measured(measure: str | Sequence[str], faults: Faults) -> tuple[Measured, ...]:
+    """Return what is kept of every run; what is wrong is among the faults."""
+    found: dict[str, Measured] = {}
+    for text in [measure] if isinstance(measure, str) else measure:
+        name, equals, formula = (part.strip() for part in str(text).partition("="))
+        one = Measured(name, formula) if equals else Measured(text.strip(), text.strip())
+        if one.name in found:
+            faults.add("measure", f"{one.name} is given twice")
+        found[one.name] = one
+    if not found:
+        faults.add("measure", 'nothing is measured; give such as "max(abs(q1))"')
+    return tuple(found.values())

@@ -21,7 +21,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.resources import version
-from symdyn.study.block import Found
+from symdyn.study.found import Found
 from symdyn.study.job import Job, units_of
 from symdyn.study.study import MOST_TOLD, NOT_MADE, Study
 

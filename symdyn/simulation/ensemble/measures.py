@@ -124,8 +124,10 @@ _FOLDED = re.compile(rf"\b({'|'.join(FOLDS)})\s*\(")
 _LETTER = "fold_{}"
 
 
-def read_measure(scene: Scene, text: object, faults: Faults, where: str = "measure") -> Measure | None:
-    """Return a measure of runs of a scene; None after a fault.
+def read_measure(
+    scene: Scene, text: object, faults: Faults, where: str = "measure", more: Sequence[str] = ()
+) -> Measure | None:
+    """Return a measure of runs of a scene, which may name `more` than what runs show; None after a fault.
 
     >>> import symdyn
     >>> measure = read_measure(symdyn.example("cart_pole"), "max(abs(F)) - end(x)", Faults(""))
@@ -144,7 +146,7 @@ def read_measure(scene: Scene, text: object, faults: Faults, where: str = "measu
         if (inner := _FOLDED.search(inside)) is not None:
             faults.add(where, f'"{said}" folds what is a number already: {inner[1]}(...) inside {match[1]}(...)')
             return None
-        formula = read_inside(scene, inside, where, faults)
+        formula = read_inside(scene, inside, where, faults, more)
         letter = _letter(scene, len(folds))
         if formula is not None:
             folds.append((letter, match[1], formula))
@@ -152,7 +154,7 @@ def read_measure(scene: Scene, text: object, faults: Faults, where: str = "measu
     if len(faults.lines) > count:
         return None
     known = [*(letter for letter, _, _ in folds), *(one.name for one in scene.parameters)]
-    seen = {*_seen(scene, said), *(one.name for one in scene.outputs)}
+    seen = {*_seen(scene, said), *more, *(one.name for one in scene.outputs)}
     own = Faults("")
     found = read_formula(left + rest, [*known, *seen], where, own)
     loose = [name for name in (found.symbols if found else ()) if name not in known]
@@ -166,11 +168,11 @@ def read_measure(scene: Scene, text: object, faults: Faults, where: str = "measu
     return None if own.lines or found is None else Measure(said, tuple(folds), found)
 
 
-def read_inside(scene: Scene, text: str, where: str, faults: Faults) -> Quantity | None:
+def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Sequence[str] = ()) -> Quantity | None:
     """Return a formula of what a run shows, outputs as what they stand for; None after a fault."""
     outputs = {one.name: one.formula for one in scene.outputs}
     parameters = (one.name for one in scene.parameters)
-    known = (*_seen(scene, text), *parameters, *outputs)
+    known = (*more, *_seen(scene, text), *parameters, *outputs)
     formula = read_formula(text, known, where, faults)
     return None if formula is None else substituted(formula, outputs)
 
