@@ -103,7 +103,7 @@ def test_n_four_bars_in_a_row():
     assert residuals(read_text(starter("row", "n_four_bar", 3))) == [0] * 15
 
 
-@pytest.mark.parametrize(("template", "n"), [("chain", 1001), ("n_four_bar", 201), ("n_four_bar", 0)])
+@pytest.mark.parametrize(("template", "n"), [("chain", 1025), ("n_four_bar", 1001), ("n_four_bar", 0)])
 def test_a_starter_has_a_largest_n(template, n):
     with pytest.raises(SceneError, match=f"n = {n} is out of range; {template} takes 1 to"):
         starter("x", template, n)

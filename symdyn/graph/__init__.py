@@ -1,6 +1,6 @@
 """The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
 
-from symdyn.graph.differentiate import Slopes, copy_node, gradient, operands, substitute, tangents
+from symdyn.graph.differentiate import Slopes, copy_node, gradient, jacobian, operands, substitute, tangents
 from symdyn.graph.evaluate import Algebra, Arithmetic, arithmetic, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
@@ -26,6 +26,7 @@ __all__ = [
     "evaluate",
     "gradient",
     "growing",
+    "jacobian",
     "linear_form",
     "operands",
     "reachable",

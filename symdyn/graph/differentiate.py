@@ -61,6 +61,36 @@ def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: Slopes
     return [moving.get(node, zero) for node in outputs]
 
 
+def jacobian(
+    outputs: Sequence[Expr], directions: Sequence[Mapping[Expr, Expr]], slopes: Slopes = operands
+) -> list[dict[int, Expr]]:
+    """Return what is not zero of ẏ of every output, by direction: `tangents` along many, of which few move a node.
+
+    Directions are those of symbols.
+
+    >>> graph = Graph()
+    >>> x, y = graph.symbol("x"), graph.symbol("y")
+    >>> jacobian([x * y, x], [{x: graph.one}, {y: graph.one}])
+    [{0: y, 1: x}, {0: 1}]
+    """
+    moving: dict[Expr, dict[int, Expr]] = {}
+    for k, seeds in enumerate(directions):
+        for node, rate in seeds.items():
+            moving.setdefault(node, {})[k] = rate
+    inputs = set(moving)
+    for node in reachable(outputs):
+        if node in inputs or not any(arg in moving for arg in node.args):
+            continue
+        rates: dict[int, Expr] = {}
+        for arg, partial in slopes(node):
+            for k, rate in moving.get(arg, {}).items():
+                rates[k] = rates[k] + partial * rate if k in rates else partial * rate
+        rates = {k: rate for k, rate in rates.items() if not rate.is_zero}
+        if rates:
+            moving[node] = rates
+    return [moving.get(node, {}) for node in outputs]
+
+
 def gradient(output: Expr, inputs: Sequence[Expr], slopes: Slopes = operands) -> list[Expr]:
     """Return the partial derivatives of one output with respect to `inputs`, shape (len(inputs),).
 

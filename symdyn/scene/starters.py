@@ -19,7 +19,7 @@ STARTERS: dict[str, str] = {
     "n_four_bar": "n four-bars in a row, n closed loops",
 }
 
-COUNTED = {"chain": 1000, "n_four_bar": 200}
+COUNTED = {"chain": 1024, "n_four_bar": 1000}
 """Templates of n parts, and the largest n."""
 
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.newton import newton, seen_closed, turns_of
+from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.simulation.followed import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
 from symdyn.simulation.prescribed.point_path import Approach, Asked, PointPath
@@ -158,7 +158,7 @@ class PathEquations:
         sizes = np.max([np.abs(A).max(axis=0, initial=0.0) for A in every], axis=0)
         self.idle = np.array([k for k in loose if sizes[k] <= NEGLIGIBLE], dtype=int)
         self.loose = np.array([k for k in loose if sizes[k] > NEGLIGIBLE], dtype=int)
-        turns = set(turns_of(self.numbers))
+        turns = set(self.numbers.turns)
         slides = [i for i, k in enumerate(self.loose) if k not in turns]
         levers = [A[len(A) - sum(p.rows for p in self.paths) :, sorted(turns)] for A in every]
         self.length = max((float(np.abs(one).max(initial=0.0)) for one in levers), default=0.0) or 1.0
@@ -177,7 +177,7 @@ class PathEquations:
     def _places_around(self, q: Array) -> Iterator[Array]:
         """Yield q and, if loops close there, places not far from it."""
         yield q
-        turns = turns_of(self.numbers)
+        turns = self.numbers.turns
         for seed in range(3):
             way = np.random.default_rng(seed).uniform(-0.4, 0.4, self.numbers.state.n)
             way[[k for k in range(len(way)) if k not in turns]] *= 0.1

@@ -28,8 +28,9 @@ from symdyn.dynamics.loops.newton import (
     rank_of,
     reversed_loop,
     seen_closed,
-    singular_values,
+    spectrum,
 )
+from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
 from symdyn.scene.forces import touches
 
@@ -51,7 +52,7 @@ class Assembly:
         parameters: values that free parameters were given to look at the mechanism at all.
         residual: largest residual that is left, m or 1.
         length: the characteristic length, m, by which velocities of slides are divided and forces multiplied.
-        singular_values: of the dimensionless G, all rows, descending.
+        smallest: the singular value of the dimensionless G, all rows, that vanishes first.
         rank: rank of G in general, at generic positions.
         here: rank of G at q itself; less at a change point.
         typical: q itself, or at a change point a generic position, where the rank is `rank`.
@@ -63,17 +64,12 @@ class Assembly:
     parameters: tuple[tuple[str, float], ...]
     residual: float
     length: float
-    singular_values: tuple[float, ...]
+    smallest: float
     rank: int
     here: int
     typical: tuple[float, ...]
     places: tuple[tuple[float, ...], ...]
     notes: tuple[str, ...] = ()
-
-    @property
-    def smallest(self) -> float:
-        """The singular value that vanishes first."""
-        return self.singular_values[self.rank - 1] if self.rank else 0.0
 
 
 def closed_position(
@@ -146,17 +142,18 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     """Return a closed position with its singular values, compared with those of generic positions."""
     plain, at = numbers.plain, numbers.turned(q)
     length = lever_of(plain, at)
-    values = singular_values(plain, at, length)
+    values = spectrum(plain, at, length)
     near = generic_places(plain, at, length)
-    ranks = [rank_of(one) for one in (values, *(singular_values(plain, one, length) for one in near))]
+    ranks = [values.rank, *(spectrum(plain, one, length).rank for one in near)]
     here, rank = ranks[0], max(ranks)
+    largest, smallest = values.value(0), values.value(rank - 1)
     best = [one for one, r in zip((at, *near), ranks, strict=True) if r == rank]
     typical = _clearest(numbers, [q if one is at else numbers.turned_back(one, q) for one in best])
-    if rank and values[rank - 1] < NEAR * values[0]:
+    if rank and smallest < NEAR * largest:
         where, then = ("near", "lose that many digits") if here == rank else ("at", "are not unique there")
         notes.append(
             f"{_weakest(plain, at, length)} is {where} a change point: the smallest singular value of its "
-            f"constraints is {values[rank - 1]:.3g}, the largest {values[0]:.3g}; accelerations and reactions {then}"
+            f"constraints is {smallest:.3g}, the largest {largest:.3g}; accelerations and reactions {then}"
         )
     notes += [
         f"the loop {name} forbids nothing that the other joints of the loop do not forbid already: it has no length, "
@@ -170,7 +167,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         tuple(sorted(numbers.free.items())),
         residual,
         length,
-        tuple(values.tolist()),
+        smallest,
         rank,
         here,
         tuple(typical.tolist()),
@@ -206,8 +203,8 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
 
 def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
     """Return the loops whose rows all vanish at closed positions."""
-    G = np.hstack([dimensionless(numbers, q, lever_of(numbers, q)) for q in positions])
-    working = np.abs(G).max(axis=1, initial=0.0) > NEGLIGIBLE
+    sizes = [np.abs(dimensionless(numbers, q, lever_of(numbers, q))).max(axis=1, initial=0.0) for q in positions]
+    working = np.max(sizes, axis=0) > NEGLIGIBLE
     owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.loop and works}
     return [joint.name for joint in numbers.scene.loops if joint.name not in owners]
 
@@ -215,6 +212,11 @@ def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
 def _weakest(numbers: Numbers, q: Array, length: float) -> str:
     """Return in words the owner of the rows that come closest to being dependent."""
     G = dimensionless(numbers, q, length)
+    working = np.flatnonzero(G.any(axis=1))
+    if is_large(G[working]):
+        found = triangular(G[working], NEGLIGIBLE)
+        weakest = int(working[(*found.dependent, found.kept[-1])[0]])
+        return numbers.constraints.labels[weakest].words
     U, values, _ = np.linalg.svd(G)
     mixed = np.abs(U[:, max(0, rank_of(values) - 1)])
     if rank_of(values) < min(G.shape):

@@ -17,8 +17,9 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.mechanism.placements import body_placements
@@ -110,8 +111,9 @@ class _Relative:
 def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
     """Return the rows of a scene by recursion along its tree."""
     entries, columns = [], {}
+    speeds = cache(lambda: (tree.rates(state.qd), tree.bias(state.qd)))
     for cut in cuts(scene, tree.graph):
-        relative = _walk(tree, cut, state.qd)
+        relative = _walk(tree, cut, speeds)
         entries += _of_cut(cut, relative, state)
         if cut.joint:
             columns[cut.owner] = relative.columns
@@ -122,17 +124,21 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in the order of the scene: loops, then rows."""
     owners = [*((joint.name, True) for joint in scene.loops), *((row.name, False) for row in scene.rows)]
-    return sorted(entries, key=lambda entry: owners.index((entry[0].owner, entry[0].loop)))
+    place = {owner: k for k, owner in enumerate(owners)}
+    return sorted(entries, key=lambda entry: place[entry[0].owner, entry[0].loop])
 
 
-def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
-    """Return the motion of the child relative to J: from the parent inwards to the common carrier, then outwards."""
+def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr]]]) -> _Relative:
+    """Return the motion of the child relative to J: from the parent inwards to the common carrier, then outwards.
+
+    `speeds` are the rate of every move, and the part of its acceleration that is quadratic in velocities.
+    """
     graph = tree.graph
     i, place = tree.home[cut.parent]
     j, last = tree.home[cut.child]
     last = last @ cut.behind
     inner, outer = tree.paths(i, j)
-    rate, accelerated = tree.rates(u), tree.bias(u)
+    rate, accelerated = speeds()
     T = (place @ cut.before).inverse()  # of the frame walked on, in J
     still = zero_vector(graph)
     omega, alpha = still, still  # of the body walked on

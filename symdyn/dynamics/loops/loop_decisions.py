@@ -24,6 +24,7 @@ from math import comb
 
 import numpy as np
 
+from symdyn.dynamics.loops import sparse_rows
 from symdyn.dynamics.loops.assembly import Assembly, witness
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers, spoken
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, dimensionless
@@ -36,6 +37,7 @@ from symdyn.dynamics.loops.partition import (
     led_velocities,
     over_driven,
 )
+from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 
@@ -107,8 +109,7 @@ def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices
     some = [k for k in range(len(sizes)) if k not in set(empty)]
     G = found[0]
     kept = tuple(sorted(some[i] for i in pivots(unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
-    q = np.array(assembly.typical)
-    names = tuple(f"{one.owner}: {spoken(one, numbers, q)}" for one in numbers.constraints.labels)
+    names = spoken(numbers, np.array(assembly.typical))
     choices = [one[list(kept)] for one in found]
     partition = _partition(numbers, kept, choices, closing.independent, assembly.length)
     fails = not closing.independent and _fails(numbers, kept, choices[0], partition.dependent, assembly.length)
@@ -124,7 +125,17 @@ def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
     """
     loose = np.zeros(len(numbers.constraints.labels), dtype=bool)
     for q in map(np.array, (assembly.typical, *assembly.places)):
-        U, _, _ = np.linalg.svd(dimensionless(numbers, q, assembly.length))
+        G = dimensionless(numbers, q, assembly.length)
+        working = np.flatnonzero(G.any(axis=1))
+        if is_large(G[working]):
+            found = triangular(G[working], NEGLIGIBLE)
+            shares = found.relations()
+            scales = 1.0 / np.sqrt(1.0 + np.square(shares).sum(axis=1))
+            loose[np.setdiff1d(np.arange(len(G)), working)] = True
+            loose[working[list(found.dependent)]] = True
+            loose[working[list(found.kept)]] |= np.abs(shares * scales[:, None]).max(axis=0, initial=0.0) > LOOSE
+            continue
+        U, _, _ = np.linalg.svd(G)
         loose |= np.abs(U[:, assembly.rank :]).max(axis=1, initial=0.0) > LOOSE
     return tuple(np.flatnonzero(loose).tolist())
 
@@ -134,9 +145,11 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
 
     The next stage of those to choose from comes when a stage has only weak ones left.
     """
+    if is_large(rows):
+        chosen, sizes = sparse_rows.pivots(rows, stages, count, WEAK)
+        return chosen, _quality(chosen, sizes, count)
     left = rows.copy()
-    chosen: list[int] = []
-    sizes: list[float] = []
+    chosen, sizes = [], []
     top = float(np.linalg.norm(rows, axis=1).max(initial=0.0))
     for place, stage in enumerate(stages):
         weakest = WEAK * top if place + 1 < len(stages) else 0.0
@@ -151,7 +164,12 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
             left = left - np.outer(left @ e, e)
             chosen.append(k)
             sizes.append(best)
-    return chosen, min(sizes, default=1.0) / (max(sizes, default=1.0) or 1.0) if len(chosen) == count else 0.0
+    return chosen, _quality(chosen, sizes, count)
+
+
+def _quality(chosen: Sequence[int], sizes: Sequence[float], count: int) -> float:
+    """Return the smallest pivot over the largest, 0 where there are too few."""
+    return min(sizes, default=1.0) / (max(sizes, default=1.0) or 1.0) if len(chosen) == count else 0.0
 
 
 def unit_rows(G: Array) -> Array:

@@ -15,24 +15,29 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from symdyn.algebra.levels import Levels
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loops.constraint_rows import Label, recursive
 from symdyn.dynamics.loops.cuts import Gauge, gauges
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
 from symdyn.dynamics.mechanism.directions import directions
-from symdyn.dynamics.mechanism.state import quaternions, state_symbols
+from symdyn.dynamics.mechanism.state import placement, quaternions, state_symbols
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
+from symdyn.graph import Expr, Graph, Op, evaluate, jacobian, reachable
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.joints.start import starting_position
+from symdyn.scene.units import velocity_units
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Places = np.ndarray[Any, np.dtype[np.intp]]
 
 SINGULAR = 1e-6
 """Sine of the angle between axes that are parallel as far as digits go: so many are lost in accelerations, twice."""
@@ -42,6 +47,39 @@ FLAT = 1e-3
 
 AT_LEAST = 100
 """Nodes that could be evaluated while values are handed to and fro."""
+
+
+LARGE, TIMES = 5000, 20
+"""Nodes from which on they are evaluated level by level, and how many times faster that is."""
+
+
+def _ordered(entries: Sequence[Expr]) -> Levels | list[Expr]:
+    """Return how entries are evaluated."""
+    order = reachable(entries)
+    return order if len(order) < LARGE else Levels(entries)
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A matrix by its entries that are not zero.
+
+    Attributes:
+        height: number of rows.
+        rows, columns: where the entries are.
+        entries: what they are.
+    """
+
+    height: int
+    rows: Places
+    columns: Places
+    entries: tuple[Expr, ...]
+
+
+def pattern(rows: Sequence[Mapping[int, Expr]]) -> Pattern:
+    """Return a matrix of rows by column."""
+    places = [(i, k, x) for i, row in enumerate(rows) for k, x in row.items()]
+    i, k = (np.array([one[side] for one in places], dtype=np.intp) for side in (0, 1))
+    return Pattern(len(rows), i, k, tuple(x for _, _, x in places))
 
 
 class Numbers:
@@ -54,7 +92,8 @@ class Numbers:
         self.directions = directions(scene, self.graph)
         self.constraints = recursive(scene, self.tree, self.state)
         self.free: dict[str, float] = {}
-        self._orders: dict[tuple[Expr, ...], list[Expr]] = {}  # Newton's method asks for the same entries many times
+        # Newton's method asks for the same entries many times
+        self._orders: dict[tuple[Expr, ...], Levels | list[Expr]] = {}
         self._spent = [0]
 
     def bound_to(self, free: Mapping[str, float]) -> Numbers:
@@ -105,9 +144,12 @@ class Numbers:
         """Return the values of entries at q, and at values of other symbols; DerivationError where one has none."""
         values = self.parameters | dict(zip(self.state.q, q.tolist(), strict=True)) | dict(others or {})
         wanted = tuple(entries)
-        order = self._orders.get(wanted) or self._orders.setdefault(wanted, reachable(wanted))
-        self._spent[0] += AT_LEAST + len(order)
+        order = self._orders.get(wanted) or self._orders.setdefault(wanted, _ordered(wanted))
         try:
+            if isinstance(order, Levels):
+                self._spent[0] += AT_LEAST + order.size // TIMES
+                return order.at(values)
+            self._spent[0] += AT_LEAST + len(order)
             return np.array(evaluate(wanted, Floats(), values, order), dtype=np.float64)
         except (ArithmeticError, ValueError) as fault:
             raise DerivationError(f"{self.scene.name}: {self._valueless(wanted, values, q)}") from fault
@@ -130,25 +172,73 @@ class Numbers:
         return self.at(self.constraints.residual, q)
 
     @cached_property
-    def _rates(self) -> list[Expr]:
-        columns = [tangents(self.constraints.residual, along) for along in self.directions.along]
-        return [column[k] for k in range(len(self.constraints.residual)) for column in columns]
+    def _rates(self) -> Pattern:
+        return pattern(jacobian(self.constraints.residual, self.directions.along))
+
+    @cached_property
+    def _rows(self) -> Pattern:
+        return pattern([{k: x for k, x in enumerate(row) if not x.is_zero} for row in self.constraints.G])
+
+    @cached_property
+    def _kinematic_map(self) -> Pattern:
+        rows: dict[Expr, dict[int, Expr]] = {q: {} for q in self.state.q}
+        for k, along in enumerate(self.directions.along):
+            for q, h in along.items():
+                rows[q][k] = h
+        return pattern(list(rows.values()))
+
+    def _filled(self, some: Pattern, q: Array, factors: Array | float | None = None) -> Array:
+        """Return a matrix of nv columns at q, its entries multiplied by factors."""
+        found = np.zeros((some.height, self.state.n))
+        entries = self.at(some.entries, q)
+        found[some.rows, some.columns] = entries if factors is None else entries * factors
+        return found
 
     def residual_rates(self, q: Array) -> Array:
         """Return R, shape (m, nv)."""
-        return self.at(self._rates, q).reshape(-1, self.state.n)
+        return self._filled(self._rates, q)
 
-    def jacobian(self, q: Array) -> Array:
-        """Return G, shape (m, nv)."""
-        return self.at([entry for row in self.constraints.G for entry in row], q).reshape(-1, self.state.n)
+    def jacobian(self, q: Array, length: float | None = None) -> Array:
+        """Return G, shape (m, nv); with a length, rows that forbid velocities over it, columns of slides times it."""
+        scaled = None if length is None else length**self._lengths
+        return self._filled(self._rows, q, scaled)
 
     @cached_property
-    def _kinematic_map(self) -> list[Expr]:
-        return [along.get(q, self.graph.zero) for q in self.state.q for along in self.directions.along]
+    def turns(self) -> list[int]:
+        """The velocities that are angular."""
+        return [k for k, unit in enumerate(velocity_units(self.scene)) if unit == "rad"]
+
+    @cached_property
+    def _forbids_velocity(self) -> npt.NDArray[np.bool_]:
+        """Which rows forbid a velocity, m/s."""
+        wrenches = (one.wrench for one in self.constraints.labels)
+        return np.array([one is None or not all(x.is_zero for x in one[0]) for one in wrenches], dtype=bool)
+
+    @cached_property
+    def _turning(self) -> npt.NDArray[np.bool_]:
+        """Which entries of G stand in columns of turns."""
+        return np.isin(self._rows.columns, self.turns)
+
+    @cached_property
+    def _lengths(self) -> Array:
+        """Powers of the length that make the entries of G dimensionless: a row's, and a column's."""
+        return np.where(self._turning, 0.0, 1.0) - np.where(self._forbids_velocity[self._rows.rows], 1.0, 0.0)
+
+    @cached_property
+    def _places(self) -> list[Expr]:
+        loops = [placement(pose, self.graph) for loop in self.scene.loops for pose in (loop.origin, loop.tip)]
+        return [x for T in (*self.tree.T, *loops) for x in T.p]
+
+    def levers(self, q: Array) -> tuple[Array, Array]:
+        """Return the sizes of the levers in G, and of all ways from frame to frame, at q; m."""
+        levers = self.at(self._rows.entries, q)[self._turning & self._forbids_velocity[self._rows.rows]]
+        return np.abs(levers), np.abs(self.at(self._places, q))
 
     def moved(self, q: Array, step: Array) -> Array:
         """Return q after a step along the velocities, shape (nv,)."""
-        return self.normalised(q + self.at(self._kinematic_map, q).reshape(-1, self.state.n) @ step)
+        H = self._kinematic_map
+        moves = np.bincount(H.rows, weights=self.at(H.entries, q) * step[H.columns], minlength=H.height)
+        return self.normalised(q + moves)
 
     @cached_property
     def plain(self) -> Numbers:
@@ -218,12 +308,20 @@ def unbound(scene: Scene, entries: Sequence[Expr]) -> list[str]:
     return [parameter.name for parameter in scene.free_parameters if parameter.name in names]
 
 
-def spoken(label: Label, numbers: Numbers, q: Array) -> str:
-    """Return what a row of G forbids, in the axes of the joint frame on the parent."""
-    if label.wrench is None or label.name:
-        return label.name or "row"
-    force, moment = (numbers.at(part, q) for part in label.wrench)
-    return in_words(force, moment if label.loop else np.zeros(3))  # a contact's acts where it touches
+def spoken(numbers: Numbers, q: Array) -> tuple[str, ...]:
+    """Return what every row of G forbids: its owner, and a direction in the axes of the joint frame on the parent."""
+    labels = numbers.constraints.labels
+    wrenches = {k: one.wrench for k, one in enumerate(labels) if one.wrench is not None and not one.name}
+    found = numbers.at([x for pair in wrenches.values() for part in pair for x in part], q).reshape(-1, 2, 3)
+    known = dict(zip(wrenches, found, strict=True))
+
+    def words(k: int, label: Label) -> str:
+        if k not in known:
+            return label.name or "row"
+        force, moment = known[k]
+        return in_words(force, moment if label.loop else np.zeros(3))  # a contact's acts where it touches
+
+    return tuple(f"{one.owner}: {words(k, one)}" for k, one in enumerate(labels))
 
 
 def missed(label: Label, numbers: Numbers, q: Array, by: float) -> str:

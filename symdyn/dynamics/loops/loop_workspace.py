@@ -15,6 +15,7 @@ from symdyn.dynamics.loops.reduction import (
     Reduction,
     all_by_normal_equations,
     all_rows,
+    nonzero,
     reduction,
     solve_dependent,
     solve_transposed,
@@ -122,16 +123,13 @@ class LoopWorkspace:
     def gains(self, rows: Constraints, rest: Sequence[Expr]) -> list[Expr]:
         """Return G u̇ and the rest, Ġ u or what stands for it, of the kept rows, shape (m,)."""
         pairs = zip(self.G(rows), rest, strict=True)
-        return [
-            self.w.graph.total([*(x * a for x, a in zip(row, self.w.state.qdd, strict=True)), one])
-            for row, one in pairs
-        ]
+        return [self.w.graph.total([*(x * self.w.state.qdd[k] for k, x in nonzero(row)), one]) for row, one in pairs]
 
     def gamma(self, rows: Constraints) -> list[Expr]:
         """Return Ġ u + 2 α G u + β² residual of the kept rows, shape (m,)."""
         closing, u, graph = self.w.closing, self.w.state.qd, self.w.graph
         alpha, beta = graph.constant(closing.alpha), graph.constant(closing.beta)
-        rates = [graph.total(entry * speed for entry, speed in zip(row, u, strict=True)) for row in self.G(rows)]
+        rates = [graph.total(entry * u[k] for k, entry in nonzero(row)) for row in self.G(rows)]
         stabilised = zip(self.bias(rows), rates, self.residual(rows), strict=True)
         return [bias + 2 * alpha * rate + beta * beta * off for bias, rate, off in stabilised]
 

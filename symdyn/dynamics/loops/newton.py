@@ -15,14 +15,14 @@ angles equal), and a position that does not close the loops says nothing about a
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers, missed
-from symdyn.dynamics.mechanism.state import placement
+from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
-from symdyn.scene.units import velocity_units
 
 CLOSED = 1e-9
 """Largest residual of a closed loop, over the size of the mechanism."""
@@ -51,7 +51,7 @@ SHORTER = 6
 
 def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
     """Return where Newton's method with line search ends, closed or not."""
-    turns = turns_of(numbers)
+    turns = numbers.turns
     loose = np.array([k for k in range(numbers.state.n) if k not in set(held)], dtype=int)
     r = numbers.residual(q)
     for _ in range(STEPS):
@@ -59,7 +59,7 @@ def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
         if not len(loose) or not len(r) or size == 0.0:
             break
         step = np.zeros(numbers.state.n)
-        step[loose] = np.linalg.lstsq(numbers.residual_rates(q)[:, loose], -r, rcond=1e-10)[0]
+        step[loose] = shortest(numbers.residual_rates(q)[:, loose], -r, 1e-10)
         largest = float(np.max(np.abs(step[turns]), initial=0.0))
         if not np.isfinite(largest):
             break
@@ -76,36 +76,17 @@ def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
     return q
 
 
-def turns_of(numbers: Numbers) -> list[int]:
-    """Return the velocities that are angular."""
-    units = velocity_units(numbers.scene)
-    return [k for k, unit in enumerate(units) if unit == "rad"]
-
-
 def lever_of(numbers: Numbers, q: Array) -> float:
     """Return the characteristic length: the largest lever in G; where none is, the extent of the mechanism, or 1 m."""
-    turns = turns_of(numbers)
-    levers = np.abs(numbers.jacobian(q)[np.ix_(_rows_of_forces(numbers), turns)])
-    loops = [placement(pose, numbers.graph) for loop in numbers.scene.loops for pose in (loop.origin, loop.tip)]
-    places = [x for T in (*numbers.tree.T, *loops) for x in T.p]
-    extent = float(np.abs(numbers.at(places, q)).max(initial=0.0))
+    levers, places = numbers.levers(q)
+    extent = float(places.max(initial=0.0))
     largest = float(levers.max(initial=0.0))
     return largest if largest > SHORT * extent else extent or 1.0
 
 
-def _rows_of_forces(numbers: Numbers) -> list[int]:
-    """Return the rows that forbid a velocity, m/s."""
-    labels = numbers.constraints.labels
-    return [k for k, one in enumerate(labels) if one.wrench is None or not all(x.is_zero for x in one.wrench[0])]
-
-
 def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
     """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
-    G, turns = numbers.jacobian(q), set(turns_of(numbers))
-    G[_rows_of_forces(numbers)] /= length
-    for k in range(numbers.state.n):
-        if k not in turns:
-            G[:, k] *= length
+    G = numbers.jacobian(q, length)
     if not np.isfinite(G).all():
         raise DerivationError(
             f"{numbers.scene.name}: the lengths of its loops and rows are beyond what doubles hold; choose units that "
@@ -131,7 +112,10 @@ def open_loop(numbers: Numbers, q: Array) -> str | None:
     label = numbers.constraints.labels[k]
     G = dimensionless(numbers, q, lever_of(numbers, q))
     rows = [k for k, row in enumerate(numbers.constraints.G) if not all(entry.is_zero for entry in row)]
-    smallest = np.linalg.svd(G[rows], compute_uv=False).min(initial=np.inf if rows else 0.0)
+    if rows and is_large(G[rows]):
+        smallest = triangular(G[rows], NEGLIGIBLE).ends()[1]
+    else:
+        smallest = float(np.linalg.svd(G[rows], compute_uv=False).min(initial=np.inf if rows else 0.0))
     return (
         f"{label.words} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
         f"singular value of the constraints there is {smallest:.3g}; give another start, or other lengths"
@@ -151,10 +135,41 @@ def reversed_loop(numbers: Numbers, q: Array) -> str | None:
     return None
 
 
-def singular_values(numbers: Numbers, q: Array, length: float) -> Array:
-    """Return the singular values of the dimensionless G, descending."""
+def shortest(A: Array, b: Array, negligible: float) -> Array:
+    """Return the shortest x for which A x misses b least; singular values that are negligible are zero."""
+    working = A.any(axis=1)
+    if is_large(A[working]):
+        return triangular(A[working], negligible).shortest(b[working])
+    return np.asarray(np.linalg.lstsq(A, b, rcond=negligible)[0])
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Singular values of a dimensionless G.
+
+    Attributes:
+        rank: how many are not zero.
+        values: by their place, the largest first: all of them, or the first and the last that is not zero.
+    """
+
+    rank: int
+    values: Mapping[int, float]
+
+    def value(self, place: int) -> float:
+        """Return one of them, 0 for one that is known to be nothing."""
+        return self.values.get(place, 0.0)
+
+
+def spectrum(numbers: Numbers, q: Array, length: float) -> Spectrum:
+    """Return the singular values of the dimensionless G at a position."""
     G = dimensionless(numbers, q, length)
-    return np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
+    working = G[G.any(axis=1)]
+    if working.size and is_large(working):
+        found = triangular(working, NEGLIGIBLE)
+        largest, smallest = found.ends()
+        return Spectrum(len(found.kept), {0: largest, len(found.kept) - 1: smallest})
+    values = np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
+    return Spectrum(rank_of(values), dict(enumerate(values.tolist())))
 
 
 def rank_of(values: Array) -> int:
@@ -185,11 +200,11 @@ def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:
     """Return where a walk in one direction ends, as straight as the loops allow; q itself where nothing moves."""
     rng = random.Random(f"{numbers.scene.name}:{seed}")
     scales = np.full(numbers.state.n, length)
-    scales[turns_of(numbers)] = 1.0
+    scales[numbers.turns] = 1.0
     way = np.array([rng.uniform(-1, 1) for _ in scales])
     for _ in range(LEGS):
         G = dimensionless(numbers, q, length)
-        way = way - np.linalg.lstsq(G, G @ way, rcond=1e-8)[0] if len(G) else way
+        way = way - shortest(G, G @ way, 1e-8) if len(G) else way
         size = float(np.abs(way).max(initial=0.0))
         if size < 1e-6:  # the loops hold it
             break

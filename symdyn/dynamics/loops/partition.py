@@ -135,18 +135,32 @@ def _matching(uses: Sequence[Sequence[int]]) -> dict[int, int]:
     """Return for every row a column of its own that it uses, by augmenting paths."""
     owner: dict[int, int] = {}
 
-    def find(row: int, seen: set[int]) -> bool:
-        for column in uses[row]:
-            if column in seen:
+    def find(first: int) -> bool:
+        """Give a row a column, others their next ones; a walk without recursion, since chains of loops are long."""
+        seen: set[int] = set()
+        walk = [(first, iter(uses[first]))]
+        asked: list[int] = []  # the column that each row but the last one would give up its own for
+        while walk:
+            row = walk[-1][0]
+            free = next((one for one in uses[row] if one not in owner), None)
+            column = next((one for one in walk[-1][1] if one not in seen), None) if free is None else free
+            if column is None:
+                walk.pop()
+                if asked:
+                    asked.pop()
                 continue
             seen.add(column)
-            if column not in owner or find(owner[column], seen):
-                owner[column] = row
-                return True
+            if column in owner:
+                asked.append(column)
+                walk.append((owner[column], iter(uses[owner[column]])))
+                continue
+            for (taker, _), taken in zip(walk, [*asked, column], strict=True):
+                owner[taken] = taker
+            return True
         return False
 
     for row in range(len(uses)):
-        found = find(row, set())
+        found = find(row)
         assert found, "rows that are independent in numbers have a column each"
     return {row: column for column, row in owner.items()}
 

@@ -24,7 +24,7 @@ Stabilization of constraints and integrals of motion in dynamical systems (1972)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import Partition
@@ -76,13 +76,11 @@ class Reduction:
 
     def mass(self, M: Matrix) -> list[list[Expr]]:
         """Return Tᵀ M T, shape (independent, independent)."""
-        graph, n = M[0][0].graph, len(M)
-        columns = [
-            [graph.total(M[j][k] * self.T[k][i] for k in range(n) if i in self.T[k]) for j in range(n)]
-            for i in self.independent
-        ]
+        graph, T = M[0][0].graph, self.T
+        rows = [nonzero(row) for row in M]
+        columns = [[graph.total(x * T[k][i] for k, x in row if i in T[k]) for row in rows] for i in self.independent]
         entries = [
-            [graph.total(self.T[j][i] * column[j] for j in range(n) if i in self.T[j]) for column in columns]
+            [graph.total(t[i] * x for t, x in zip(T, column, strict=True) if i in t) for column in columns]
             for i in self.independent
         ]
         size = range(len(self.independent))
@@ -111,6 +109,12 @@ def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[E
     return reduced.spread(solve(chain, reduced.mass(M), reduced.gathered(rest)))
 
 
+def nonzero(row: Sequence[Expr]) -> list[tuple[int, Expr]]:
+    """Return what of a row is not zero, with its place: large mechanisms have long rows of few entries."""
+    zero = row[0].graph.zero if row else None
+    return [(k, x) for k, x in enumerate(row) if x is not zero]
+
+
 # G_d and its transpose, block by block
 
 
@@ -118,10 +122,16 @@ def solve_dependent(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[
     """Return x with G_d x = b by velocity, b of shape (kept rows,)."""
     x: dict[int, Expr] = {}
     for block in partition.blocks:
-        rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
+        rest = [_without(b[r], G[r], x) for r in block.rows]
         matrix = [[G[r][k] for k in block.velocities] for r in block.rows]
         x |= dict(zip(block.velocities, solve_square(matrix, rest), strict=True))
     return x
+
+
+def _without(b: Expr, row: Sequence[Expr], x: Mapping[int, Expr]) -> Expr:
+    """Return b less a row times what is known, term by term in the order in which it became known."""
+    zero = b.graph.zero
+    return b - b.graph.total(row[k] * one for k, one in x.items() if row[k] is not zero)
 
 
 def all_by_normal_equations(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[int, Expr]:
@@ -137,7 +147,7 @@ def solve_transposed(G: Matrix, partition: Partition, f: Sequence[Expr]) -> list
     """
     found: dict[int, Expr] = {}
     for block in reversed(partition.blocks):
-        rest = [f[k] - f[k].graph.total(G[r][k] * found[r] for r in found) for k in block.velocities]
+        rest = [_without(f[k], [row[k] for row in G], found) for k in block.velocities]
         matrix = [[G[r][k] for r in block.rows] for k in block.velocities]
         solve_block = solve_square if len(block.rows) == len(block.velocities) else solve_normal
         found |= dict(zip(block.rows, solve_block(matrix, rest), strict=True))
@@ -270,4 +280,4 @@ def all_rows(M: Matrix, G: Matrix) -> AllRows:
 
 
 def _product(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
-    return a[0].graph.total(x * y for x, y in zip(a, b, strict=True))
+    return a[0].graph.total(x * b[k] for k, x in nonzero(a))

@@ -139,7 +139,8 @@ class Workspace:
     def composite_mass(self) -> Matrix:
         """M by the composite-rigid-body algorithm, shape (n, n): by the variant that costs least."""
         variants = [crba(self.lean, *choices) for choices in product((False, True), repeat=2)]
-        return min(variants, key=lambda M: cost([entry for row in M for entry in row], self.state.q))
+        zero = self.graph.zero
+        return min(variants, key=lambda M: cost([x for row in M for x in row if x is not zero], self.state.q))
 
     @cached_property
     def composite_christoffel(self) -> Christoffel:

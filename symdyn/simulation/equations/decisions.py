@@ -14,7 +14,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.loop_decisions import NOTHING, LoopDecisions, close, loose_rows
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.newton import CLOSED, dimensionless, free_motions, rank_of, seen_closed, turns_of
+from symdyn.dynamics.loops.newton import CLOSED, dimensionless, free_motions, rank_of, seen_closed
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.roads.linear_loops import LinearLoops, linear_loops
 from symdyn.errors import DerivationError
@@ -99,7 +99,7 @@ def hold(decisions: WrittenDecisions, numbers: Numbers, q: Array) -> bool:
         if not len(free):
             return True
         scales = np.full(numbers.state.n, length)
-        scales[turns_of(numbers)] = 1.0
+        scales[numbers.turns] = 1.0
         away = numbers.moved(q, AWAY * scales * free.sum(axis=0))
         for _ in range(STEPS):
             r = numbers.residual(away)
