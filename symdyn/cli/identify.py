@@ -7,9 +7,11 @@ import math
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
+from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
 from symdyn.identification import Identification, identify
 from symdyn.identification.linear_model import TERMS
+from symdyn.identification.units import UNITS
 from symdyn.rounding import in_digits
 from symdyn.scene.values.formula import split_commas
 
@@ -32,6 +34,9 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--hold-back", type=float, default=0.0, metavar="SHARE", help="part of every log that judges the result: 0.25"
     )
+    verb.add_argument(
+        "--units", metavar="LIST", help=f"columns that are not in SI with radians, e.g. t=ms,q*=deg: {', '.join(UNITS)}"
+    )
     verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
 
 
@@ -53,6 +58,7 @@ def run(options: argparse.Namespace) -> int:
             tuple(TERMS) if terms == ["all"] else [one for one in terms if one],
             options.hold_back,
             not options.keep_outliers,
+            pairs(options.units, "--units"),
         )
     for note in found.notes:
         say(note)

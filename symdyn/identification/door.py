@@ -12,10 +12,11 @@ from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Flags, Motion, choose_band, motions, projected
 from symdyn.identification.identification import Identification
 from symdyn.identification.linear_model import LinearModel, linear_model
-from symdyn.identification.log import read_logs
+from symdyn.identification.log import Log, read_logs
 from symdyn.identification.outliers import Outlier, far, stretches
 from symdyn.identification.regression import Regression, Rows, solve
 from symdyn.identification.told_apart import untold
+from symdyn.identification.units import forces_off
 from symdyn.identification.validation import Fit, blocks, mean_square
 from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.units import velocity_units
@@ -35,6 +36,7 @@ def identify(
     friction: str | Sequence[str] = (),
     hold_back: float = 0.0,
     outliers: bool = True,
+    units: Mapping[str, str] | None = None,
     values: Mapping[str, object] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Identification:
@@ -50,6 +52,7 @@ def identify(
             "armature".
         hold_back: share of every log, in contiguous blocks, that is not fitted and judges the result; 0 to 0.9.
         outliers: whether samples that no noise explains are left out; they are told.
+        units: of columns that are not in SI with radians, by name or pattern, such as {"q*": "deg", "t": "ms"}.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
         say: takes what a user should know, a line at a time.
 
@@ -67,12 +70,16 @@ def identify(
         faults.append(f"hold_back = {hold_back!r:.40}: give a share of the data, 0 to 0.9, such as 0.25")
     if faults:
         raise IdentifyError(faults)
-    logs = read_logs(scene, data)
+    logs = read_logs(scene, data, units)
     model = linear_model(scene, (friction,) if isinstance(friction, str) else tuple(friction))
     band = choose_band(logs) if band is None else band
-    moved = tuple(one for log in logs for one in motions(log, band))
+    parts = [motions(log, band) for log in logs]
+    moved = tuple(one for some, _ in parts for one in some)
+    if not moved:
+        raise IdentifyError([note for _, told in parts for note in told])
     found = _fitted(model, moved, band, hold_back, outliers)
-    notes = [note for log in logs for note in log.notes] + found.notes
+    notes = [note for log, (_, told) in zip(logs, parts, strict=True) for note in (*log.notes, *told)]
+    notes += [*_expected(model, logs, moved), *found.notes]
     lost = untold(model, found.regression.untold, found.regression.scale, moved)
     for one in lost:
         notes.append(one.words)
@@ -83,6 +90,17 @@ def identify(
         scene, model, logs, moved, band, found.regression, found.fits, tuple(found.outliers), lost, tuple(notes),
         found.predicted, found.used, found.held,
     )  # fmt: skip
+
+
+def _expected(model: LinearModel, logs: Sequence[Log], moved: Sequence[Motion]) -> list[str]:
+    """Return notes on driving forces that are far from what the scene expects of the motion."""
+    if not np.isfinite(model.prior).all():
+        return []
+    tau = np.concatenate([one.tau for one in moved])
+    before = np.concatenate([model.regressor(one.q, one.qd, one.qdd) @ model.prior for one in moved])
+    driven = [j for j in model.rows if model.scene.drives[j]]
+    names = [drive_names(model.scene)[j] for j in driven]
+    return forces_off(logs[0].source, names, tau[:, driven], before[:, driven])
 
 
 class _Fitted:

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
-from symdyn.identification.log import Log
+from symdyn.identification.log import SHORTEST, Log
 
 Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
@@ -33,8 +33,17 @@ EDGE = 1.0
 ABOVE, SHARE, ROOM = 30.0, 0.9999, 5.0
 """How far motion stands above the floor of noise, its share of the power of accelerations, and room for harmonics."""
 
-UNEVEN = 1e-6
-"""Part of a step by which steps may differ and are still called even."""
+UNEVEN, TOLD = 1e-6, 0.05
+"""Part of a step by which steps may differ and are called even, and by which they may and nothing is said."""
+
+GAP = 4.0
+"""Times a usual step, from which a step is a gap."""
+
+PERIODS = 4.0
+"""Of the band that a part of a log lasts at least."""
+
+MOST = 5
+"""Gaps of one log that are told one by one."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +69,6 @@ class Motion:
     tau: Array
     noise: Array
     band: float
-
-    @property
-    def rows(self) -> int:
-        """How many cosines the band has room for."""
-        step = float(self.t[1] - self.t[0])
-        return max(1, min(len(self.t), int(2 * self.band * step * len(self.t))))
 
 
 def spectrum(x: Array, step: float) -> tuple[Array, Array]:
@@ -102,50 +105,71 @@ def choose_band(logs: Iterable[Log]) -> float:
     return min(largest, ROOM * highest) if highest else largest / 4
 
 
-def motions(log: Log, band: float) -> tuple[Motion, ...]:
-    """Return the motion of a log, filtered, its edges dropped."""
+def motions(log: Log, band: float) -> tuple[tuple[Motion, ...], tuple[str, ...]]:
+    """Return the motion of a log, filtered, its edges dropped, and notes; a motion for each part between gaps."""
+    step = float(np.median(np.diff(log.t)))
+    ends = np.flatnonzero(np.diff(log.t) > GAP * step)
+    notes, found = list[str](), list[Motion]()
+    for k in ends[:MOST]:
+        notes.append(
+            f"{log.source}: a gap from t = {log.t[k]:.6g} s to {log.t[k + 1]:.6g} s; both sides are used apart"
+        )
+    if len(ends) > MOST:
+        notes.append(f"{log.source}: and {len(ends) - MOST} gaps more")
+    for part in np.split(np.arange(len(log.t)), ends + 1):
+        span = float(log.t[part[-1]] - log.t[part[0]])
+        if len(part) < SHORTEST or span * band < PERIODS:
+            notes.append(
+                f"{log.source}: t = {log.t[part[0]]:.6g} s to {log.t[part[-1]]:.6g} s is too short for a band of "
+                f"{band:.3g} Hz and left out"
+            )
+            continue
+        one, told = _motion(log, part, step, band)
+        found.append(one)
+        notes += [line for line in told if line not in notes]
+    return tuple(found), tuple(notes)
+
+
+def _motion(log: Log, part: Indices, step: float, band: float) -> tuple[Motion, list[str]]:
+    """Return the motion of one part of a log, and notes."""
     from scipy.interpolate import make_interp_spline
     from scipy.signal import butter, sosfiltfilt
 
-    step = float(np.median(np.diff(log.t)))
-    t, q, qd, qdd, tau = log.t, log.q, log.qd, log.qdd, log.tau
-    if np.abs(np.diff(t) - step).max() > UNEVEN * step:
-        count = round(float((t[-1] - t[0]) / step)) + 1
-        even = np.linspace(t[0], t[-1], count)
-        q = make_interp_spline(t, q, k=3)(even)
-        qd = None if qd is None else make_interp_spline(t, qd, k=3)(even)
-        qdd = None if qdd is None else make_interp_spline(t, qdd, k=3)(even)
-        tau = make_interp_spline(t, tau, k=1)(even)
+    t, q, tau = log.t[part], log.q[part], log.tau[part]
+    qd, qdd = (None if x is None else x[part] for x in (log.qd, log.qdd))
+    notes = []
+    off = float(np.abs(np.diff(t) - step).max())
+    if off > UNEVEN * step:
+        even = np.linspace(t[0], t[-1], round(float((t[-1] - t[0]) / step)) + 1)
+        q, tau = make_interp_spline(t, q, k=3)(even), make_interp_spline(t, tau, k=1)(even)
+        qd, qdd = (None if x is None else make_interp_spline(t, x, k=3)(even) for x in (qd, qdd))
         t, step = even, float(even[1] - even[0])
+        if off > TOLD * step:
+            notes.append(f"{log.source}: steps differ by up to {off:.3g} s; interpolated to one of {step:.6g} s")
     noise = np.zeros((3, tau.shape[1]))
+    if qdd is not None and qd is not None:
+        return Motion(log.source, t, q, qd, qdd, tau, noise, band), notes
     cut = 2 * band * step
-    if qdd is None or qd is None:
-        sections = butter(ORDER, cut, output="sos") if cut < 1 else None
+    sections = butter(ORDER, cut, output="sos") if cut < 1 else None
 
-        def smooth(x: Array) -> Array:
-            if sections is None:
-                return x
-            found: Array = sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(3 / cut) * 6))
-            return found
+    def smooth(x: Array) -> Array:
+        found: Array = (
+            x if sections is None else sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, int(18 / cut)))
+        )
+        return found
 
-        if qd is None:
-            level = floor(q, step)
-            fit = make_interp_spline(t, smooth(q), k=5)
-            q, qd, qdd = fit(t), fit(t, 1), fit(t, 2)
-            w = 2 * np.pi * band
-            share = min(1.0, cut) * level
-            noise = np.sqrt(np.stack([share, share * w**2 / 3, share * w**4 / 5]))
-        else:
-            level = floor(qd, step)
-            fit = make_interp_spline(t, smooth(qd), k=5)
-            q, qd, qdd = smooth(q), fit(t), fit(t, 1)
-            w = 2 * np.pi * band
-            share = min(1.0, cut) * level
-            noise = np.sqrt(np.stack([0 * share, share, share * w**2 / 3]))
-        edge = min(int(np.ceil(EDGE / (band * step))), len(t) // 10)
-        keep = slice(edge, len(t) - edge)
-        t, q, qd, qdd, tau = t[keep], q[keep], qd[keep], qdd[keep], tau[keep]
-    return (Motion(log.source, t, q, qd, qdd, tau, noise, band),)
+    share, w = min(1.0, cut), 2 * np.pi * band
+    if qd is None:
+        level, fit = share * floor(q, step), make_interp_spline(t, smooth(q), k=5)
+        q, qd, qdd = fit(t), fit(t, 1), fit(t, 2)
+        noise = np.sqrt(np.stack([level, level * w**2 / 3, level * w**4 / 5]))
+    else:
+        level, fit = share * floor(qd, step), make_interp_spline(t, smooth(qd), k=5)
+        q, qd, qdd = smooth(q), fit(t), fit(t, 1)
+        noise = np.sqrt(np.stack([0 * level, level, level * w**2 / 3]))
+    edge = min(int(np.ceil(EDGE / (band * step))), len(t) // 10)
+    keep = slice(edge, len(t) - edge)
+    return Motion(log.source, t[keep], q[keep], qd[keep], qdd[keep], tau[keep], noise, band), notes
 
 
 def projected(x: Array, rows: int) -> Array:

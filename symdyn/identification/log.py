@@ -19,6 +19,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import IdentifyError, SimulateError
+from symdyn.identification.units import in_si, looks_off
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.values.names import nearest
 from symdyn.scene.values.table import Faults
@@ -54,12 +55,13 @@ class Log:
     notes: tuple[str, ...] = ()
 
 
-def read_logs(scene: Scene, data: Any) -> tuple[Log, ...]:
+def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -> tuple[Log, ...]:
     """Return the logs that data hold.
 
     Args:
         scene: the mechanism.
         data: path of a CSV file, arrays by name, a data frame or run, or a list of such, a log each.
+        units: of columns that are not in SI with radians, by name or pattern, such as {"q*": "deg"}: `units.UNITS`.
 
     Raises:
         IdentifyError: with every fault, one line each.
@@ -79,7 +81,8 @@ def read_logs(scene: Scene, data: Any) -> tuple[Log, ...]:
         faults.add("data", f"{name or 'a function'}: a log is a CSV file or arrays over t, not a function")
     if not said.tables and not faults.lines:
         faults.add("data", "is no log; give a CSV file with the columns t, " + ", ".join(expected(scene)))
-    logs = [one for table in said.tables if (one := _log(scene, table, faults)) is not None]
+    tables = [in_si(table, units or {}, faults) for table in said.tables]
+    logs = [one for table in tables if (one := _log(scene, table, faults)) is not None]
     if faults.lines:
         raise IdentifyError(faults.lines)
     return tuple(logs)
@@ -113,6 +116,10 @@ def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
     q = np.stack([table.values[name] for name in scene.coordinates], axis=-1)
     still = np.zeros(len(table.t))
     tau = np.stack([table.values.get(name, still) for name in drive_names(scene)], axis=-1)
+    notes += looks_off(scene, source, table.t, q, qd, faults)
+    idle = [drive for k, drive in enumerate(scene.drives) if drive and not tau[:, k].any()]
+    if idle:
+        notes.append(f"{source}: {', '.join(idle)} is zero all the time")
     return Log(source, table.t, q, qd, qdd, tau, tuple(notes))
 
 

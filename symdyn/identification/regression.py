@@ -31,6 +31,9 @@ LEAST = 1e-9
 ALONE = 1e-3
 """Share of what is not told in a parameter, below which it is told by itself."""
 
+MIXED = 0.05
+"""Part of a direction below which a parameter is there by noise."""
+
 BURIED = 0.25
 """Part of the information of a direction that noise of the motion may make, and it still counts as told."""
 
@@ -154,20 +157,41 @@ def _solved(
     weighted = Y * weights[:, None]
     scale = np.linalg.norm(weighted, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
-    U, s, Vt = np.linalg.svd(weighted / scale, full_matrices=False)
-    told = s > LEAST * s[0] if len(s) else np.zeros(0, bool)
+    _, s, Vt = np.linalg.svd(weighted / scale, full_matrices=True)
+    s = np.append(s, np.zeros(Y.shape[1] - len(s)))
+    lost = s <= LEAST * s[0]
+    untold = Vt[lost]
     if buried.size:
         noise = (buried * weights[:, None] / scale) @ Vt.T
-        told &= np.sum(noise**2, axis=0) < BURIED * s**2
-    if len(s) < Y.shape[1]:
-        full = np.linalg.svd(weighted / scale, full_matrices=True)[2]
-        untold = np.vstack([Vt[~told], full[len(s) :]])
+        covered = ~lost & (np.sum(noise**2, axis=0) >= BURIED * s**2)
+        untold = np.vstack([untold, _cleared(Vt[covered])])
+    if not len(untold):
+        inside = np.eye(Y.shape[1])
+    elif len(untold) < Y.shape[1]:
+        basis = np.linalg.svd(untold)[2]
+        untold, inside = basis[: len(untold)], basis[len(untold) :]
     else:
-        untold = Vt[~told]
-    z = (U[:, told].T @ ((tau - Y @ kept) * weights)) / s[told]
-    beta = kept + (Vt[told].T @ z) / scale
-    condition = float(s[told][0] / s[told][-1]) if told.any() else np.inf
-    return beta, U[:, told], untold, scale, condition
+        inside = np.zeros((0, Y.shape[1]))
+    U, s, Wt = np.linalg.svd(weighted / scale @ inside.T, full_matrices=False)
+    w = Wt.T @ ((U.T @ ((tau - Y @ kept) * weights)) / s)
+    return kept + (w @ inside) / scale, U, untold, scale, float(s[0] / s[-1]) if len(s) else np.inf
+
+
+def echelon(rows: Array) -> Array:
+    """Return rows of the same space, each with one column that the others lack; by QR with pivoting."""
+    from scipy.linalg import qr
+
+    if not len(rows):
+        return rows
+    pivots = qr(rows, mode="economic", pivoting=True)[2][: len(rows)]
+    found = np.linalg.solve(rows[:, pivots], rows)
+    return np.asarray(found[np.argsort(pivots, kind="stable")])
+
+
+def _cleared(rows: Array) -> Array:
+    """Return directions without the small parts that noise mixes into them."""
+    rows = echelon(rows)
+    return np.where(np.abs(rows) > MIXED * np.abs(rows).max(axis=1, keepdims=True, initial=0), rows, 0.0)
 
 
 def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:

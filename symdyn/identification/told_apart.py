@@ -10,6 +10,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.identification.filtered import Motion
 from symdyn.identification.linear_model import LinearModel
+from symdyn.identification.regression import echelon
 from symdyn.scene import Scene
 
 SMALL = 1e-3
@@ -30,7 +31,7 @@ MOST = 4
 
 @dataclass(frozen=True)
 class Untold:
-    """Parameters that the data do not tell apart: forces stay the same along a direction; there the scene's values stay.
+    """Parameters that data do not tell apart: along a direction forces are the same, and the scene's values stay.
 
     Attributes:
         combination: that direction, as a formula of their names.
@@ -70,7 +71,7 @@ def untold(model: LinearModel, directions: Array, scale: Array, motions: Sequenc
     lacking = _lacking(model.scene, motions)
     generic = _generic(model, motions)
     size = np.linalg.norm(generic, axis=(0, 1))
-    for row in _echelon(directions):
+    for row in echelon(directions):
         part = np.flatnonzero(np.abs(row) > SMALL * np.abs(row).max())
         part = part[np.argsort(-np.abs(row[part]), kind="stable")]
         names = tuple(model.names[k] for k in part)
@@ -86,17 +87,6 @@ def untold(model: LinearModel, directions: Array, scale: Array, motions: Sequenc
         helps = "; ".join(dict.fromkeys(one[1] for one in reasons))
         found.append(Untold(formula, why, helps or RICHER, names))
     return tuple(found)
-
-
-def _echelon(rows: Array) -> Array:
-    """Return rows of the same space, each with one parameter that the others lack; by QR with pivoting."""
-    from scipy.linalg import qr
-
-    size = np.abs(rows).max(axis=0)
-    unit = rows / np.where(size > 0, size, 1.0)
-    pivots = qr(unit, mode="economic", pivoting=True)[2][: len(rows)]
-    found = np.linalg.solve(rows[:, pivots], rows)
-    return np.asarray(found[np.argsort(pivots, kind="stable")])
 
 
 def _formula(coefficients: Array, names: Sequence[str]) -> str:

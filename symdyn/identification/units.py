@@ -1,0 +1,179 @@
+"""Units of a log: columns that are told to be in others, and columns that look as if they were.
+
+A log says no units. It betrays them: velocities beside the rate of their coordinates, coordinates beside the limits of
+their joints, forces beside those that the scene expects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
+from math import pi
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.scene import Scene
+from symdyn.scene.units import coordinate_units
+from symdyn.scene.values.names import choice
+from symdyn.scene.values.table import Faults
+from symdyn.scene.values.value import value_of
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.simulation.prescribed.numbers_in_time import Columns
+
+UNITS: dict[str, float] = {
+    "deg": pi / 180,
+    "deg/s": pi / 180,
+    "rpm": pi / 30,
+    "rev": 2 * pi,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "mm/s": 1e-3,
+    "in": 0.0254,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "ns": 1e-9,
+    "mNm": 1e-3,
+    "Ncm": 1e-2,
+    "Nmm": 1e-3,
+    "mN": 1e-3,
+    "kN": 1e3,
+    "kNm": 1e3,
+    "rad": 1.0,
+    "m": 1.0,
+    "s": 1.0,
+    "N": 1.0,
+    "Nm": 1.0,
+}
+"""What a column may be in, and by which it becomes SI with radians."""
+
+NEAR, ALIKE = 0.1, 0.9
+"""How near a ratio is to a factor of units, and the correlation from which two columns show the same thing."""
+
+OFF = 0.05
+"""Part by which a velocity and the rate of its coordinate may differ and nothing is said."""
+
+FAR = 2.0
+"""Times a limit, from which a coordinate is beyond what its joint can do."""
+
+
+def in_si(table: Columns, units: Mapping[str, str], faults: Faults) -> Columns:
+    """Return columns in SI with radians, those that `units` say, by name or pattern such as "q*", in another unit."""
+    t, values = table.t, dict(table.values)
+    for pattern, unit in units.items():
+        factor = UNITS.get(unit)
+        found = [name for name in (TIME, *values) if fnmatchcase(name, pattern)]
+        if factor is None:
+            faults.add("units", f"{pattern}: {unit} is no unit of a column; {choice(unit, UNITS)}")
+        elif not found:
+            faults.add("units", f"{pattern}: {table.source} has no such column; {choice(pattern, (TIME, *values))}")
+        else:
+            for name in found:
+                if name == TIME:
+                    t = t * factor
+                else:
+                    values[name] = values[name] * factor
+    return Columns(table.source, t, values, table.every)
+
+
+def looks_off(scene: Scene, source: str, t: Array, q: Array, qd: Array | None, faults: Faults) -> list[str]:
+    """Return notes on units of motion that look off, and add those that cannot be right to the faults."""
+    notes: list[str] = []
+    kinds = coordinate_units(scene)
+    if qd is not None and q.shape == qd.shape:
+        rates = np.gradient(q, t, axis=0)
+        ratios = [_ratio(qd[:, k], rates[:, k]) for k in range(q.shape[1])]
+        told = [one for one in ratios if one is not None]
+        if len(told) > 1 and all(_near(one, 1e3) for one in told):
+            faults.add(source, f"all velocities are 1000 times the rates of their coordinates; {_way('t', 'ms')}")
+            return notes
+        for k, ratio in enumerate(ratios):
+            if ratio is not None:
+                _judge(scene, source, k, kinds[k], ratio, faults, notes)
+    for k, (low, high) in _limits(scene).items():
+        size, most = float(np.abs(q[:, k]).max()), max(abs(low), abs(high))
+        name, turns = scene.coordinates[k], kinds[k] == "rad"
+        factor, unit = (pi / 180, "deg") if turns else (1e-3, "mm")
+        if most > 0 and size > FAR * most and size * factor < 1.5 * most:
+            faults.add(
+                source,
+                f"{name} goes to {size:.4g}, its joint to {most:.4g} {kinds[k]}: it looks like {unit}; "
+                f"{_way(name, unit)}",
+            )
+    for k, kind in enumerate(kinds):
+        if kind == "rad" and k not in _limits(scene) and float(np.ptp(q[:, k])) > 60:
+            notes.append(
+                f"{source}: {scene.coordinates[k]} ranges over {np.ptp(q[:, k]):.4g} rad, "
+                f"{np.ptp(q[:, k]) / 2 / pi:.3g} turns; if that are degrees, {_way(scene.coordinates[k], 'deg')}"
+            )
+    step = float(np.median(np.diff(t)))
+    if step >= 0.5:
+        notes.append(f"{source}: samples are {step:.4g} s apart; if that are milliseconds, {_way(TIME, 'ms')}")
+    return notes
+
+
+def forces_off(source: str, drives: Sequence[str], tau: Array, expected: Array) -> list[str]:
+    """Return notes on driving forces that are a thousand times, or a thousandth of, what the scene expects."""
+    notes = []
+    for j, drive in enumerate(drives):
+        ratio = _ratio(tau[:, j], expected[:, j])
+        for factor, units in ((1000.0, "mNm or mN"), (1e-3, "kNm or kN")):
+            if ratio is not None and 0.5 < abs(ratio) / factor < 2:
+                unit = units.split()[0]
+                notes.append(
+                    f"{source}: {drive} is {abs(ratio):.4g} times what the scene expects: it looks like {units}; "
+                    f"{_way(drive, unit)}"
+                )
+        if ratio is not None and ratio < -0.2:
+            notes.append(f"{source}: {drive} has the other sign than the scene expects; turn its column round")
+    return notes
+
+
+def _judge(scene: Scene, source: str, k: int, kind: str, ratio: float, faults: Faults, notes: list[str]) -> None:
+    """Tell what is wrong with a velocity that is `ratio` times the rate of its coordinate."""
+    name, rate = scene.coordinates[k], scene.velocities[k]
+    what = f"{rate} is {ratio:.4g} times the rate of {name}"
+    turns = kind == "rad"
+    known = [(180 / pi, rate, "deg/s"), (pi / 180, name, "deg"), (30 / pi, rate, "rpm")] if turns else []
+    known += [] if turns else [(1e3, rate, "mm/s"), (1e-3, name, "mm")]
+    for factor, column, unit in known:
+        if _near(ratio, factor):
+            faults.add(source, f"{what}: {column} looks like {unit}; {_way(column, unit)}")
+            return
+    if _near(ratio, 1e3) or _near(ratio, 1e-3):
+        faults.add(source, f"{what}: one of the two is off by 1000; say which, as in --units {rate}=mm/s")
+    elif ratio < 0:
+        faults.add(source, f"{what}: one of the two has the other sign; turn its column round")
+    elif abs(ratio - 1) > OFF:
+        notes.append(f"{source}: {what}; both are used as they are, leave {rate} out if it is the worse")
+
+
+def _way(column: str, unit: str) -> str:
+    return f"--units {column}={unit} says so"
+
+
+def _ratio(one: Array, other: Array) -> float | None:
+    """Return by how much one column is larger than another that shows the same thing, None where they do not."""
+    one, other = one - one.mean(), other - other.mean()
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    if size <= 1e-12 or abs(float(one @ other)) < ALIKE * size:
+        return None
+    return float(one @ other) / float(other @ other)
+
+
+def _near(ratio: float, factor: float) -> bool:
+    return abs(ratio / factor - 1) < NEAR
+
+
+def _limits(scene: Scene) -> dict[int, tuple[float, float]]:
+    """Return lower and upper limit of coordinates that have numbers for them."""
+    found = {}
+    places = {name: k for k, name in enumerate(scene.coordinates)}
+    values = {p.name: known for p in scene.parameters if p.value is not None and (known := value_of(p.value, {}))}
+    for joint in scene.joints:
+        low, high = joint.limits.lower, joint.limits.upper
+        if len(joint.coordinates) == 1 and low is not None and high is not None:
+            ends = [value_of(one, values) for one in (low, high)]
+            if ends[0] is not None and ends[1] is not None:
+                found[places[joint.coordinates[0]]] = (float(ends[0]), float(ends[1]))
+    return found

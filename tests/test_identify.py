@@ -1,0 +1,262 @@
+"""Identification: what was put into a log comes out again, and what a log cannot tell is told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.cli import main
+from symdyn.errors import IdentifyError
+from symdyn.identification.linear_model import TERMS, linear_model, with_terms
+from symdyn.scene import Scene, bind
+from symdyn.scene.values.model import Limits
+from symdyn.scene.values.quantity import number
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+pytestmark = [pytest.mark.runs("cc")]
+
+Capture = pytest.CaptureFixture[str]
+
+MOTION = {
+    "q1": "sin(2*t) + 0.4*cos(5*t)",
+    "q2": "0.8*sin(3*t) - 0.4*cos(1.7*t)",
+    "q3": "0.1*sin(3.3*t) + 0.05*cos(2.1*t)",
+    "q4": "sin(4*t)",
+}
+
+
+def scara() -> Scene:
+    return symdyn.read(EXAMPLES / "scara.toml")
+
+
+def log(scene: Scene, motion: Mapping[str, str] = MOTION, until: float = 10, count: int = 2001) -> dict[str, Any]:
+    run = symdyn.inverse(scene, motion, np.linspace(0, until, count))
+    return {name: np.array(run[name]) for name in ("t", *scene.coordinates, *filter(None, scene.drives))}
+
+
+def noisy(data: dict[str, Any], seed: int, force: float, place: float = 1e-5) -> dict[str, Any]:
+    rng = np.random.default_rng(seed)
+    size = {name: force * np.std(x) if name.startswith("tau") else place for name, x in data.items()}
+    return {n: x if n == "t" else x + size[n] * rng.normal(size=len(x)) for n, x in data.items()}
+
+
+def heavier(scene: Scene) -> Scene:
+    """Return the scene with other friction and drives than it declares, by the names that identification gives."""
+    opened = with_terms(scene, tuple(TERMS))
+    return bind(opened, {"fv1": 1.5, "fc1": 2.5, "f02": 0.3, "fc3": 0.7, "Ia2": 0.02})
+
+
+def test_a_log_without_noise_gives_back_what_made_it() -> None:
+    found = symdyn.identify(scara(), log(scara()))
+
+    assert found.untold == ()
+    assert found.regression.condition < 10
+    np.testing.assert_allclose(found.after, found.before, atol=2e-4)
+    assert all(one.percent < 0.01 for one in found.fits)
+
+
+def test_friction_that_a_scene_lacks_is_told_beside_its_inertias() -> None:
+    true = heavier(scara())
+    found = symdyn.identify(scara(), noisy(log(true), 3, 0.02), friction=("viscous", "coulomb", "armature"))
+
+    for name, value in {"fv1": 1.5, "fc1": 2.5, "fc3": 0.7}.items():
+        place = found.names.index(name)
+        assert found.before[place] == 0.0
+        assert abs(found.after[place] - value) < 4 * found.errors[place] < 0.2
+
+
+def test_an_interval_is_as_wide_as_it_says() -> None:
+    """Twenty logs of a SCARA: the squares of errors over standard errors have the mean of their distribution."""
+    scene, data = scara(), log(scara())
+    runs = [symdyn.identify(scene, noisy(data, seed, 0.1)) for seed in range(20)]
+    off = np.array([one.after - one.before for one in runs])
+    z = off / np.array([one.errors for one in runs])
+    joint = [d @ one.regression.information @ d for d, one in zip(off, runs, strict=True)]
+
+    assert 0.6 < np.mean(z**2) < 1.5  # 160 of mean one
+    assert 0.7 < np.mean(joint) / len(runs[0].names) < 1.4
+    inside = [(one.interval()[:, 0] <= one.before) & (one.before <= one.interval()[:, 1]) for one in runs]
+    assert 0.88 <= np.mean(inside) <= 0.995
+
+
+def test_a_joint_that_never_moves_is_named_and_keeps_what_the_scene_says() -> None:
+    still = {**MOTION, "q1": "0.2"}
+    found = symdyn.identify(scara(), noisy(log(scara(), still), 1, 0.01))
+    said = " ".join(one.words for one in found.untold)
+
+    assert "q1 never moves" in said
+    assert "move q1" in said
+    assert any("JxxR1 + JyyR1" in one.parameters for one in found.untold)
+    place = found.names.index("mR3")
+    assert abs(found.after[place] - found.before[place]) < 4 * found.errors[place]
+
+
+def test_what_no_motion_tells_apart_is_told_so() -> None:
+    found = symdyn.identify(scara(), log(scara()), friction=tuple(TERMS))
+
+    assert len(found.untold) == 1
+    assert found.untold[0].why == "no motion tells them apart"
+    assert {"mR3", "f03", "Ia3"} <= set(found.untold[0].parameters)
+    np.testing.assert_allclose(found.after[found.names.index("mR3")], 1.5, atol=1e-3)
+
+
+def test_samples_that_nothing_explains_are_left_out_and_told() -> None:
+    data = noisy(log(scara()), 5, 0.02)
+    data["tau2"] = data["tau2"].copy()
+    data["tau2"][700:704] += 300.0
+    found = symdyn.identify(scara(), data)
+    kept = symdyn.identify(scara(), data, outliers=False)
+
+    (one,) = found.outliers
+    assert (one.drive, one.samples) == ("tau2", 4)
+    assert 3.4 < one.start < one.end < 3.6
+    assert any("tau2 at t = 3.5" in note for note in found.notes)
+    right = found.before
+    assert np.linalg.norm(found.after - right) < 0.8 * np.linalg.norm(kept.after - right)
+
+
+def test_data_that_were_held_back_judge_the_fit() -> None:
+    found = symdyn.identify(scara(), noisy(log(scara()), 2, 0.1), hold_back=0.25)
+
+    assert 0.2 < found.held[0].mean() < 0.3
+    for one in found.fits:
+        assert 0.5 < one.held_back / one.error < 2
+
+
+def test_a_gap_in_time_parts_a_log() -> None:
+    data = log(scara())
+    keep = np.r_[0:700, 900:2001]
+    found = symdyn.identify(scara(), {name: x[keep] for name, x in data.items()})
+
+    assert len(found.motions) == 2
+    assert any("a gap from t = 3.495 s to 4.5 s" in note for note in found.notes)
+    np.testing.assert_allclose(found.after, found.before, atol=2e-4)
+
+
+def test_uneven_times_are_made_even_and_told() -> None:
+    run = log(scara(), count=4001)
+    rng = np.random.default_rng(0)
+    keep = np.sort(rng.choice(4001, 2800, replace=False))
+    found = symdyn.identify(scara(), {name: x[keep] for name, x in run.items()})
+
+    assert any("interpolated" in note for note in found.notes)
+    np.testing.assert_allclose(found.after, found.before, atol=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"q1_dot": ("q1", 180 / np.pi)}, "q1_dot looks like deg/s; --units q1_dot=deg/s"),
+        ({"q1_dot": ("q1", 1000.0)}, "one of the two is off by 1000"),
+        ({"q1_dot": ("q1", -1.0)}, "has the other sign"),
+        ({"q3_dot": ("q3", 1000.0)}, "q3_dot looks like mm/s"),
+    ],
+)
+def test_velocities_betray_their_units(change: dict[str, tuple[str, float]], words: str) -> None:
+    data = log(scara())
+    data |= {f"{name}_dot": np.gradient(data[name], data["t"]) for name in scara().coordinates}
+    for name, (of, factor) in change.items():
+        data[name] = factor * np.gradient(data[of], data["t"])
+
+    with pytest.raises(IdentifyError, match=words):
+        symdyn.identify(scara(), data)
+
+
+def test_times_in_milliseconds_are_named_and_can_be_said() -> None:
+    data = log(scara())
+    data |= {f"{name}_dot": np.gradient(data[name], data["t"]) for name in scara().coordinates}
+    data["t"] = 1000 * data["t"]
+
+    with pytest.raises(IdentifyError, match=r"all velocities are 1000 times .* --units t=ms says so"):
+        symdyn.identify(scara(), data)
+    assert symdyn.identify(scara(), data, units={"t": "ms"}).fits[0].percent < 1
+
+
+def test_degrees_are_told_from_limits_and_thousandths_from_the_scene() -> None:
+    scene = scara()
+    data = log(scene)
+    first, *others = scene.joints
+    limited = replace(scene, joints=(replace(first, limits=Limits(number(-2), number(2))), *others))
+    with pytest.raises(IdentifyError, match=r"q1 goes to 78\.\d+, its joint to 2 rad: it looks like deg"):
+        symdyn.identify(limited, {**data, "q1": np.degrees(data["q1"])})
+    off = symdyn.identify(scene, {**data, "tau1": 1000 * data["tau1"]})
+    assert any("tau1 is 1000 times what the scene expects: it looks like mNm" in note for note in off.notes)
+    fitted = symdyn.identify(scene, {**data, "tau1": 1000 * data["tau1"]}, units={"tau1": "mNm"})
+    np.testing.assert_allclose(fitted.after, fitted.before, atol=2e-4)
+
+
+def test_all_faults_of_a_log_are_told_together(tmp_path: Path, capsys: Capture) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("t,q1,q2,q3,theta4,tau_1,tau2,tau3,tau4\n" + "".join(f"{k},0,0,0,0,0,0,0,0\n" for k in range(5)))
+
+    assert main(["identify", str(EXAMPLES / "scara.toml"), str(file)]) == 1
+    said = capsys.readouterr().err
+    assert "has no column q4, tau1 (did you mean tau_1?)" in said
+    assert "has 5 rows; at least 20 are needed" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"band": -1.0}, "give a frequency in Hz above zero"),
+        ({"hold_back": 1.5}, "give a share of the data"),
+        ({"friction": "stiction"}, "there is no term stiction"),
+        ({"units": {"q1": "furlong"}}, "furlong is no unit"),
+        ({"units": {"q9": "deg"}}, "has no such column"),
+        ({"band": 0.01}, "too short for a band"),
+    ],
+)
+def test_settings_that_mean_nothing_are_refused(settings: dict[str, Any], words: str) -> None:
+    with pytest.raises(IdentifyError, match=words):
+        symdyn.identify(scara(), log(scara()), **settings)
+
+
+def test_what_cannot_be_identified_with_is_refused_in_words() -> None:
+    data = {"t": np.linspace(0, 1, 50), "q1": np.zeros(50), "q2": np.zeros(50), "M1": np.zeros(50), "M2": np.zeros(50)}
+    with pytest.raises(IdentifyError, match="h1, g have no value, and it is geometry or gravity"):
+        symdyn.identify(symdyn.example("two_link"), data)
+    with pytest.raises(IdentifyError, match="no joint has a drive"):
+        linear_model(symdyn.example("heavy_top"))
+
+
+def test_masses_without_numbers_need_none() -> None:
+    scene = bind(symdyn.example("two_link"), {"h1": 0.5, "g": 9.81})
+    true = bind(scene, {"m1": 2, "m2": 1, "h2": 0.4})
+    found = symdyn.identify(scene, log(true, {"q1": "sin(2*t)+0.3*cos(5*t)", "q2": "sin(3*t)"}))
+
+    assert list(np.isnan(found.before)) == [True, False, True] * 2  # point masses lie on their links
+    np.testing.assert_allclose(found.after, linear_model(true).prior, atol=2e-3)
+
+
+def test_the_verb_prints_tables_and_one_json_object(tmp_path: Path, capsys: Capture) -> None:
+    import json
+
+    file = tmp_path / "log.csv"
+    file.write_text(symdyn.inverse(scara(), MOTION, np.linspace(0, 10, 1001)).to_csv())
+    scene = str(EXAMPLES / "scara.toml")
+
+    assert main(["identify", scene, str(file), "--friction", "viscous, coulomb", "--hold-back", "0.25"]) == 0
+    out = capsys.readouterr().out
+    assert "base parameters of scara" in out
+    assert "condition number" in out
+    assert main(["identify", scene, str(file), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["result"]
+    assert [one["name"] for one in told["parameters"]][:2] == ["JxxR1 + JyyR1", "mxR2"]
+    assert told["condition"] < 10
+    assert main(["identify", scene]) == 1
+    assert "no data; give a CSV file" in capsys.readouterr().err
+
+
+def test_the_same_log_gives_the_same_bytes() -> None:
+    data = noisy(log(scara()), 1, 0.1)
+    one, other = (symdyn.identify(scara(), data) for _ in range(2))
+
+    assert one.after.tobytes() == other.after.tobytes()
+    assert one.covariance.tobytes() == other.covariance.tobytes()
