@@ -65,8 +65,8 @@ def test_cones_and_cholesky_factors_find_the_same(name, noise):
 def _squares(known, estimate, covariance, spread=SPREAD):
     """Return A and b, so that |A (values - declared) - b|^2 is what is made least."""
     length, sizes = subject._sizes(known)
-    weigh, target = subject._weighed(known, known.map, estimate, covariance)
-    metric = subject._metric(known, known.map, estimate, length, sizes) / spread
+    weigh, target = subject._weighed(subject.prior_of(known), known.map, estimate, covariance)
+    metric = subject._metric(known, subject.prior_of(known), known.map, estimate, length, sizes) / spread
     return np.vstack([weigh, metric]), np.concatenate([target, np.zeros(len(metric))])
 
 
@@ -92,7 +92,7 @@ def _by_factors(known, estimate, covariance, start):
         spd = subject._matrix(subject._pseudo(k, p, length) @ start.values) + 0.1 * sizes[k] * np.eye(4)
         x[TEN * k : TEN * (k + 1)] = np.linalg.cholesky(spd)[low]
     ends = {"x_scale": "jac", "xtol": 1e-14, "ftol": 1e-14, "gtol": 1e-12, "max_nfev": 3000}
-    return values(least_squares(lambda x: A @ (values(x) - known.values) - b, x, **ends).x)
+    return values(least_squares(lambda x: A @ (values(x) - subject.prior_of(known)) - b, x, **ends).x)
 
 
 @pytest.mark.parametrize(("name", "noise"), [("puma560", 0.5), ("two_link", 0.1), ("arm7", 2.0)])
@@ -103,7 +103,7 @@ def test_nothing_that_bodies_can_have_is_nearer(name, noise):
     found = nearest_physical(known, known.map, estimate, covariance)
 
     A, b = _squares(known, estimate, covariance)
-    slope = 2 * A.T @ (A @ (found.values - known.values) - b)
+    slope = 2 * A.T @ (A @ (found.values - subject.prior_of(known)) - b)
     length, sizes = subject._sizes(known)
     for k in range(len(known.bodies)):
         rows = subject._pseudo(k, len(known.values), length)
@@ -113,7 +113,7 @@ def test_nothing_that_bodies_can_have_is_nearer(name, noise):
         tight = 1e-6 * (1 + np.abs(Z).max())
         assert np.linalg.eigvalsh(Z)[0] > -tight / sizes[k]
         assert np.linalg.eigvalsh(P)[0] > -1e-7 * sizes[k]
-        assert abs(np.sum(Z * P)) < 1e-5 * (1 + float(np.sum((A @ (found.values - known.values) - b) ** 2)))
+        assert abs(np.sum(Z * P)) < 1e-5 * (1 + float(np.sum((A @ (found.values - subject.prior_of(known)) - b) ** 2)))
 
 
 def test_every_pseudo_inertia_is_positive_definite():

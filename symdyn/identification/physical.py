@@ -114,13 +114,14 @@ def nearest_physical(
     """
     count = len(unknowns.bodies)
     length, sizes = _sizes(unknowns)
+    prior = prior_of(unknowns)
     # one change of variables for both squares: y = R (pi - best), so that the objective is |y|^2
-    weigh, target = _weighed(unknowns, combinations, estimate, covariance)
-    metric = _metric(unknowns, combinations, estimate, length, sizes) / spread
+    weigh, target = _weighed(prior, combinations, estimate, covariance)
+    metric = _metric(unknowns, prior, combinations, estimate, length, sizes) / spread
     stacked = np.vstack([weigh, metric])
     _, R = np.linalg.qr(stacked)
     wanted = np.concatenate([target, np.zeros(len(metric))])
-    best = unknowns.values + np.linalg.lstsq(stacked, wanted, rcond=None)[0]
+    best = prior + np.linalg.lstsq(stacked, wanted, rcond=None)[0]
     felt = [bool(np.any(combinations[:, TEN * k : TEN * (k + 1)])) for k in range(count)]
     if total_mass is not None:
         felt = [True] * count
@@ -140,13 +141,12 @@ def nearest_physical(
     for k in range(count):
         if not felt[k]:
             values[TEN * k : TEN * (k + 1)] = unknowns.values[TEN * k : TEN * (k + 1)]
-    off = weigh @ (values - unknowns.values) - target
-    margins = _margins(values, count, length)
-    limits = [
+    edge = [
         one for k, one in enumerate(unknowns.bodies) if felt[k] and _least(values, k, length) < 4 * MARGIN * sizes[k]
     ]
-    reach = np.abs(unknowns.signs) @ np.abs(unknowns.values) + 1e-12
-    limits += [one for one, x, r in zip(unknowns.signed, unknowns.signs @ values, reach, strict=True) if x < 1e-6 * r]
+    edge += _settled(unknowns, values, spread * np.abs(np.diag(metric)))
+    off = weigh @ (values - prior) - target
+    margins = _margins(values, count, length)
     return Physical(
         unknowns,
         values,
@@ -155,9 +155,21 @@ def nearest_physical(
         _margins(unknowns.values, count, length),
         length,
         tuple(one for k, one in enumerate(unknowns.bodies) if not felt[k]),
-        tuple(limits),
+        tuple(edge),
         values is not best,
     )
+
+
+def _settled(unknowns: Unknowns, values: Array, scale: Array) -> list[str]:
+    """Make exactly zero what the solver has left within rounding of it, and tell what that is."""
+    found = []
+    for what, row in zip(unknowns.signed, unknowns.signs, strict=True):
+        touched = np.flatnonzero(row)
+        if row @ values < 1e-6 * float(np.sum(np.abs(row[touched]) / np.maximum(scale[touched], 1e-300))):
+            found.append(what)
+            if len(touched) == 1:
+                values[touched] = 0.0
+    return found
 
 
 # The squares
@@ -174,32 +186,48 @@ def _sizes(unknowns: Unknowns) -> tuple[float, Array]:
     return length, np.maximum(sizes, 1e-3 * largest)
 
 
-def _weighed(unknowns: Unknowns, combinations: Array, estimate: Array, covariance: Array) -> tuple[Array, Array]:
+def prior_of(unknowns: Unknowns) -> Array:
+    """Return the values that others are to be near, shape (p,): the scene's own.
+
+    A body with inertia and without mass is one whose mass nobody needed: it gets the one with which its radius of
+    gyration is that of the scene.
+    """
+    _, sizes = _sizes(unknowns)
+    found = unknowns.values.copy()
+    for k, ten in enumerate(unknowns.ten(unknowns.values)):
+        if ten[0] == 0 and ten[4:7].any():
+            found[TEN * k] = sizes[k]
+    return found
+
+
+def _weighed(prior: Array, combinations: Array, estimate: Array, covariance: Array) -> tuple[Array, Array]:
     """Return W E and W (e - E pi0), with W^T W the inverse of the covariance."""
     if not len(estimate):
-        return np.zeros((0, len(unknowns.values))), np.zeros(0)
-    reach = np.abs(combinations) @ np.abs(unknowns.values)
+        return np.zeros((0, len(prior))), np.zeros(0)
+    reach = np.abs(combinations) @ np.abs(prior)
     least = SHARPEST * np.maximum(np.abs(estimate), reach)
     least = np.maximum(least, 1e-3 * float(least.max()) or SHARPEST)
     chol = np.linalg.cholesky(covariance + np.diag(least**2))
-    off = estimate - combinations @ unknowns.values
+    off = estimate - combinations @ prior
     return np.linalg.solve(chol, combinations), np.linalg.solve(chol, off)
 
 
-def _metric(unknowns: Unknowns, combinations: Array, estimate: Array, length: float, sizes: Array) -> Array:
+def _metric(
+    unknowns: Unknowns, prior: Array, combinations: Array, estimate: Array, length: float, sizes: Array
+) -> Array:
     """Return D, shape (p, p): |D (pi - pi0)|^2 is the distance from the scene's own."""
-    p, count = len(unknowns.values), len(unknowns.bodies)
+    p, count = len(prior), len(unknowns.bodies)
     found = np.zeros((p, p))
     for k in range(count):
         part = _pseudo(k, p, length)
-        w, V = np.linalg.eigh(_matrix(part @ unknowns.values))
+        w, V = np.linalg.eigh(_matrix(part @ prior))
         half = V @ np.diag(np.maximum(np.abs(w), FLOOR * sizes[k]) ** -0.5) @ V.T
         for c in range(TEN):
             turned = half @ _matrix(part[:, TEN * k + c]) @ half
             found[TEN * k : TEN * (k + 1), TEN * k + c] = _triangle(turned)
     for c in range(TEN * count, p):
         touching = [abs(e / row[c]) for e, row in zip(estimate, combinations, strict=True) if row[c]]
-        found[c, c] = 1 / (max(abs(float(unknowns.values[c])), *touching, 0.0) or 1.0)
+        found[c, c] = 1 / (max(abs(float(prior[c])), *touching, 0.0) or 1.0)
     return found
 
 

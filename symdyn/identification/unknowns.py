@@ -11,8 +11,8 @@ Reference: Gautier and Khalil (1990); Wensing, Kim and Slotine (2018).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -69,8 +69,12 @@ class Unknowns:
         return found
 
 
-def unknowns(scene: Scene) -> Unknowns:
+def unknowns(scene: Scene, unbound: Collection[str] = ()) -> Unknowns:
     """Return the linear parameters of a scene whose numbers are known.
+
+    Args:
+        scene: the mechanism.
+        unbound: parameters that are unknowns although they are zero; what is zero drops out of a derivation else.
 
     Raises:
         SceneError: parameters without a value, on which masses, inertias or places depend.
@@ -79,7 +83,7 @@ def unknowns(scene: Scene) -> Unknowns:
     if free:
         told = ", ".join(free)
         raise SceneError(f"{scene.source or scene.name}: {told}: without a value; give each one, such as {free[0]}=1")
-    w = Workspace(scene)
+    w = Workspace(without_values(scene, unbound))
     found = w.once(linear)
     there = found.workspace
     graph = there.graph
@@ -93,16 +97,21 @@ def unknowns(scene: Scene) -> Unknowns:
         found.columns,
         np.array(values),
         base_columns(there),
-        np.array([_numbers(row, there) for row in rows]).reshape(-1, len(columns)),
+        np.array([_numbers(row, there, scene) for row in rows]).reshape(-1, len(columns)),
         np.array(signs).reshape(-1, len(columns)),
         signed,
     )
 
 
+def without_values(scene: Scene, names: Collection[str]) -> Scene:
+    """Return the scene with some parameters left open."""
+    return replace(scene, parameters=tuple(replace(p, value=None) if p.name in names else p for p in scene.parameters))
+
+
 def _signs(w: Workspace, columns: list[Expr]) -> tuple[tuple[str, ...], list[list[float]]]:
     """Return what is never negative, as rows that the parameters are multiplied by; what is not linear has none."""
     told, rows = list[str](), list[list[float]]()
-    for what, quantity in _never_negative(w.scene):
+    for what, quantity in never_negative(w.scene):
         slopes = gradient(express(quantity, w.graph), columns)
         if any(not slope.is_zero for slope in slopes) and not {*reachable(slopes)} & {*columns}:
             told.append(what)
@@ -110,7 +119,8 @@ def _signs(w: Workspace, columns: list[Expr]) -> tuple[tuple[str, ...], list[lis
     return tuple(told), rows
 
 
-def _never_negative(scene: Scene) -> list[tuple[str, Quantity]]:
+def never_negative(scene: Scene) -> list[tuple[str, Quantity]]:
+    """Return what no joint can have below zero, each with its name: armature, damping, dry friction."""
     found = list[tuple[str, Quantity]]()
     for joint in scene.joints:
         found += [(f"armature of {joint.name}", joint.armature), (f"damping of {joint.name}", joint.damping)]
@@ -127,3 +137,23 @@ def _numbers(entries: Sequence[Expr], w: Workspace, scene: Scene | None = None) 
         w.graph.symbol(name): evaluate([express(value, w.graph)], Floats(), {})[0] for name, value in known.items()
     }
     return [float(x) for x in evaluate(list(entries), Floats(), values)]
+
+
+def ten_of_body(ten: Array) -> tuple[float, Array, Array, Array]:
+    """Return mass, kg, centre of mass, m, principal moments about it, kg m^2, and the spread of its mass, m^2.
+
+    Args:
+        ten: m, m r, I about the body frame, shape (10,).
+
+    Returns:
+        The spread is the covariance of places of mass, shape (3, 3); where there is no mass, what is over it is NaN.
+    """
+    m, xx, yy, zz, xy, xz, yz = (float(ten[k]) for k in (0, 4, 5, 6, 7, 8, 9))
+    h = np.asarray(ten[1:4], dtype=float)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if m == 0:
+        none = np.full((3, 3), np.nan)
+        return m, none[0], np.linalg.eigvalsh(inertia), none
+    central = inertia - (h @ h * np.eye(3) - np.outer(h, h)) / m
+    spread = (np.trace(central) / 2 * np.eye(3) - central) / m
+    return m, h / m, np.linalg.eigvalsh(central), spread

@@ -1,0 +1,139 @@
+"""Values of a scene's own parameters, m1 or l2c, that give the estimated base parameters.
+
+    minimise    (beta(theta) - e)^T Sigma^-1 (beta(theta) - e)
+
+beta are formulas of the parameters, not always linear ones (m1 h1^2). Parameters of the geometry are no unknowns: the
+regressor was made with their values. Those that data do not tell stay where they were, by a prior a thousand times
+their size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array, Floats
+from symdyn.dynamics import linear_parameters
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable
+from symdyn.identification.unknowns import never_negative, without_values
+from symdyn.scene import Scene
+from symdyn.scene.values.mapping import quantities_in
+from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.value import value_of
+
+WEAK = 1e-3
+"""One over the standard deviation of the prior, in sizes of a parameter."""
+
+UNTOLD = 0.5
+"""Standard error, in sizes of the prior, from which on a value is the prior's and not the data's."""
+
+
+AT_LIMIT = 1e-9
+"""In sizes of a parameter that cannot be negative: below it is zero."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """Values of parameters that have names in the scene.
+
+    Attributes:
+        names: of the parameters that were unknown, shape (k,).
+        before: their values in the scene, NaN where it has none, shape (k,).
+        values: as found, shape (k,).
+        errors: standard errors, shape (k,); NaN for what data do not tell.
+        distance: of the estimates from what these parameters can give, in standard errors (Mahalanobis).
+        spare: how many more combinations were estimated than there are parameters told: distance^2 is about this if
+            the scene is built as it says.
+        fixed: names of parameters of geometry and gravity, which keep their values.
+    """
+
+    names: tuple[str, ...]
+    before: Array
+    values: Array
+    errors: Array
+    distance: float
+    spare: int
+    fixed: tuple[str, ...]
+
+
+def inertial_names(scene: Scene) -> tuple[str, ...]:
+    """Return the parameters that bodies are made of, and nothing of the geometry is."""
+    places = {name for one in quantities_in(_geometry(scene)) for name in one.symbols}
+    used = {name for one in quantities_in(scene.bodies) for name in one.symbols}
+    return tuple(p.name for p in scene.parameters if p.name in used and p.name not in places)
+
+
+def fit_names(
+    scene: Scene, combinations: Array, estimate: Array, covariance: Array, unbound: Collection[str] = ()
+) -> Named:
+    """Return values of the scene's parameters, by least squares in the metric of the covariance.
+
+    Args:
+        scene: the mechanism; parameters of its geometry have values.
+        combinations: C, shape (k, b): estimated were C · base parameters.
+        estimate: shape (k,).
+        covariance: shape (k, k).
+        unbound: parameters that are unknowns although they are zero.
+    """
+    from scipy.optimize import least_squares
+
+    told = linear_parameters(without_values(scene, unbound), "base_regressor")
+    beta = [value for _, value in told]
+    graph = beta[0].graph
+    places = {name for one in quantities_in(_geometry(scene)) for name in one.symbols}
+    met = {str(node.value) for node in reachable(beta)}
+    unknown = [p for p in scene.parameters if p.name in met and p.name not in places]
+    fixed = [p for p in scene.parameters if p.name not in {one.name for one in unknown}]
+    known = {graph.symbol(p.name): _number(p.value) for p in fixed if p.value is not None}
+    before = np.array([np.nan if p.value is None else _number(p.value) for p in unknown])
+    start = np.where(np.isnan(before), 1.0, before)
+    size = np.where(np.abs(start) > 0, np.abs(start), 1.0)
+    symbols = [graph.symbol(p.name) for p in unknown]
+    slopes = [one for row in (gradient(entry, symbols) for entry in beta) for one in row]
+    orders = reachable(beta), reachable(slopes)
+
+    def at(theta: Array, entries: Sequence[Expr], order: Sequence[Expr]) -> Array:
+        values = {**known, **dict(zip(symbols, map(float, theta), strict=True))}
+        return np.array(evaluate(entries, Floats(), values, order=order))
+
+    least = 1e-9 * np.maximum(np.abs(estimate), 1e-3 * float(np.abs(estimate).max(initial=1e-12)))
+    weigh = np.linalg.solve(np.linalg.cholesky(covariance + np.diag(least**2)), np.eye(len(estimate)))
+
+    def off(theta: Array) -> Array:
+        data = weigh @ (combinations @ at(theta, beta, orders[0]) - estimate)
+        return np.concatenate([data, WEAK * (theta - start) / size])
+
+    def slope(theta: Array) -> Array:
+        rows = at(theta, slopes, orders[1]).reshape(len(beta), len(symbols))
+        return np.vstack([weigh @ combinations @ rows, WEAK * np.diag(1 / size)])
+
+    bounded = {str(quantity.value) for _, quantity in never_negative(scene) if quantity.op is Op.SYMBOL}
+    low = np.array([0.0 if p.positive or p.name in bounded else -np.inf for p in unknown])
+    begin = np.where(np.isfinite(low), np.maximum(start, 1e-9 * size), start)
+    found = least_squares(off, begin, slope, bounds=(low, np.inf), x_scale=size, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    rows = slope(found.x)
+    covered = np.linalg.inv(rows.T @ rows)
+    errors = np.sqrt(np.diag(covered))
+    errors[errors * WEAK / size > UNTOLD] = np.nan
+    distance = float(np.linalg.norm(off(found.x)[: len(estimate)]))
+    known_by_data = int(np.sum(np.linalg.svd(rows[: len(estimate)] * size, compute_uv=False) > WEAK))
+    values = np.where(np.isnan(errors), start, found.x)
+    values = np.where(np.isfinite(low) & (values < AT_LIMIT * size), 0.0, values)
+    return Named(
+        tuple(p.name for p in unknown), before, values, errors, distance, len(estimate) - known_by_data,
+        tuple(p.name for p in fixed),
+    )  # fmt: skip
+
+
+def _number(value: object) -> float:
+    return float(value_of(value, {}) or 0)  # type: ignore[arg-type]
+
+
+def _geometry(scene: Scene) -> Scene:
+    """Return the scene without what acts and what is heavy."""
+    joints = tuple(
+        replace(joint, armature=ZERO, damping=ZERO, friction=ZERO, dry=None, forces=()) for joint in scene.joints
+    )
+    return replace(scene, bodies=(), elements=(), joints=joints, parameters=(), outputs=())

@@ -1,0 +1,345 @@
+"""A page that tells an identification: what was found, how sure it is, what could not be told, how forces fit.
+
+One file of HTML without anything from elsewhere; the same identification and command give the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import isfinite, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.algebra.numeric import Array
+from symdyn.emit.render import render
+from symdyn.errors import printable
+from symdyn.identification import charts
+from symdyn.identification.charts import Curve
+from symdyn.identification.filtered import Motion
+from symdyn.identification.identification import Identification
+from symdyn.identification.physical import Physical
+from symdyn.identification.scene import Identified
+from symdyn.identification.unknowns import ten_of_body
+from symdyn.rounding import in_digits
+from symdyn.simulation.prescribed.forces import drive_names
+
+LAGS = 40
+"""Of autocorrelations, each half a period of the band."""
+
+MOST_BINS = 41
+"""Of histograms, from -5 to 5 standard deviations."""
+
+MOST_BODIES = 24
+"""Bodies whose ellipsoids are drawn."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of words: its caption, its columns, whether each holds numbers, and its rows."""
+
+    caption: str
+    columns: tuple[str, ...]
+    numbers: tuple[bool, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """An SVG element, and what stands below it."""
+
+    svg: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page."""
+
+    title: str
+    words: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    legend: tuple[tuple[str, str], ...] = ()
+    small: bool = False
+
+
+def report(found: Identification, made: Identified | None = None, command: str = "") -> str:
+    """Return the page.
+
+    Args:
+        found: what `identify` returned.
+        made: the identified scene, told too where it is given.
+        command: what made it, shown on top.
+    """
+    sections = [_parameters(found), _untold(found), _fits(found), *_plots(found), *_residuals(found), _outliers(found)]
+    if made is not None:
+        sections.append(_scene(made))
+    parts = [one for one in sections if one is not None]
+    facts = {
+        "title": printable(f"Identification of {found.scene.name}", keep=""),
+        "command": printable(command, keep=""),
+        "facts": list(_facts(found)),
+        "notes": [printable(note, keep="") for note in found.notes],
+        "sections": parts,
+    }
+    return render("identify/report.html.jinja", facts)
+
+
+def _facts(found: Identification) -> Iterator[tuple[str, str]]:
+    regression = found.regression
+    yield "logs", ", ".join(printable(log.source, keep="") for log in found.logs)
+    yield "samples", f"{sum(len(log.t) for log in found.logs)}"
+    yield "band", f"{_told(found.band, 3)} Hz"
+    yield "rows of the regressor", f"{len(regression.tau)}"
+    yield "degrees of freedom", f"{regression.dof}"
+    yield "condition number of the weighted rows, columns scaled", _told(regression.condition, 3)
+    yield "base parameters told", f"{int(regression.told.sum())} of {len(found.names)}"
+
+
+# Tables
+
+
+def _parameters(found: Identification) -> Section:
+    rows = []
+    columns = (found.names, found.before, found.after, found.errors, found.interval(), found.regression.told)
+    for name, before, after, error, (low, high), told in zip(*columns, strict=True):
+        if told:
+            moved = (after - before) / error if error else float("nan")
+            more = (
+                _told(error, 2),
+                _told(low),
+                _told(high),
+                _told(100 * error / abs(after), 2) if after else "",
+                _told(moved, 2),
+            )
+        else:
+            more = ("not told", "", "", "", "")
+        rows.append((name, _told(before), _told(after), *more))
+    heads = (
+        "parameter",
+        "before",
+        "after",
+        "standard error",
+        "95 % from",
+        "to",
+        "% of it",
+        "moved, in standard errors",
+    )
+    words = (
+        "Base parameters: what a motion can tell of masses and inertias. Before is what the scene says; after is what "
+        "the data say; SI units. An interval holds the true value in 95 of 100 logs, if the model is right.",
+    )
+    table = Table("Base parameters before and after", heads, (False, *(True,) * 7), tuple(rows))
+    return Section("Parameters", words, (table,))
+
+
+def _untold(found: Identification) -> Section:
+    title = "What the data do not tell"
+    if not found.untold:
+        return Section(title, ("The data tell every base parameter.",))
+    rows = tuple((one.combination, one.why or "not known", one.helps) for one in found.untold)
+    table = Table(
+        "Combinations that keep the value of the scene", ("combination", "why", "what would help"), (False,) * 3, rows
+    )
+    return Section(title, (), (table,))
+
+
+def _fits(found: Identification) -> Section:
+    rows = tuple(
+        (one.drive, one.unit, _told(one.size), _told(one.error, 3), _told(one.percent, 2), _told(one.before, 3),
+         _told(one.held_back, 3), _told(one.held_back_percent, 2))
+        for one in found.fits
+    )  # fmt: skip
+    heads = ("drive", "unit", "measured", "error", "%", "error before", "error held back", "%")
+    held = any(isfinite(one.held_back) for one in found.fits)
+    words = (
+        "Root mean squares; errors are those in the band.",
+        "What was held back was not fitted: an error much larger there means that too much was fitted."
+        if held
+        else "Nothing was held back: --hold-back 0.25 judges the parameters by data that they were not fitted to.",
+    )
+    table = Table("Driving forces, measured and predicted", heads, (False, False, *(True,) * 6), rows)
+    return Section("Driving forces", words, (table,))
+
+
+def _outliers(found: Identification) -> Section:
+    title = "Outliers"
+    if not found.outliers:
+        return Section(title, ("No sample was left out.",))
+    rows = tuple(
+        (
+            printable(one.source, keep=""),
+            one.drive,
+            _told(one.start),
+            _told(one.end),
+            f"{one.samples}",
+            _told(one.worst, 3),
+        )
+        for one in found.outliers
+    )
+    heads = ("log", "drive", "from, s", "to, s", "samples", "largest error")
+    words = ("Samples that no noise of their drive explains; they were not fitted.",)
+    return Section(title, words, (Table("Samples left out", heads, (False, False, *(True,) * 4), rows),))
+
+
+# Pictures
+
+
+def _plots(found: Identification) -> Iterator[Section]:
+    names = drive_names(found.model.scene)
+    units = {one.drive: one.unit for one in found.fits}
+    for motion, predicted, used, held in zip(found.motions, found.predicted, found.used, found.held, strict=True):
+        pictures = []
+        t = motion.t
+        shaded = _ranges(t, held)
+        for j in found.model.rows:
+            name, unit = names[j], units.get(names[j], "")
+            both = (Curve("c0", t, motion.tau[:, j]), Curve("c1", t, predicted[:, j]))
+            left = motion.tau[:, j] - predicted[:, j]
+            gaps = np.where(used[:, j], left, np.nan)
+            out = np.where(used[:, j], np.nan, left)
+            told = f"{name} of {printable(motion.source, keep='')}, measured and predicted, over time"
+            pictures.append(Picture(charts.curves(told, "t, s", f"{name}, {unit}", both, shaded), ""))
+            shown = (Curve("c2", t, gaps), Curve("c3", t, out, True))
+            told = f"{name} of {printable(motion.source, keep='')}: measured less predicted, over time"
+            pictures.append(Picture(charts.curves(told, "t, s", f"error, {unit}", shown, shaded), ""))
+        legend = (("c0", "measured"), ("c1", "predicted"), ("c2", "measured less predicted"), ("c3", "not fitted"))
+        words = ("What was held back is shaded.",) if shaded else ()
+        yield Section(f"Over time: {printable(motion.source, keep='')}", words, (), tuple(pictures), legend)
+
+
+def _ranges(t: Array, mask: NDArray[Any]) -> list[tuple[float, float]]:
+    """Return the ranges of time where a mask is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    return [(float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _residuals(found: Identification) -> Iterator[Section]:
+    regression, names = found.regression, drive_names(found.model.scene)
+    pictures = []
+    x = np.linspace(-5, 5, 101)
+    normal = Curve("c1", x, np.exp(-(x**2) / 2) / np.sqrt(2 * pi))
+    for j in found.model.rows:
+        of = regression.joint == j
+        if not of.any():
+            continue
+        scaled = (regression.residuals * regression.weights)[of]
+        edges: Array = np.linspace(-5, 5, int(np.clip(2 * np.sqrt(len(scaled)), 9, MOST_BINS)) + 1)
+        count: Array = np.histogram(np.clip(scaled, -5, 5), edges, density=True)[0]
+        told = f"{names[j]}: histogram of {len(scaled)} weighted residuals, and the normal distribution"
+        pictures.append(
+            Picture(charts.bars(told, "residual, standard deviations", "share", edges, count, normal), names[j])
+        )
+        lags, limit = autocorrelation(found.motions, found.predicted, found.used, j)
+        told = f"{names[j]}: autocorrelation of the error over {len(lags)} lags"
+        at = np.arange(len(lags) + 1) + 0.5
+        pictures.append(
+            Picture(charts.bars(told, "lag, half periods of the band", "correlation", at, lags, None, limit), names[j])
+        )
+    words = (
+        "Of each drive, first residuals of the fit by their standard deviation, next to a normal distribution; then "
+        "how the error at one time goes with that half a period of the band later, and so on. Beyond the dashed lines "
+        "is more than chance (95 %): the model lacks something.",
+    )
+    if pictures:
+        legend = (("c1", "normal distribution, limits of chance"),)
+        yield Section("Residuals", words, (), tuple(pictures), legend)
+
+
+def autocorrelation(
+    motions: Sequence[Motion], predicted: Sequence[Array], used: Sequence[NDArray[Any]], j: int
+) -> tuple[Array, float]:
+    """Return the autocorrelation of the error of a drive, shape (lags,), and what chance stays below at 95 %.
+
+    Errors are averaged over half a period of the band, as far as the fit looks; what was not fitted counts as zero.
+    """
+    products, power, count = np.zeros(LAGS), 0.0, 0
+    for motion, model, mask in zip(motions, predicted, used, strict=True):
+        step = float(motion.t[1] - motion.t[0])
+        size = max(1, round(1 / (2 * motion.band * step)))
+        left = np.where(mask[:, j], motion.tau[:, j] - model[:, j], 0.0)
+        whole = len(left) // size * size
+        mean = left[:whole].reshape(-1, size).mean(axis=1)
+        mean = mean - mean.mean() if len(mean) else mean
+        power += float(mean @ mean)
+        count += len(mean)
+        for lag in range(1, min(LAGS, len(mean) - 1) + 1):
+            products[lag - 1] += float(mean[:-lag] @ mean[lag:])
+    lags = products[: max(1, min(LAGS, count // 4))] / (power or 1.0)
+    return lags, 1.96 / np.sqrt(max(count, 1))
+
+
+# The scene
+
+
+def _scene(made: Identified) -> Section:
+    tables, pictures = [], list[Picture]()
+    if made.named is not None:
+        one = made.named
+        rows = tuple(
+            (name, _told(before), _told(value), _told(error, 2) if isfinite(error) else "not told")
+            for name, before, value, error in zip(one.names, one.before, one.values, one.errors, strict=True)
+        )
+        heads = ("parameter", "before", "after", "standard error")
+        tables.append(Table("Parameters with names", heads, (False, True, True, True), rows))
+    legend: tuple[tuple[str, str], ...] = ()
+    if made.physical is not None:
+        tables.append(_bodies(made.physical))
+        acting = _acting(made.physical)
+        tables += [acting] if acting.rows else []
+        pictures = list(_ellipsoids(made.physical))
+        legend = (("c0 dash", "as declared"), ("c1", "identified"))
+    words = tuple(printable(note, keep="") for note in made.notes)
+    if pictures:
+        words += (
+            "Ellipsoids are solid ones of even density with the same mass, centre of mass and inertia, in the frame "
+            "of the body.",
+        )
+    return Section("The identified scene", words, tuple(tables), tuple(pictures), legend, small=True)
+
+
+def _bodies(found: Physical) -> Table:
+    rows = []
+    before, after = found.unknowns.ten(found.unknowns.values), found.unknowns.ten(found.values)
+    margins = zip(found.before, found.margins, strict=True)
+    for name, was, now, (old, new) in zip(found.unknowns.bodies, before, after, margins, strict=True):
+        for label, ten, margin in (("before", was, old), ("after", now, new)):
+            mass, centre, moments, _ = ten_of_body(ten)
+            rows.append((name, label, _told(mass), *map(_told, centre), *map(_told, moments), _told(margin, 2)))
+    heads = ("body", "", "mass, kg", "x, m", "y, m", "z, m", "I1, kg m\u00b2", "I2", "I3", "margin")
+    caption = (
+        "Masses, centres of mass and principal moments about them; margin: smallest eigenvalue of the pseudo-inertia "
+        "by its trace, above zero for what a body can be"
+    )
+    return Table(caption, heads, (False, False, *(True,) * 8), tuple(rows))
+
+
+def _acting(found: Physical) -> Table:
+    count = 10 * len(found.unknowns.bodies)
+    known = found.unknowns
+    rows = tuple(
+        (name, _told(before), _told(after))
+        for name, before, after in zip(known.names[count:], known.values[count:], found.values[count:], strict=True)
+    )
+    return Table("Friction, armatures and what else acts", ("parameter", "before", "after"), (False, True, True), rows)
+
+
+def _ellipsoids(found: Physical) -> Iterator[Picture]:
+    before, after = found.unknowns.ten(found.unknowns.values), found.unknowns.ten(found.values)
+    for name, was, now in list(zip(found.unknowns.bodies, before, after, strict=True))[:MOST_BODIES]:
+        for i, j, words in ((0, 1, "xy"), (0, 2, "xz")):
+            shown = []
+            for kind, ten in (("c0 dash", was), ("c1", now)):
+                mass, centre, _, spread = ten_of_body(ten)
+                if mass > 0 and np.isfinite(spread).all():
+                    shown.append((kind, centre[[i, j]], 5 * spread[np.ix_([i, j], [i, j])]))
+            if shown:
+                told = f"{name}: inertia ellipsoid before and after, seen along {'zy'[words == 'xz']}"
+                yield Picture(charts.ellipses(told, f"{words[0]}, m", f"{words[1]}, m", shown), name)
+
+
+def _told(value: float, digits: int = 5) -> str:
+    return in_digits(float(value), digits) if isfinite(value) else "\u2013"

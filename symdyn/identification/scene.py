@@ -1,0 +1,280 @@
+"""The identified scene: parameters as they were found in place of those that were declared, to be written as a file.
+
+Bodies that were declared by numbers get ten numbers near their own (`physical`); where bodies are made of parameters
+with names, these get values (`named`), and formulas stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import SceneError, printable
+from symdyn.identification.identification import Identification
+from symdyn.identification.named import Named, fit_names, inertial_names
+from symdyn.identification.physical import SPREAD, Physical, nearest_physical
+from symdyn.identification.unknowns import TEN, unknowns
+from symdyn.scene import Scene, bind
+from symdyn.scene.declaration.reading import Written
+from symdyn.scene.formats.inertias import possible
+from symdyn.scene.scene_files import write_text
+from symdyn.scene.symbolic import with_force_parameters
+from symdyn.scene.values.mapping import map_quantities, substituted
+from symdyn.scene.values.model import Body
+from symdyn.scene.values.names import choice, listed
+from symdyn.scene.values.quantity import Quantity, number
+from symdyn.scene.values.value import value_of
+
+DIGITS = 10
+"""Significant digits that identified numbers are written with."""
+
+NOTHING = 1e-12
+"""Part of the largest entry of its kind below which an entry of a body is zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """A scene with the parameters that were found.
+
+    Attributes:
+        scene: ready to be derived from, simulated and written.
+        values: what was put in, by the name of the linear parameter or of the scene's own.
+        physical: how the inertias were found; None where parameters with names were solved for.
+        named: how those were found; None where inertias were.
+        notes: what is written as what, one line each.
+    """
+
+    scene: Scene
+    values: Mapping[str, float]
+    physical: Physical | None
+    named: Named | None
+    notes: tuple[str, ...]
+
+
+def identified(
+    found: Identification,
+    total_mass: float | None = None,
+    inside: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
+    spread: float = SPREAD,
+) -> Identified:
+    """Return the scene with identified parameters, which some mechanism can have.
+
+    Args:
+        found: what `identify` returned.
+        total_mass: of all bodies together, kg; None leaves it to the data.
+        inside: for bodies by name, an ellipsoid that holds all of their mass: centre and half axes along the body
+            axes, m.
+        spread: how far a body may be from the scene's own, in its own size, where data are weak.
+
+    Raises:
+        IdentifyError: clarabel is needed and not there, or no bodies have what is asked.
+        SceneError: parameters of the geometry without a value; or parameters were found that bodies cannot have.
+    """
+    told = told_combinations(found)
+    scene = found.model.scene
+    declared = {parameter.name for parameter in found.scene.parameters}
+    added = [parameter.name for parameter in scene.parameters if parameter.name not in declared]
+    if inertial_names(scene):
+        named = fit_names(scene, *told, added)
+        values = {name: float(x) for name, x in zip(named.names, named.values, strict=True)}
+        return Identified(with_parameters(scene, values), values, None, named, tuple(_named_notes(scene, named)))
+    known = unknowns(scene, added)
+    combinations, estimate, covariance = told
+    physical = nearest_physical(known, combinations @ known.map, estimate, covariance, total_mass, inside, spread)
+    changed = [k for k, name in enumerate(known.bodies) if name not in physical.kept]
+    values = {known.names[k]: float(physical.values[k]) for k in _places(changed, len(known.bodies), len(known.names))}
+    return Identified(with_parameters(scene, values), values, physical, None, tuple(_physical_notes(physical)))
+
+
+def told_combinations(found: Identification) -> tuple[Array, Array, Array]:
+    """Return C, e, Sigma: combinations of base parameters that data tell, shape (k, b), estimates, covariance."""
+    regression = found.regression
+    count = len(regression.names)
+    if not len(regression.untold):
+        return np.eye(count), regression.estimate, regression.covariance
+    _, _, Vt = np.linalg.svd(regression.untold)
+    C = Vt[len(regression.untold) :] * regression.scale
+    return C, C @ regression.estimate, C @ regression.covariance @ C.T
+
+
+def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """Return the scene with other values of what its forces are linear in, or of its own parameters.
+
+    A body of which one of the ten is given becomes mass, centre of mass and inertia about it, in numbers; the others
+    stay as they are declared. Numbers have `DIGITS` digits, exactly.
+
+    Args:
+        scene: the mechanism.
+        values: by name of a column of `regressor` (m2, mx2, ..., Iyz2, fv1, k1) or of a parameter; SI units.
+
+    Raises:
+        SceneError: a name that is none of these, or a scene that cannot be, such as an inertia that no body has.
+    """
+    opened = with_force_parameters(scene)
+    own = {parameter.name for parameter in scene.parameters}
+    ten = [tuple(str(q.value) for q in (b.mass, *(b.first_moment or ()), *b.inertia)) for b in opened.bodies]
+    made = {p.name: p.value for p in opened.parameters if p.name not in own and p.value is not None}
+    known = {*own, *made, *(name for one in ten for name in one)}
+    for name in values:
+        if name not in known:
+            raise SceneError(f"{scene.name}: {name} is no parameter of it; {choice(name, tuple(known))}")
+    made |= {name: _exact(values[name]) for name in made if name in values}
+
+    def settled(one: Quantity) -> Quantity:
+        return substituted(one, made)
+
+    bodies = list(scene.bodies)
+    if any(name in values for one in ten for name in one):
+        declared = unknowns(scene)
+        for k, names in enumerate(ten):
+            if any(name in values for name in names):
+                before = declared.values[TEN * k : TEN * (k + 1)]
+                given = [float(values.get(name, x)) for name, x in zip(names, before, strict=True)]
+                bodies[k] = body_of_ten(scene.bodies[k], given)
+    changed = replace(
+        scene,
+        bodies=tuple(bodies),
+        joints=map_quantities(opened.joints, settled),
+        elements=map_quantities(opened.elements, settled),
+        parameters=tuple(
+            replace(p, value=_exact(values[p.name]), positive=p.positive and values[p.name] > 0)
+            if p.name in values
+            else p
+            for p in scene.parameters
+        ),
+    )
+    bind(changed, {})  # which checks all of it
+    return changed
+
+
+def body_of_ten(body: Body, ten: Sequence[float]) -> Body:
+    """Return the body with mass, first moment and inertia about its frame, told about its centre of mass.
+
+    Args:
+        body: whose name and looks are kept.
+        ten: m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the body frame; kg, kg m, kg m^2.
+    """
+    m, x, y, z, xx, yy, zz, xy, xz, yz = ten
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    h = np.array([x, y, z])
+    if m == 0:
+        told = tuple(_exact(e, scale) for e, scale in zip((*h, *_six(inertia)), (*[1.0] * 9,), strict=True))
+        return Body(body.name, number(0), None, told[:3], told[3:], "frame", (), True, body.shape)  # type: ignore[arg-type]
+    centre = h / m
+    reach = float(np.abs(centre).max())
+    com = [_exact(float(one), reach) for one in centre]
+    central = inertia - (h @ h * np.eye(3) - np.outer(h, h)) / m
+    largest = float(np.abs(central).max())
+    entries = possible([_exact(e, largest).value for e in _six(central)])  # type: ignore[misc]
+    six = tuple(number(Fraction(e)) for e in entries)
+    return Body(body.name, _exact(float(m)), tuple(com), None, six, "com", (), False, body.shape)  # type: ignore[arg-type]
+
+
+def _six(matrix: Array) -> tuple[float, ...]:
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return tuple(float(matrix[place]) for place in places)
+
+
+def _exact(value: float, scale: float = 0.0) -> Quantity:
+    """Return a number of `DIGITS` digits, zero beside what is much larger."""
+    if abs(value) <= NOTHING * scale:
+        return number(0)
+    return number(Fraction(f"{value:.{DIGITS}g}"))
+
+
+def _places(changed: Sequence[int], bodies: int, count: int) -> list[int]:
+    return [TEN * k + i for k in changed for i in range(TEN)] + list(range(TEN * bodies, count))
+
+
+# In words
+
+
+def _named_notes(scene: Scene, named: Named) -> list[str]:
+    told = [name for name, e in zip(named.names, named.errors, strict=True) if not np.isnan(e)]
+    kept = [name for name, e in zip(named.names, named.errors, strict=True) if np.isnan(e)]
+    notes = [f"{listed(told)}: values that give the estimates; formulas stay as they are"] if told else []
+    if kept:
+        notes.append(f"{listed(kept)}: not told by these data, as before (1 where there was no value)")
+    if named.fixed:
+        notes.append(f"{listed(named.fixed)}: geometry or gravity, as before")
+    used = set(inertial_names(scene))
+    plain = [b.name for b in scene.bodies if not any(s in used for q in _of(b) for s in q.symbols) and any(_of(b))]
+    if plain:
+        notes.append(
+            f"{listed(plain)}: of numbers among parameters with names, as declared; name them to identify them"
+        )
+    if named.spare > 0 and named.distance > 3 * np.sqrt(named.spare):
+        notes.append(
+            f"the estimates are {named.distance:.3g} standard errors from what these parameters can give: masses lie "
+            "elsewhere than the scene says, or something acts that it does not have"
+        )
+    return notes
+
+
+def _of(body: Body) -> list[Quantity]:
+    entries = (body.mass, *(body.com or ()), *(body.first_moment or ()), *body.inertia)
+    return [q for q in (*entries, *(p.mass for p in body.particles)) if q.symbols or value_of(q, {})]
+
+
+def _physical_notes(found: Physical) -> list[str]:
+    count, notes = len(found.unknowns.base), list[str]()
+    moved = [name for name in found.unknowns.bodies if name not in found.kept]
+    if moved:
+        notes.append(
+            f"{listed(moved)}: ten numbers each, of which data tell {count} combinations; the rest is nearest to the "
+            "scene's own"
+        )
+    if found.kept:
+        notes.append(f"{listed(found.kept)}: no motion tells anything of it, as declared")
+    if found.projected and found.distance > 0.1:
+        notes.append(
+            f"the estimates themselves are those of no body; the nearest that bodies can have are {found.distance:.3g} "
+            f"standard errors away, all {count} together"
+        )
+    if found.at_limit:
+        notes.append(f"{listed(found.at_limit)}: at the edge of what can be: data are weak there, or a model is wrong")
+    return notes
+
+
+# As files
+
+
+def written(found: Identified, format: str, about: Sequence[str] = ()) -> Written:
+    """Return the identified scene as text, and what the format cannot hold.
+
+    Args:
+        found: the scene.
+        format: "toml" or "urdf", a key of the table of formats.
+        about: lines of a comment on top, where the format has comments, before what is written as what.
+
+    Raises:
+        SceneError: the format is not written, or cannot hold a joint.
+    """
+    scene = found.scene
+    if format != "toml":  # which have one number for dry friction, and no letters
+        joints = tuple(
+            replace(j, friction=getattr(j.dry, "coulomb", j.friction), dry=None) if j.dry is not None else j
+            for j in scene.joints
+        )
+        scene = replace(scene, joints=joints)
+    made = write_text(scene, format, lossy=True)
+    lines = [printable(line, keep="") for line in (*about, *found.notes)]
+    return Written(COMMENTED.get(format, lambda text, _: text)(made.text, lines), made.lost)
+
+
+def _hashes(text: str, lines: Sequence[str]) -> str:
+    return "".join(f"# {line}\n" for line in lines) + ("\n" if lines else "") + text
+
+
+def _xml(text: str, lines: Sequence[str]) -> str:
+    head, rest = text.split("\n", 1)
+    plain = [line.replace("--", "- -") for line in lines]
+    return "\n".join([head, *(f"<!-- {line} -->" for line in plain), rest])
+
+
+COMMENTED = {"toml": _hashes, "urdf": _xml}
+"""How a format says something on top that is no part of the scene."""

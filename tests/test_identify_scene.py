@@ -1,0 +1,189 @@
+"""The identified scene: what was found, in place of what was declared, in every format that is written."""
+
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.errors import SceneError
+from symdyn.identification import identify
+from symdyn.identification.named import fit_names
+from symdyn.identification.report import report
+from symdyn.identification.scene import body_of_ten, identified, with_parameters, written
+from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
+from symdyn.scene.binding import bind
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.quantity import number
+
+pytestmark = pytest.mark.runs("cc")
+
+
+def _log(scene, seconds=8, noise=0.01):
+    """Return a log of a simulated motion: sums of sines, exact forces, noise."""
+    draw, n = np.random.default_rng(1), len(scene.coordinates)
+    t = np.arange(0, seconds, 0.005)
+    q, qd, qdd = np.zeros((3, len(t), n))
+    for k in range(1, 7):
+        w, (a, b) = 2 * np.pi * k / seconds, draw.normal(size=(2, n)) / 2
+        s, c = np.sin(w * t)[:, None], np.cos(w * t)[:, None]
+        q, qd, qdd = q + a * s + b * c, qd + w * (a * c - b * s), qdd - w * w * (a * s + b * c)
+    tau = symdyn.lambdify(scene, "inverse_dynamics")(q, qd, qdd)
+    tau = tau + noise * np.std(tau, axis=0) * draw.normal(size=tau.shape)
+    named = {name: q[:, k] for k, name in enumerate(scene.coordinates)}
+    return {"t": t, **named, **{name: tau[:, k] for k, name in enumerate(scene.drives) if name}}
+
+
+@pytest.fixture(scope="module")
+def arm():
+    scene = symdyn.example("puma560")
+    joints = tuple(replace(joint, damping=quantity("0.5")) if k < 2 else joint for k, joint in enumerate(scene.joints))
+    return replace(scene, joints=joints)
+
+
+@pytest.fixture(scope="module")
+def found(arm):
+    return identify(arm, _log(arm), hold_back=0.25)
+
+
+@pytest.fixture(scope="module")
+def made(found):
+    return identified(found)
+
+
+@pytest.fixture(scope="module")
+def pendulums():
+    scene = symdyn.example("two_link")
+    scene = bind(scene, {"m1": 2, "m2": 1, "h1": 0.5, "h2": 0.4, "g": 9.81})
+    return scene, identify(bind(scene, {"m1": 3, "m2": 3}), _log(scene))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("format", ["toml", "urdf"])
+def test_read_back_it_has_the_same_base_parameters(made, format, tmp_path):
+    path = tmp_path / f"arm.{format}"
+    path.write_text(written(made, format, ["made by <b> -- a\ntest"]).text)
+
+    again = unknowns(symdyn.read(path))
+
+    assert {body.name for body in made.scene.bodies} <= {body.name for body in again.scene.bodies}
+    np.testing.assert_allclose(again.map @ again.values, made.physical.base, rtol=1e-8, atol=1e-8)
+    if format == "toml":
+        assert symdyn.read(path) == made.scene
+    else:
+        assert ElementTree.parse(path).getroot().tag == "robot"
+
+
+def test_it_predicts_the_forces_as_well_as_the_estimates_do(found, made):
+    off = found.regression.weights * (found.regression.Y @ (made.physical.base - found.after))
+
+    assert np.sqrt(np.mean(off**2)) < 0.3
+    assert made.physical.margins.min() > 0 > made.physical.before.min()
+
+
+def test_parameters_with_names_get_values(pendulums):
+    scene, found = pendulums
+
+    made = identified(found)
+
+    assert made.physical is None
+    assert made.named.names == ("m1", "m2")
+    assert "h2" in made.named.fixed, "a point of the scene stands there"
+    assert np.abs((made.named.values - [2, 1]) / made.named.errors).max() < 4
+    assert np.abs(made.named.values - [2, 1]).max() < 0.05
+    assert made.scene.bodies == scene.bodies
+    assert any("geometry or gravity" in note for note in made.notes)
+
+
+def test_friction_that_was_added_stands_in_the_scene_and_is_not_negative(pendulums):
+    scene, _ = pendulums
+
+    made = identified(identify(scene, _log(scene), friction=("viscous", "coulomb")))
+
+    assert {"fv1", "fc1", "fv2", "fc2"} <= set(made.values)
+    assert min(value for name, value in made.values.items() if name.startswith("f")) >= 0
+    assert "friction" in written(made, "toml").text
+
+
+def test_estimates_that_names_cannot_give_are_told():
+    scene = bind(symdyn.example("two_link"), {"m1": 2, "m2": 1, "h1": 0.5, "h2": 0.4, "g": 9.81})
+    known = unknowns(scene)
+    count = len(known.base)
+
+    named = fit_names(scene, np.eye(count), known.map @ known.values + 0.1, 1e-6 * np.eye(count))
+
+    assert named.distance > 100
+    assert named.spare == count - 2
+
+
+def test_what_names_are_not_told_by_stays():
+    scene = bind(symdyn.example("two_link"), {"m1": 2, "m2": 1, "h1": 0.5, "h2": 0.4, "g": 9.81})
+    known = unknowns(scene)
+    of_second = [k for k, name in enumerate(known.base) if "R2" in name]
+    chosen = np.eye(len(known.base))[of_second]
+
+    named = fit_names(scene, chosen, 1.5 * chosen @ known.map @ known.values, 1e-6 * np.eye(len(chosen)))
+
+    assert dict(zip(named.names, named.values, strict=True)) == pytest.approx({"m1": 2, "m2": 1.5}, rel=1e-4)
+    assert np.isnan(named.errors[0])
+
+
+def test_ten_numbers_become_a_body_and_come_back():
+    scene = symdyn.example("puma560")
+    known = unknowns(scene)
+    ten = known.ten(known.values)[1] * 1.1
+
+    body = body_of_ten(scene.bodies[1], ten)
+    again = unknowns(replace(scene, bodies=(scene.bodies[0], body, *scene.bodies[2:])))
+
+    np.testing.assert_allclose(again.ten(again.values)[1], ten, rtol=1e-9)
+    mass, centre, moments, _ = ten_of_body(ten)
+    assert body.mass == number(quantity("19.14").value)
+    assert mass == pytest.approx(19.14)
+    assert centre == pytest.approx([-0.3638, 0.006, 0.2275])
+    assert moments == pytest.approx([1.1 * x for x in (0.13, 0.524, 0.539)])
+
+
+def test_other_bodies_stay_as_they_are_declared():
+    scene = symdyn.example("arm7")
+    known = unknowns(scene)
+
+    changed = with_parameters(scene, {known.names[TEN]: 1.001 * known.values[TEN]})
+
+    assert [a == b for a, b in zip(scene.bodies, changed.bodies, strict=True)] == [True, False, *[True] * 5]
+    assert changed.joints == scene.joints
+
+
+@pytest.mark.parametrize(
+    ("values", "told"), [({"mm2": 3}, "mm2 is no parameter of it"), ({"Ixx2": -3}, "is one that no body has")]
+)
+def test_what_a_scene_cannot_have_is_told(values, told):
+    with pytest.raises(SceneError, match=told):
+        with_parameters(symdyn.example("arm7"), values)
+
+
+def test_the_page_is_the_same_and_holds_no_ones_marks(found, made):
+    hostile = replace(found, notes=("<script>alert(1)</script>\x1b",))
+    page = report(hostile, made, "symdyn identify '<b>.csv'")
+
+    assert page == report(hostile, made, "symdyn identify '<b>.csv'")
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+    assert "<b>" not in page
+    assert "\x1b" not in page
+    assert "http" not in page
+
+
+def test_the_page_tells_all_of_it(found, made):
+    page = report(found, made)
+
+    assert page.count("<svg") == page.count('role="img" aria-label="')
+    assert page.count("<h1>") == 1
+    for name in found.names:
+        assert f'<th scope="row">{name}</th>' in page
+    for title in ("Parameters", "What the data do not tell", "Driving forces", "Residuals", "Outliers"):
+        assert f"<h2>{title}" in page
+    assert "nan" not in re.sub(r"<title>.*?</title>", "", page)
+    assert len(page) < 500_000
