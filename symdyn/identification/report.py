@@ -227,7 +227,8 @@ def _residuals(found: Identification) -> Iterator[Section]:
         if not of.any():
             continue
         scaled = (regression.residuals * regression.weights)[of]
-        edges: Array = np.linspace(-5, 5, int(np.clip(2 * np.sqrt(len(scaled)), 9, MOST_BINS)) + 1)
+        bins = int(np.clip(2 * np.sqrt(len(scaled)), 9, MOST_BINS))
+        edges = np.array([10 * k / bins - 5 for k in range(bins + 1)])
         count: Array = np.histogram(np.clip(scaled, -5, 5), edges, density=True)[0]
         told = f"{names[j]}: histogram of {len(scaled)} weighted residuals, and the normal distribution"
         pictures.append(
