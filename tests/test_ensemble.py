@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import warnings
 from dataclasses import replace
 
@@ -192,3 +194,33 @@ def test_a_table_of_forces_is_followed_run_by_run() -> None:
     assert runs.method == "one by one"
     one = symdyn.simulate(scene, {drive: (t, np.sin(t))}, until=1.0, start={"q1": 0.1}, rtol=1e-9)
     np.testing.assert_array_equal(runs.q[1], one.q[-1])
+
+
+INTERRUPTED = """
+import os, signal, sys, threading
+import numpy as np
+import symdyn
+from symdyn.scene import bind
+scene = symdyn.example("pendulum")
+scene = bind(scene, {p.name: 9.81 if p.name == "g" else 1.0 for p in scene.free_parameters})
+first, words, heard = np.linspace(0.1, 3, 40000), [], []
+kept = {"method": sys.argv[1]} if len(sys.argv) > 1 else {}
+def hear(share):
+    heard.append(share)
+    if len(heard) == 2:
+        os.kill(os.getpid(), signal.SIGINT)
+runs = symdyn.ensemble(scene, until=20.0, start={"q1": first}, measures="max(q1)", workers=2, progress=hear, **kept)
+done = runs.complete
+assert 0 < done.sum() < len(done), done.sum()
+assert runs.words == ("end", "interrupted"), runs.words
+assert np.isfinite(runs.q[done]).all() and np.isfinite(runs["max(q1)"][done]).all()
+assert np.isnan(runs["max(q1)"][~done]).all()
+print("kept")
+"""
+
+
+@pytest.mark.parametrize("method", [[], ["radau"]])
+def test_an_interrupt_keeps_what_is_done(method: list[str]) -> None:
+    command = [sys.executable, "-c", INTERRUPTED, *method]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert found.stdout == "kept\n", found.stderr

@@ -96,6 +96,7 @@ def _run(task: Task, made: Library, halt: Any, part: slice, again: Runner) -> Bl
     end, t, why, kept, samples, steps = made.run(x, values, times, (task.rtol, task.atol), halt, task.keep)
     stopped = np.full(runs, END, dtype=object)
     stopped[why == HALTED] = INTERRUPTED
+    end[why == HALTED], kept[why == HALTED] = np.nan, np.nan
     sums = {one: _sums(kept[:, k], t) for k, one in enumerate(task.insides)}
     notes: dict[str, None] = {}
     for k in np.flatnonzero((why != ENDED) & (why != HALTED)):

@@ -67,7 +67,7 @@ class Library:
         end, ended, why = np.full((runs, self.nx), np.nan), np.zeros(runs), np.zeros(runs, dtype=np.int32)
         sums = np.full((runs, seen, KEPT), np.nan)
         kept = np.full((runs, len(times), self.nx), np.nan) if keep else None
-        arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (x, values, times)]
+        arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (x, values, np.append(times, np.inf))]
         steps = self.calls[0](
             runs, arrays[0].ctypes.data, arrays[1].ctypes.data, len(times), arrays[2].ctypes.data, *tolerances, MOST,
             halt.ctypes.data, end.ctypes.data, ended.ctypes.data, why.ctypes.data, sums.ctypes.data,

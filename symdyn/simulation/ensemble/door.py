@@ -107,7 +107,7 @@ def ensemble(
     relative = RTOL if rtol is None else rtol
     absolute = relative if atol is None else atol
     task = Task(
-        lanes, given, times, read, stops, relative, absolute, None if method is None else method.lower(),
+        lanes, given, times, every, read, stops, relative, absolute, None if method is None else method.lower(),
         samples, ignore_limits,
     )  # fmt: skip
     name, way, why = choose(task)

@@ -55,11 +55,10 @@ def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
     """Return one run, or why there is none."""
     values, start, rates = task.lanes.one(k)
     named = {name for one in task.insides for name in one.symbols}
-    every = float(task.times[1] - task.times[0]) if len(task.times) > 1 else None
     try:
         return simulate(
             task.scene, task.forces, task.until, start, rates, task.method, task.rtol, task.atol, task.stops,
-            every=every, reactions=any(name.startswith((REACTION, MULTIPLIER)) for name in named),
+            every=task.every, reactions=any(name.startswith((REACTION, MULTIPLIER)) for name in named),
             say=notes.setdefault, values=values or None, ignore_limits=task.ignore_limits,
         )  # fmt: skip
     except SymdynError as fault:

@@ -24,6 +24,7 @@ class Task:
         lanes: where they start and at which values.
         forces: what drives them.
         times: where samples are taken, ascending, from 0 to the end; shape (T,).
+        every: seconds between samples, as they were asked for.
         measures: of every run.
         stops: formulas whose zeros end a run.
         rtol, atol: tolerances on a step.
@@ -35,6 +36,7 @@ class Task:
     lanes: Lanes
     forces: Forces
     times: Array
+    every: float | None
     measures: tuple[Measure, ...]
     stops: tuple[str, ...]
     rtol: float
