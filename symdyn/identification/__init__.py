@@ -1,8 +1,21 @@
 """From measured motion to parameters: base parameters with their standard errors, and a scene that has them."""
 
+from symdyn.identification.criteria import CRITERIA
 from symdyn.identification.door import identify
+from symdyn.identification.excitation import Excitation
+from symdyn.identification.exciting_motion import excite
+from symdyn.identification.families import FAMILIES
 from symdyn.identification.identification import Identification
 from symdyn.identification.log import Log
 from symdyn.identification.regression import Regression
 
-__all__ = ["Identification", "Log", "Regression", "identify"]
+__all__ = [
+    "CRITERIA",
+    "FAMILIES",
+    "Excitation",
+    "Identification",
+    "Log",
+    "Regression",
+    "excite",
+    "identify",
+]

@@ -1,0 +1,282 @@
+"""The door `excite`: a motion of a mechanism from which its base parameters can be told best, within its limits.
+
+Many motions are drawn (Sobol's sequence, moved at random), each scaled into the limits of positions and speeds; the
+best are improved (motion_search.py), and the best of those that keep all limits between samples too is returned.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import IdentifyError, SimulateError
+from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
+from symdyn.identification.criteria import CRITERIA
+from symdyn.identification.excitation import Excitation, Improved, Reached
+from symdyn.identification.families import FAMILIES, Basis
+from symdyn.identification.motion_search import Functions, Motion, Search
+from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.initial import read_guess
+from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.trajectory import Trajectory
+
+DRAWN = 256
+"""Motions that are drawn."""
+
+SAMPLES = 20
+"""Instants a term at which the criterion is looked at, of a period."""
+
+FINE = 20
+"""Times as many instants at which limits are looked at in the end."""
+
+MARGIN, TRIES = 0.005, 4
+"""Distance from limits, in parts of half their room, that the search keeps; more where that is too little."""
+
+NEAR = 0.02
+"""Distance at which a limit is one that a motion goes to."""
+
+SHOWN = ("condition", "scaled_condition", "determinant")
+
+MOST_ROWS = 1_000_000
+
+
+def excite(
+    scene: SceneLike,
+    period: float = 10.0,
+    family: str = "fourier",
+    terms: int = 5,
+    criterion: str = "condition",
+    box: Box = (),
+    noise: Mapping[str, float] | None = None,
+    starts: int = 4,
+    seed: int = 0,
+    every: float = 0.01,
+    values: Mapping[str, object] | None = None,
+    progress: Callable[[float], None] | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Excitation:
+    """Return a periodic motion that tells the base parameters of a mechanism well, and keeps its limits.
+
+    The same arguments give the same motion, digit by digit, on the same machine.
+
+    >>> import symdyn
+    >>> from symdyn.identification import excite
+    >>> found = excite(symdyn.example("two_link"), period=4, terms=3, starts=1, every=0.1,
+    ...     values=dict(m1=1, m2=1, h1=1, h2=1, g=9.81), box={"M1": (-40, 40)})
+    >>> bool(abs(found.tau[:, 0]).max() < 40)
+    True
+
+    Args:
+        scene: the mechanism, without loops, every joint driven.
+        period: s.
+        family: a row of `FAMILIES`: "fourier" or "splines".
+        terms: rounds a period of the fastest of a Fourier series; splines have as many coefficients.
+        criterion: a row of `CRITERIA`: "condition", "scaled_condition" or "determinant".
+        box: more limits, {"tool.z": (0.1, None), "tau2": (-40, 40)} or ["tool.z=0.1..", "tau2=-40..40"]: of
+            coordinates, velocities, accelerations, driving forces and places of declared points, in ground axes; they
+            narrow those that joints of the scene have.
+        noise: standard deviation of the force of each drive, by its name, N m or N; without, 1 each.
+        starts: of the drawn motions, how many are improved.
+        seed: of what is drawn.
+        every: s between rows.
+        values: of parameters, in place of those that the scene gives.
+        progress: takes the part that is done, 0 to 1.
+        say: takes what a user should know.
+
+    Raises:
+        IdentifyError: with every fault, one line each: what cannot be moved freely, limits without room, unknown names;
+            or no motion was found that keeps all limits.
+        SceneError: a value that the scene cannot have, or of no parameter.
+    """
+    scene = scene_of(scene)
+    scene = bind(scene, values) if values else scene
+    faults = Faults("")
+    for fault in fits(scene):
+        faults.add("", fault)
+    _check(period, family, terms, criterion, starts, seed, every, faults)
+    sizes, bounds = _noise(scene, noise or {}, faults), _bounds(scene, box, faults)
+    if faults.lines:
+        raise IdentifyError(faults.lines)
+    notes = usual_notes(bounds)
+    if say is not None:
+        for note in notes:
+            say(note)
+    functions = Functions(scene, bounds, sizes, seed)
+    if not functions.directions.size:
+        raise IdentifyError(f"{scene.name}: no base parameter takes part in its driving forces; give bodies a mass")
+    row, count = FAMILIES[family], SAMPLES * terms
+    search = Search(functions, row.basis(np.arange(count) * period / count, period, terms), CRITERIA[criterion])
+    fine = row.basis(np.arange(count * FINE + 1) * period / (count * FINE), period, terms)
+    z, margin, improved = _best(search, fine, _drawn(search, starts, seed), progress or (lambda part: None))
+    t = np.linspace(0.0, period, round(period / every) + 1)
+    motion = search.motion(z, row.basis(t, period, terms))
+    run = Trajectory(scene, t, motion.q, motion.u, motion.a, functions.forces(motion), {}, notes=tuple(notes))
+    A = functions.rows(Motion(motion.q[:-1], motion.u[:-1], motion.a[:-1]))
+    condition, scaled, determinant = (CRITERIA[name].value(A) for name in SHOWN)
+    reached = _reached(search, fine, z)
+    coefficients = z * search.half
+    coefficients[0] += search.middle
+    return Excitation(
+        run=run,
+        family=family,
+        criterion=criterion,
+        period=period,
+        terms=terms,
+        seed=seed,
+        condition=condition,
+        scaled_condition=scaled,
+        determinant=determinant,
+        starts=improved,
+        reached=reached,
+        margin=margin,
+        coefficients=coefficients,
+        notes=tuple(notes),
+    )
+
+
+def _check(
+    period: float, family: str, terms: int, criterion: str, starts: int, seed: int, every: float, faults: Faults
+) -> None:
+    """Add what cannot be asked for."""
+    for name, given, known in (("family", family, FAMILIES), ("criterion", criterion, CRITERIA)):
+        if given not in known:
+            faults.add(name, f"there is no {given!r:.60}; {suggestion(str(given), known)}")
+    for name, number in (("period", period), ("every", every)):
+        if not (isinstance(number, (int, float)) and math.isfinite(number) and number > 0):
+            faults.add(name, f"{number!r:.60} is no time; give seconds above zero")
+            return
+    least = FAMILIES[family].least if family in FAMILIES else 1
+    for name, number, low, high in (
+        ("terms", terms, least, 50),
+        ("starts", starts, 1, DRAWN),
+        ("seed", seed, 0, 2**63),
+    ):
+        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not low <= number <= high:
+            faults.add(name, f"{number!r:.60} is not a whole number from {low} to {high}")
+    if not 2 <= period / every <= MOST_ROWS:
+        faults.add("every", f"{every:g} s in a period of {period:g} s are no 2 to {MOST_ROWS} rows; give another")
+
+
+def _noise(scene: Scene, noise: Mapping[str, float], faults: Faults) -> Array:
+    """Return the standard deviation of each drive's force, shape (nv,)."""
+    names = drive_names(scene)
+    found = np.ones(len(names))
+    for name, size in noise.items():
+        if name not in names:
+            faults.add("noise", f"{name} is no drive of {scene.name}; {suggestion(name, names)}")
+        elif not (isinstance(size, (int, float)) and math.isfinite(size) and size > 0):
+            faults.add(f"noise: {name}", f"{size!r:.60} is no standard deviation; give N m or N above zero")
+        else:
+            found[names.index(name)] = size
+    return found
+
+
+def _bounds(scene: Scene, box: Box, faults: Faults) -> tuple[Bound, ...]:
+    """Return what must be kept, nothing after a fault."""
+    if faults.lines:
+        return ()
+    try:
+        return read_bounds(scene, read_guess(scene).tolist(), box, faults)
+    except SimulateError as fault:
+        faults.lines += fault.faults
+        return ()
+
+
+def _drawn(search: Search, starts: int, seed: int) -> list[Array]:
+    """Return the best motions of many that are drawn, scaled into limits of positions, velocities, accelerations."""
+    from scipy.stats import qmc
+
+    basis, n = search.basis, len(search.half)
+    size = basis.count * n
+    points = qmc.Sobol(size, scramble=False).random(DRAWN)
+    z = ((points + np.random.default_rng(seed).random(size)) % 1.0 * 2 - 1).reshape(DRAWN, basis.count, n)
+    z[:, 0] *= 0.5
+    waves = z.copy()
+    waves[:, 0] = 0.0
+    room = np.full((DRAWN, n), np.inf)
+    for kind, part in (("position", basis.position), ("velocity", basis.rate), ("acceleration", basis.second)):
+        largest = np.abs(np.matmul(part, waves)).max(axis=1) * search.half
+        for one in search.functions.bounds:
+            if one.kind == kind:
+                free = (1 - np.abs(z[:, 0, one.index])) * search.half[one.index]
+                low = free if kind == "position" else np.full(DRAWN, min(one.high, -one.low))
+                room[:, one.index] = np.minimum(room[:, one.index], low / largest[:, one.index])
+    z[:, 1:] *= 0.95 * room[:, None]
+    scored = []
+    for k in range(DRAWN):
+        motion = search.motion(z[k])
+        outside = np.maximum(0.0, search.outside(motion)).max(axis=0).sum()
+        scored.append((search.criterion.slope(search.functions.rows(motion))[0] + 10 * outside, k))
+    return [z[k] for _, k in sorted(scored)[:starts]]
+
+
+def _best(
+    search: Search, fine: Basis, drawn: Sequence[Array], told: Callable[[float], None]
+) -> tuple[Array, float, tuple[Improved, ...]]:
+    """Return the best improved motion that keeps all limits, its margin, and what became of every start.
+
+    Raises:
+        IdentifyError: none keeps them.
+    """
+    found: list[tuple[Array, float]] = []
+    for k, z in enumerate(drawn):
+        found.append(_kept(search, fine, z, lambda part, k=k: told((k + part) / len(drawn))))  # type: ignore[misc]
+    improved = tuple(
+        Improved(search.value(before), search.value(after), margin > 0)
+        for before, (after, margin) in zip(drawn, found, strict=True)
+    )
+    keeping = [k for k, one in enumerate(improved) if one.keeps]
+    if not keeping:
+        nearest = max(found, key=lambda one: one[1])[0]
+        outside = [
+            f"{one.bound.name} goes from {one.low:.4g} to {one.high:.4g} {one.bound.unit}"
+            for one in _reached(search, fine, nearest)
+            if one.low < one.bound.low or one.high > one.bound.high
+        ]
+        raise IdentifyError(
+            f"{search.functions.calls.scene.name}: no motion was found that keeps all limits; the nearest leaves "
+            f"{'some: ' + ', '.join(outside) if outside else 'them only just'}; widen these, or try more starts "
+            f"than {len(drawn)}"
+        )
+    best = min(keeping, key=lambda k: improved[k].after)
+    return *found[best], improved
+
+
+def _kept(search: Search, fine: Basis, z: Array, told: Callable[[float], None]) -> tuple[Array, float]:
+    """Return an improved motion and its margin, which is above zero where it keeps all limits."""
+    margin, found, left = MARGIN, z, -math.inf
+    for tried in range(TRIES):
+        found = search.minimum(z if tried == 0 else found, margin, told if tried == 0 else lambda part: None)
+        left = _margin(search, fine, found)
+        if left > 0:
+            break
+        margin += max(margin, -left)
+    return found, left
+
+
+def _margin(search: Search, fine: Basis, z: Array) -> float:
+    """Return the least distance to a limit over the whole period, in parts of half its room.
+
+    Between two instants a number is beyond the larger of both by an eighth of h² |second derivative| at most, which is
+    taken from second differences of the fine instants.
+    """
+    g = search.outside(search.motion(z, fine))
+    g = g[:, np.isfinite(g).all(axis=0)]
+    between = np.abs(np.diff(g, n=2, axis=0)).max(axis=0, initial=0.0) / 8
+    return float(-(g.max(axis=0) + between).max())
+
+
+def _reached(search: Search, fine: Basis, z: Array) -> tuple[Reached, ...]:
+    """Return how near a motion comes to each of its limits."""
+    x = search.functions.bounded(search.motion(z, fine))
+    found = []
+    for one, column in zip(search.functions.bounds, x.T, strict=True):
+        low, high = float(column.min()), float(column.max())
+        active = min(low - one.low, one.high - high) < NEAR * one.size
+        found.append(Reached(one, low, high, active))
+    return tuple(found)
