@@ -145,7 +145,7 @@ def _check(
     """Add what cannot be asked for."""
     for name, given, known in (("family", family, FAMILIES), ("criterion", criterion, CRITERIA)):
         if given not in known:
-            faults.add(name, f"there is no {given!r:.60}; {suggestion(str(given), known)}")
+            faults.add(name, f"there is no {given!r:.60}; there are {', '.join(known)}")
     for name, number in (("period", period), ("every", every)):
         if not (isinstance(number, (int, float)) and math.isfinite(number) and number > 0):
             faults.add(name, f"{number!r:.60} is no time; give seconds above zero")
