@@ -35,12 +35,13 @@ def _runs(job: Job, first: int, last: int) -> Found:
     values = job.design.values(first, last)
     measures = np.full((len(values), len(job.measures)), np.nan)
     codes = np.full(len(values), FAILED, dtype=np.uint8)
-    told = impossible(job, values)
+    told, notes = impossible(job, values), dict[str, None]()
     rows = np.array([row for row in range(len(values)) if row not in told], dtype=np.int64)
     for some, found in _possible(job, values, rows, told):
         words = [found.words[one] for one in found.stopped]
         if INTERRUPTED in words:
             raise KeyboardInterrupt
+        notes |= dict.fromkeys(found.notes)
         began = np.isfinite(found.q).all(axis=1)
         ended = np.array([word == END for word in words])
         codes[some] = np.where(began & ended, ENDED, np.where(began, STOPPED, FAILED))
@@ -49,7 +50,9 @@ def _runs(job: Job, first: int, last: int) -> Found:
         told |= {int(row): word for row, word in zip(some, words, strict=True) if word != END}
         told |= {int(row): NO_NUMBER for row in some[ended & ~began]}
     measures[codes == FAILED] = np.nan
-    return Found(measures, codes, dict(sorted((first + row, word) for row, word in told.items())[:MOST_TOLD]))
+    return Found(
+        measures, codes, dict(sorted((first + row, word) for row, word in told.items())[:MOST_TOLD]), tuple(notes)
+    )
 
 
 def _possible(job: Job, values: Array, rows: Rows, told: dict[int, str]) -> Iterator[tuple[Rows, Ensemble]]:

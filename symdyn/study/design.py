@@ -180,19 +180,21 @@ def read_design(
     """
     listed = [one.name for one in over if one.values is not None]
     drawn = [one.name for one in over if one.values is None]
+    before = len(faults.lines)
     if kind is None and listed and drawn:
         faults.add(
             "design",
             f"lists ({', '.join(listed)}) make a grid, and distributions ({', '.join(drawn)}) are drawn from; say "
             "which with --design random, latin or sobol, where a list gives each of its values with equal chance",
         )
-        return None
     kind = kind or ("random" if drawn else "grid")
     if kind not in DESIGNS:
         faults.add("design", f"{kind} is not known; {suggestion(kind, DESIGNS)}")
-        return None
     if not isinstance(seed, int) or seed < 0:
         faults.add("seed", f"{seed!r} is no seed; give a whole number that is zero or positive")
+    if count is not None and not (isinstance(count, int) and 1 <= count <= LARGEST_COUNT):
+        faults.add("count", f"{count!r} is no number of runs; give 1 to {LARGEST_COUNT}")
+    if len(faults.lines) > before or not over:
         return None
     plan = DESIGNS[kind]
     if plan.lists and drawn:
@@ -205,11 +207,7 @@ def read_design(
         if size > LARGEST_COUNT:
             faults.add("design", f"the grid has {size} runs; {LARGEST_COUNT} are allowed")
         return Design(kind, over, size, seed)
-    count = USUAL_COUNT if count is None else count
-    if not isinstance(count, int) or not 1 <= count <= LARGEST_COUNT:
-        faults.add("count", f"{count!r} is no number of runs; give 1 to {LARGEST_COUNT}")
-        return None
-    runs = plan.counted(count, len(over))
+    runs = plan.counted(USUAL_COUNT if count is None else count, len(over))
     if fault := plan.fault(runs, len(over)):
         faults.add("design", fault)
         return None

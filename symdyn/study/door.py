@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
+from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from symdyn.scene import Parameter, Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
+from symdyn.simulation.ensemble.measures import read_measure
 from symdyn.simulation.forward import check_run
-from symdyn.simulation.initial import Values
+from symdyn.simulation.initial import Values, read_start
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import read_forces
+from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, words
 from symdyn.study.block import block as one_block
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
 from symdyn.study.executors import executor
-from symdyn.study.job import Job, read_measured
+from symdyn.study.job import Job, Measured, read_measured
+from symdyn.study.measured import unit_of
 from symdyn.study.places import At, at_places
 from symdyn.study.store import SUFFIX, check_store, opened, store_of
 from symdyn.study.study import Study
@@ -197,27 +204,60 @@ def prepared(
     for part, table in given.items():
         for name in set(table) & set(parts[part]):
             faults.add(part.replace("_", " "), f"{name} is varied; leave it out here")
-    measures = read_measured(measure, faults)
-    if not faults.lines or all(line.startswith("over") for line in faults.lines):
+    measures = tuple(_checked(scene, one, faults) for one in read_measured(measure, faults))
+    read = Forces()
+    if not scene.free_parameters or not faults.lines:
         with noted(faults):
             check_run(scene, until, every, rtol, atol, (), method)
         with noted(faults):
-            read_forces(scene, forces)
+            read = read_forces(scene, forces)
+        with noted(faults):
+            read_start(scene, given["start"], given["start_rates"])
+    faults.lines[:] = dict.fromkeys(faults.lines)
     close(faults)
     assert planned is not None, "what is missing is a fault"
     asked = {
-        "until": until, **given, "forces": forces, "every": every, "method": method, "rtol": rtol, "atol": atol,
+        "until": until, **given, "forces": read, "every": every, "method": method, "rtol": rtol, "atol": atol,
         "ignore_limits": ignore_limits,
     }  # fmt: skip
-    told = tuple((key, str(value)) for key, value in asked.items() if value not in (None, (), {}, False))
+    plain = asked | {"forces": _said(forces)}
+    told = tuple((key, str(value)) for key, value in plain.items() if value not in (None, (), [], {}, False, ""))
     size = block or min(MOST, max(FEWEST, -(-planned.count // PARTS)))
     return Job("runs", scene, planned, measures, asked | {"varied": parts}, told, size)
+
+
+def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
+    """Return a measure with its unit; what is wrong with it is among the faults."""
+    read = read_measure(scene, one.formula, faults)
+    return one if read is None else replace(one, unit=unit_of(read, scene))
 
 
 def _letters(forces: Any) -> tuple[str, ...]:
     """Return what words formulas of forces have."""
     texts = forces.values() if isinstance(forces, Mapping) else [str(one).partition("=")[2] for one in forces]
     return tuple(dict.fromkeys(word for text in texts for word in re.findall(r"[A-Za-z]\w*", str(text))))
+
+
+def _said(forces: Entries) -> str:
+    """Return what decides forces, as text: formulas, and what files hold."""
+    if isinstance(forces, str | Path):
+        return _said([forces])
+    if isinstance(forces, Mapping):
+        return "; ".join(f"{name}={_text(one)}" for name, one in forces.items())
+    return "; ".join(map(_text, forces)) if isinstance(forces, Sequence) else _text(forces)
+
+
+def _text(one: Any) -> str:
+    if isinstance(one, str | Path) and "=" not in str(one):
+        with suppress(OSError):
+            return f"{Path(one).name} {sha256(Path(one).read_bytes()).hexdigest()}"
+    if isinstance(one, str | int | float | Fraction):
+        return "".join(str(one).split())
+    if isinstance(one, Mapping):
+        return _said(one)
+    with suppress(TypeError, ValueError):
+        return sha256(np.asarray(one, dtype=np.float64).tobytes()).hexdigest()
+    return getattr(one, "__qualname__", type(one).__qualname__)
 
 
 def _given(said: Values | None, what: str, faults: Faults) -> dict[str, Any]:
@@ -253,6 +293,10 @@ def made(
     try:
         with executor(scheduler, None if here else workers, say or (lambda line: None)) as found_by:
             for done, (k, found) in enumerate(found_by.results(one_block, job, left), start=1):
+                for note in found.notes:
+                    if note not in notes:
+                        notes += (note,)
+                        _tell(say, note)
                 store.put(job, k, found)
                 if progress is not None:
                     progress(1 - (len(left) - done) / job.blocks)

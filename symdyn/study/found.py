@@ -20,11 +20,13 @@ class Found:
         measures: shape (n, measures).
         codes: how each run ended, shape (n,), of bytes.
         told: in words what ended the first few of those that did not reach their end, by number of the run.
+        notes: what a user should know, such as the method.
     """
 
     measures: Array
     codes: Any
     told: Mapping[int, str]
+    notes: tuple[str, ...] = ()
 
 
 def impossible(job: Job, values: Array) -> dict[int, str]:
