@@ -73,6 +73,7 @@ def derive(
     return Equations(scene, workspace.graph, tuple(functions), closing)
 
 
+@growing()
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph, derived once; see `derive`."""
     row, place = row_of(request, workspace.scene)

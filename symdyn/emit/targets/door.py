@@ -21,6 +21,7 @@ from symdyn.emit.targets.rust import RUST
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import EmitError
+from symdyn.graph import growing
 from symdyn.program import Program
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import spell
@@ -46,6 +47,7 @@ TARGETS: dict[str, Target] = {
 }
 
 
+@growing()
 def emit(
     program: Program, target: str = NUMPY.name, real: str = "double", command: str = "", option: str = ""
 ) -> Sources:

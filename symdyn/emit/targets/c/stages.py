@@ -132,11 +132,11 @@ def stages_of(
     stages: list[Stage] = []
     for here in range(last + 1):
         calls = [s for s in steps if s.node.op in CALLS and level[s.node] == here]
-        angles = dict.fromkeys(s.node.args[0] for s in calls if s.node.op in TRIGONOMETRIC)
-        stages += [
-            Stage("sincos", [s for s in calls if s.node.op in TRIGONOMETRIC and s.node.args[0] is angle], [], angle)
-            for angle in angles
-        ]
+        angles: dict[Expr, list[Step]] = {}
+        for s in calls:
+            if s.node.op in TRIGONOMETRIC:
+                angles.setdefault(s.node.args[0], []).append(s)
+        stages += [Stage("sincos", both, [], angle) for angle, both in angles.items()]
         stages += [Stage("call", [s], []) for s in calls if s.node.op not in TRIGONOMETRIC]
         plain = (s for s in steps if s.node.op not in CALLS)
         mine = [s for s in plain if here == (level[s.node] if s.node in early else last)]
