@@ -224,3 +224,12 @@ def test_an_interrupt_keeps_what_is_done(method: list[str]) -> None:
     command = [sys.executable, "-c", INTERRUPTED, *method]
     found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert found.stdout == "kept\n", found.stderr
+
+
+def test_a_stiff_system_is_left_to_implicit_methods() -> None:
+    scene = bound("pendulum")
+    drive = next(one for one in scene.drives if one)
+    runs = symdyn.ensemble(scene, f"{drive}=-1e6*q1_dot", until=10.0, start={"q1": [0.1, 0.2]})
+    assert runs.method == "one by one"
+    assert any("stiff" in note for note in runs.notes)
+    assert runs.complete.all()

@@ -7,6 +7,7 @@ something else grows is a saddle, as at a pendulum's top, which friction has no 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,9 +90,14 @@ def _asked(system: StateEquations, asked: str) -> Choice:
 
 def is_stiff(system: StateEquations, x: Array, until: float) -> bool:
     """Tell whether a system is stiff at the start; a jump there, which looks infinitely steep, is no stiffness."""
+    return dies_out_fast(lambda step: differences(system, 0.0, x, step), until)
+
+
+def dies_out_fast(jacobian: Callable[[float], Array], until: float) -> bool:
+    """Tell whether a system is stiff, from its ∂f/∂x by differences of a relative size."""
     decays = []
     for step in (1e-5, 1e-6):
-        eigenvalues = np.linalg.eigvals(differences(system, 0.0, x, step))
+        eigenvalues = np.linalg.eigvals(jacobian(step))
         decay = float(np.max(-eigenvalues.real, initial=0.0))
         lively = float(np.max(np.maximum(np.abs(eigenvalues.imag), eigenvalues.real), initial=0.0))
         if not (decay * until > STIFF_STEPS and decay > STIFF_RATIO * lively):

@@ -7,29 +7,33 @@ that stops them, a step that would vanish, more steps than a system that is not 
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from threading import Lock
 from typing import Any
 
 import numpy as np
 
+from symdyn.build.compiler import find_compiler
 from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.errors import MissingCompiler
 from symdyn.scene.values.signals import COLUMNS
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.ensemble import one_by_one
 from symdyn.simulation.ensemble.abreast_code import Library, library
-from symdyn.simulation.ensemble.abreast_functions import ENERGIES, abreast
+from symdyn.simulation.ensemble.abreast_functions import ENERGIES, Abreast, abreast, jacobian_at
 from symdyn.simulation.ensemble.measures import Sums
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way
 from symdyn.simulation.equations.compiled_routines import Kept
 from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.integrate import importable
+from symdyn.simulation.integrator import dies_out_fast
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.trajectory import END, INTERRUPTED
 
 ENDED, HALTED = 0, 4
 """Why a run ended, in the words of the template: by time, or since it was to be halted; all else is looked at again."""
 
-_KEPT: Kept[Library] = Kept()
+_FUNCTIONS: Kept[Abreast] = Kept()
+_LIBRARIES: Kept[Library] = Kept()
 
 _ALONE = Lock()
 """Of parts that run on threads, one at a time asks `simulate`."""
@@ -53,28 +57,44 @@ def refuses(task: Task) -> str:
     decided = [name for name in task.lanes.values if name not in free]
     if decided:
         return f"{', '.join(decided)} decides the form of equations"
-    from symdyn.build.compiler import find_compiler
-    from symdyn.errors import MissingCompiler
-
     try:
         find_compiler()
     except MissingCompiler:
         return "there is no C compiler"
-    return "" if importable("scipy") else "SciPy is not installed"
+    return "the system is stiff" if task.method is None and _stiff(task) else ""
+
+
+def _stiff(task: Task) -> bool:
+    """Tell whether the first run is stiff at its start."""
+    if not task.lanes.count:
+        return False
+    one = slice(0, 1)
+    values = {name: float(np.ravel(x)[0]) for name, x in task.lanes.parameters(one).items()}
+    jacobian = jacobian_at(_functions(task), values, np.hstack(task.lanes.states(one))[0])
+    return dies_out_fast(jacobian, task.until)
+
+
+def _key(task: Task) -> tuple[Hashable, ...]:
+    return opened(task.scene).scene, *task.forces.form, task.insides, task.stops, task.ignore_limits
+
+
+def _functions(task: Task) -> Abreast:
+    """Return what is to be run, derived once for all values."""
+
+    def make() -> Abreast:
+        stops = [read_seen(task.scene, text, "event", Faults("")) for text in task.stops]
+        known = [one for one in stops if one is not None]
+        return abreast(opened(task.scene), task.forces, task.insides, known, task.ignore_limits)
+
+    return _FUNCTIONS.get(_key(task), make)
 
 
 def ready(task: Task) -> Runner:
     """Return what runs a part; what it runs is compiled once."""
-    scene, found = task.scene, opened(task.scene)
-    stops = [one for text in task.stops if (one := read_seen(scene, text, "event", Faults(""))) is not None]
+    scene, key, functions = task.scene, _key(task), _functions(task)
     names = list(scene.coordinates)
     firsts = [names.index(group[0]) for group in quaternions(scene)]
-
-    def make() -> Library:
-        return library(abreast(found, task.forces, task.insides, stops, task.ignore_limits), firsts)
-
-    key = (found.scene, *task.forces.form, task.insides, tuple(stops), task.ignore_limits)
-    made = _KEPT.get(key, make)
+    made = _LIBRARIES.get(key, lambda: library(functions, firsts))
     again = one_by_one.ready(task)
     halt = np.zeros(1, dtype=np.int32)
 

@@ -8,15 +8,19 @@ prepare(params) -> values    what depends on parameters alone, once a run
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
+import numpy as np
+
+from symdyn.algebra.numeric import Array, Batches
 from symdyn.dynamics.roads.derive import derive_one
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.signal_outputs import driven, expressed
 from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import Program, cheapest, lower, prepare
 from symdyn.program.assemble import PREPARED, assemble
 from symdyn.program.prepare import PREPARE, is_prepared
@@ -103,6 +107,29 @@ def abreast(
     program = check(assemble(found.scene, graph, tuple(apart)))
     names = tuple(str(one.value) for a in first.arguments for one in a.symbols)
     return Abreast(program, names, len(first.entries), len(seen), len(watched), len(both))
+
+
+def jacobian_at(made: Abreast, parameters: Mapping[str, float], x: Array) -> Callable[[float], Array]:
+    """Return what gives ∂f/∂x at t = 0 by central differences of a relative size, zero where it is not finite."""
+    rates = made.program["rates"].function
+    known: dict[Expr, Any] = {}
+    if made.values:
+        first = made.program[PREPARE].function
+        names = {one: np.float64(parameters[str(one.value)]) for a in first.arguments for one in a.symbols}
+        symbols = next(a.symbols for a in rates.arguments if a.name == VALUES)
+        known |= zip(symbols, evaluate(first.entries, Batches(), names), strict=True)
+    letters = [one for a in rates.arguments if a.name in TAKEN[:2] for one in a.symbols]
+
+    def jacobian(relative: float) -> Array:
+        steps = relative * np.maximum(1.0, np.abs(x))
+        states = np.vstack([x + np.diag(steps), x - np.diag(steps)])
+        at = known | dict(zip(letters, states.T, strict=True)) | {rates.entries[0].graph.symbol(TIME): np.float64(0.0)}
+        with np.errstate(all="ignore"):
+            found = np.array([np.broadcast_to(y, len(states)) for y in evaluate(rates.entries, Batches(), at)])
+            J = (found[:, : len(x)] - found[:, len(x) :]) / (2 * steps)
+        return np.where(np.isfinite(J), J, 0.0)
+
+    return jacobian
 
 
 def _with_parameters(w: Workspace, functions: Sequence[object]) -> Program:
