@@ -69,6 +69,13 @@ class Flow:
         found: Array = self.calls[ALONG](q, u, self.system.given(t, q, u), t, dq, du, changes)
         return found
 
+    def both(self, t: float, x: Array, given: Array, ways: Array, changes: Array) -> tuple[Array, Array]:
+        """Return f and δẋ, shapes (nx,) and (k, nx), under driving forces and inputs that are given as numbers."""
+        q, u = self._parts(x)
+        dq, du = (np.ascontiguousarray(part) for part in self._parts(ways))
+        rates: Array = self._whole(q, u, given, t)
+        return rates[: self.size], self.calls[ALONG](q, u, given, t, dq, du, changes)
+
     def against(self, t: float, x: Array, covectors: Array) -> tuple[Array, Array]:
         """Return λᵀ ∂f/∂x, shape (k, nx), and λᵀ ∂f/∂p, shape (k, np), of λ, shape (k, nx)."""
         q, u = self._parts(x)

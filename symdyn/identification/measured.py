@@ -1,0 +1,128 @@
+"""Columns of a log that output error takes: times, some coordinates and velocities, forces; and where a run starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.scene import Scene, velocity_name
+from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.initial import Values, read_start
+from symdyn.simulation.prescribed.entries import Entries, read_entries
+from symdyn.simulation.prescribed.forces import Forces, drive_names, read_forces
+from symdyn.simulation.prescribed.formulas_in_time import TIME, close, noted
+from symdyn.simulation.prescribed.numbers_in_time import Columns
+
+FEWEST = 10
+"""Samples that a piece has at least."""
+
+FIRST = 12
+"""Samples, at most, through which a line or a parabola guesses where a piece starts."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A piece of a log.
+
+    Attributes:
+        t: times, s, shape (N,).
+        x: what was measured, shape (N, m).
+        forces: what drives the mechanism.
+    """
+
+    t: Array
+    x: Array
+    forces: Forces
+
+
+def read_measured(
+    scene: Scene, data: Entries, forces: Entries, measured: Sequence[str] | None, pieces: int
+) -> tuple[tuple[str, ...], tuple[Measured, ...], tuple[str, ...]]:
+    """Return the names of the columns that are fitted, the pieces of all logs, and notes.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        data: files, arrays by name or tables, one a log.
+        forces: what is known of driving forces beside the columns of the logs, as `simulate` takes it.
+        measured: names of the columns that are fitted; None for all coordinates and velocities that the logs have.
+        pieces: into how many pieces, of a start each, every log is cut.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    faults, known = Faults(""), (*scene.coordinates, *scene.velocities)
+    logs = [data] if not isinstance(data, (list, tuple)) else data
+    tables = list[Columns]()
+    for one in logs:
+        said = read_entries(one, "data", faults)
+        tables += said.tables
+        if said.texts or said.functions:
+            faults.add("data", "formulas and functions measure nothing; give a .csv file, arrays by name, or a table")
+    if not logs:
+        faults.add("data", "there is no log; give a .csv file, arrays by name with t, or a table")
+    close(faults)
+    for name in measured or ():
+        if name not in known:
+            faults.add("measured", f"{name} is no coordinate or velocity; {suggestion(name, known)}")
+    here = [name for name in known if all(name in one.values for one in tables)]
+    names = tuple(here if measured is None else dict.fromkeys(measured))
+    for one in tables:
+        lost = [name for name in names if name not in one.values]
+        there = f"it has {listed(tuple(one.values))}" if one.values else "it has none beside t"
+        if lost or not names:
+            what = f"the column {lost[0]}" if lost else f"column of {listed(known)} that all logs have"
+            faults.add(one.source, f"has no {what.removeprefix('the ')}; {there}")
+        if len(one.t) < FEWEST * pieces:
+            faults.add(one.source, f"has {len(one.t)} rows; {FEWEST} a piece, {FEWEST * pieces} at least, are needed")
+    if pieces < 1:
+        faults.add("pieces", f"{pieces} is no number of pieces; give 1 or more")
+    close(faults)
+    found, notes = list[Measured](), dict[str, None]()
+    for one in tables:
+        drives = [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
+        drives += [letter.name for letter in scene.inputs]
+        columns = {name: one.values[name] for name in drives if name in one.values}
+        given = Forces()
+        with noted(faults):
+            entries = [] if forces is None else forces if isinstance(forces, list) else [forces]
+            given = read_forces(scene, [*entries, *([{TIME: one.t, **columns}] if columns else [])])
+        silent = [name for k, name in enumerate(drives) if name not in columns and k not in given.formulas]
+        if silent and not forces:
+            notes[f"{one.source}: no column of {listed(silent)}, which is taken as zero"] = None
+        for part in np.array_split(np.arange(len(one.t)), pieces):
+            x = np.column_stack([one.values[name][part] for name in names])
+            found.append(Measured(one.t[part], x, given))
+    close(faults)
+    return names, tuple(found), tuple(notes)
+
+
+def first_state(
+    scene: Scene, names: Sequence[str], piece: Measured, guess: tuple[Values | None, Values | None]
+) -> tuple[Array, tuple[str, ...]]:
+    """Return a guess of the state at the first sample, shape (nx,), and notes.
+
+    What is measured is read off the first samples, positions' rates too; the rest is as the user says, or the scene.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    count = min(FIRST, len(piece.t))
+    s = piece.t[:count] - piece.t[0]
+    start, rates = dict[str, Any](), dict[str, Any]()
+    for name, x in zip(names, piece.x[:count].T, strict=True):
+        parts = np.polynomial.polynomial.polyfit(s / s[-1], x, min(2, count - 1))
+        if name in scene.coordinates:
+            start[name] = float(parts[0])
+            rate = velocity_name(name)
+            if rate in scene.velocities and rate not in names:
+                rates[rate] = float(parts[1] / s[-1])
+        else:
+            rates[name] = float(parts[0])
+    own = [dict(one) if isinstance(one, dict) else {} for one in guess]
+    found = read_start(scene, {**start, **own[0]}, {**rates, **own[1]})
+    return np.concatenate([found.q, found.u]), found.notes

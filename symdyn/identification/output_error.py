@@ -1,0 +1,232 @@
+"""Output error: parameters and starts with which a simulated run is closest to what was measured, door `output_error`.
+
+    min  Σ ((x(t_k; p, x_0) - x_k) / σ)²        over named parameters p and the unknown start x_0 of every piece
+
+Nothing is differentiated: a coordinate or velocity that was not measured is one that the run finds. The search is that
+of Levenberg and Marquardt by the derivatives of the run itself; it looks at the first eighth of a piece, then at twice
+as much, so that each search begins where the run stays close to the data. σ is the scatter of the residuals, found
+again after every search (maximum likelihood with independent columns).
+
+References: Ljung, System Identification (1999), 7.2 to 7.4; Bock (1981).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import IdentifyError
+from symdyn.identification.measured import FEWEST, Measured, first_state, read_measured
+from symdyn.identification.output_fit import OutputFit
+from symdyn.identification.search import Search, searched
+from symdyn.identification.shooting import shooting
+from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.initial import Values
+from symdyn.simulation.prescribed.entries import Entries
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values
+
+TELLS = 1e-7
+"""Smallest singular value over the largest, columns of length one, below which data do not tell."""
+
+POSITIVE = 1e-9
+"""Least value of a positive parameter, over its value before."""
+
+ROUNDING = 1e-9
+"""Least weight of a column, over its scatter: simulated data have residuals of rounding."""
+
+WHITE, FAR = 0.5, 3.0
+"""Correlation from sample to sample, and residuals over the scatter of neighbouring samples, that are worth a word."""
+
+
+def output_error(
+    scene: SceneLike,
+    data: Entries,
+    parameters: str | Sequence[str] | None = None,
+    measured: str | Sequence[str] | None = None,
+    forces: Entries | None = None,
+    start: Values | None = None,
+    start_rates: Values | None = None,
+    values: Mapping[str, object] | None = None,
+    pieces: int = 1,
+) -> OutputFit:
+    """Return the parameters with which simulated runs are closest to measured ones.
+
+    >>> import symdyn
+    >>> from symdyn.identification import output_error
+    >>> truth = symdyn.simulate(symdyn.example("pendulum"), until=3, start={"q1": 1}, values={"l": 0.55, "b": 0.02})
+    >>> output_error(symdyn.example("pendulum"), {"t": truth.t, "q1": truth["q1"]}, ["l", "b"]).values["l"].__round__(6)
+    0.55
+
+    Args:
+        scene: the mechanism, its parameters bound: the search begins at their values.
+        data: a .csv file, arrays by name, a table or a run, of columns t, coordinates, velocities and driving forces;
+            or a list of such, one a log, each with a start of its own.
+        parameters: names of those that are looked for; None takes all but gravity's that the data tell
+            and says which they do not.
+        measured: which columns are fitted; None for all coordinates and velocities that the logs have.
+        forces: driving forces that the logs have no columns of, as `simulate` takes them.
+        start: guesses of coordinates at the start that were not measured, by name.
+        start_rates: likewise of velocities.
+        values: of parameters, in place of those that the scene gives.
+        pieces: into how many pieces every log is cut, each with a start of its own: for motions that forget theirs.
+
+    Raises:
+        SimulateError: with every fault of the arguments and the data, one line each.
+        IdentifyError: data that do not tell the parameters apart, a motion that forgets its start, no run.
+        DerivationError: there is no forward dynamics, or loops cannot be closed.
+    """
+    scene = scene_of(scene)
+    scene = bind(scene, values) if values else scene
+    parameter_values(scene)
+    faults, known = Faults(""), [one.name for one in scene.parameters]
+    asked = None if parameters is None else (parameters,) if isinstance(parameters, str) else tuple(parameters)
+    for name in asked or ():
+        if name not in known:
+            faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
+    if faults.lines:
+        raise IdentifyError(faults.lines)
+    wanted = None if measured is None else (measured,) if isinstance(measured, str) else tuple(measured)
+    names, logs, notes = read_measured(scene, data, forces or [], wanted, pieces)
+    down = {name for part in scene.gravity for name in part.symbols}
+    free = tuple(one.name for one in opened(scene).scene.free_parameters if one.name not in down)
+    chosen = tuple(dict.fromkeys(free if asked is None else asked))
+    search, more = _begin(scene, names, logs, chosen, (start, start_rates))
+    if asked is None:
+        told = _told(search)
+        held = [name for name in chosen if name not in told]
+        if held:
+            more = (*more, f"the data tell {listed(told)}; {listed(held)} kept as given: others can stand for them")
+            search, _ = _begin(scene, names, logs, told, (start, start_rates))
+    positive = {one.name for one in scene.parameters if one.positive}
+    least = np.full(len(search.before), -np.inf)
+    least[: len(search.parameters)] = [POSITIVE if name in positive else -np.inf for name in search.parameters]
+    return _found(scene, search, searched(search, least), names, (*notes, *more))
+
+
+def _begin(
+    scene: Scene,
+    names: Sequence[str],
+    logs: Sequence[Measured],
+    parameters: tuple[str, ...],
+    guess: tuple[Values | None, Values | None],
+) -> tuple[Search, tuple[str, ...]]:
+    """Return the search where it begins, and notes."""
+    known, pieces, notes = opened(scene).values, [], dict[str, None]()
+    for one in logs:
+        x, said = first_state(scene, names, one, guess)
+        notes |= dict.fromkeys(said if len(logs) == 1 else ())
+        pieces.append(shooting(scene, parameters, one.forces, one.t, x))
+    starts = len(pieces[0].unknowns)
+    sizes = np.array([abs(known[name]) or 1.0 for name in parameters])
+    before = np.concatenate([[known[name] for name in parameters] / sizes, np.zeros(starts * len(pieces))])
+    columns = [[*scene.coordinates, *scene.velocities].index(name) for name in names]
+    scatter = np.concatenate([one.x for one in logs]).std(axis=0)
+    scatter = np.where(scatter > 0, scatter, 1.0)
+    found = Search(pieces, logs, columns, parameters, sizes, before, starts, scatter, ROUNDING * scatter)
+    return found, tuple(notes)
+
+
+def _told(search: Search) -> tuple[str, ...]:
+    """Return parameters that the data tell apart, those first that they tell best, in the order given."""
+    from scipy.linalg import qr
+
+    n, whole = len(search.parameters), search.pieces
+    for part in (1, 2, 4, 8):  # values that are far off may not have a run to the end
+        search.pieces = [one.until(max(FEWEST, len(one.t) // part)) for one in whole]
+        search.forget()
+        if None not in search.run(search.before):
+            break
+    else:
+        raise IdentifyError("there is no run at the values that the search begins with; give other ones")
+    J = search.jacobian(search.before)
+    search.pieces = whole
+    search.forget()
+    others, _ = np.linalg.qr(J[:, n:])
+    own = J[:, :n] - others @ (others.T @ J[:, :n])
+    R, order = qr(own, mode="r", pivoting=True)
+    size = np.abs(np.diag(R))
+    kept = {
+        int(k) for k, one in zip(order, size, strict=False) if one > 10 * TELLS * np.linalg.norm(J[:, :n], axis=0).max()
+    }
+    if not kept:
+        raise IdentifyError("the data tell no parameter: nothing moves, or all columns are starts")
+    return tuple(name for k, name in enumerate(search.parameters) if k in kept)
+
+
+def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...], notes: tuple[str, ...]) -> OutputFit:
+    """Return what a search has found.
+
+    Raises:
+        IdentifyError: the data do not tell all of it apart.
+    """
+    n, missed = len(search.parameters), search.missed(unknowns)
+    every = np.concatenate(missed)
+    dof = every.size - len(unknowns)
+    noise = np.sqrt(np.sum(every**2, axis=0) / (len(every) * dof / every.size))
+    search.sigma = np.maximum(noise, search.floor)
+    J = search.jacobian(unknowns)
+    labels = [*search.parameters]
+    for k, piece in enumerate(search.pieces):
+        number = f"{k + 1} " if len(search.pieces) > 1 else ""
+        labels += [f"start {number}{name}" for name in piece.unknowns]
+    length = np.linalg.norm(J, axis=0)
+    length[length == 0] = 1.0
+    _, sizes, ways = np.linalg.svd(J / length, full_matrices=False)
+    if sizes[-1] < TELLS * sizes[0]:
+        part = np.abs(ways[-1])
+        together = [labels[k] for k in np.argsort(-part, kind="stable") if part[k] > 0.05 * part.max()]
+        raise IdentifyError(
+            f"{scene.name}: {listed(names)} over time do not tell {listed(together)} apart: they can change "
+            "together and leave the run as it is; look for fewer of them (the others keep their values), or "
+            "measure more"
+        )
+    scale = np.concatenate([search.sizes, np.ones(len(unknowns) - n)])
+    inverse = (ways.T / sizes) / length[:, None] * scale[:, None]
+    bases = [piece.start for piece in search.pieces]
+    state = [*scene.coordinates, *scene.velocities]
+    places = [state.index(one) if one in state else -1 for one in search.pieces[0].unknowns]  # a turn starts from zero
+    first = np.concatenate([np.zeros(n), *([0.0 if k < 0 else float(base[k]) for k in places] for base in bases)])
+    return OutputFit(
+        scene, tuple(labels), _units(scene, search), search.before * scale + first, unknowns * scale + first,
+        inverse @ inverse.T, n, names, noise, _correlations(missed), tuple(missed), tuple(one.t for one in search.data),
+        float(sizes[0] / sizes[-1]), dof, search.runs, (*notes, *_doubts(search, missed, names, noise)),
+    )  # fmt: skip
+
+
+def _units(scene: Scene, search: Search) -> tuple[str, ...]:
+    units = {one.name: one.unit for one in scene.parameters}
+    states = {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
+    states |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
+    starts = (states.get(one, "rad") for piece in search.pieces for one in piece.unknowns)
+    return (*(units[name] for name in search.parameters), *starts)
+
+
+def _correlations(missed: Sequence[Array]) -> Array:
+    """Return the correlation of residuals from one sample to the next, by column."""
+    above = sum(np.sum(one[1:] * one[:-1], axis=0) for one in missed)
+    below = sum(np.sum(one**2, axis=0) for one in missed)
+    return np.asarray(above / np.where(below > 0, below, 1.0), dtype=np.float64)
+
+
+def _doubts(search: Search, missed: Sequence[Array], names: Sequence[str], noise: Array) -> list[str]:
+    """Return what residuals say against the result."""
+    found = []
+    for k, (name, r) in enumerate(zip(names, _correlations(missed), strict=True)):
+        rough = np.concatenate([np.diff(one.x[:, k], 4) for one in search.data]).std() / np.sqrt(70)
+        if r > WHITE and noise[k] > 10 * search.floor[k]:
+            far = (
+                f", and {noise[k] / rough:.2g} times the scatter of neighbouring samples"
+                if noise[k] > FAR * rough
+                else ""
+            )
+            found.append(
+                f"residuals of {name} hang together (correlation {r:.2f} from sample to sample){far}: the scene lacks "
+                "something, forces are noisy, or the search ended in another valley; true errors are larger than stated"
+            )
+    return found

@@ -1,0 +1,138 @@
+"""Output error: what was put into a simulated run is found again from a part of its columns, within stated errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.errors import IdentifyError, SimulateError
+from symdyn.identification import OutputFit, output_error
+from symdyn.simulation.trajectory import Trajectory
+
+SCATTER = 1e-3
+"""Of measured columns, rad or m."""
+
+
+def noisy(run: Trajectory, *names: str, seed: int = 0) -> dict[str, object]:
+    draw = np.random.default_rng(seed)
+    columns = {name: run[name] + SCATTER * draw.standard_normal(len(run.t)) for name in names}
+    return {"t": run.t, **columns}
+
+
+def swing(until: float = 5.0) -> Trajectory:
+    values = {"l": 0.55, "b": 0.02}
+    return symdyn.simulate(symdyn.example("pendulum"), until=until, every=0.02, start={"q1": 1}, values=values)
+
+
+def within(found: OutputFit, truth: dict[str, float], errors: float = 4.0) -> bool:
+    places = [found.names.index(name) for name in truth]
+    missed = np.abs(found.estimate[places] - np.array(list(truth.values())))
+    return bool(np.all(missed < errors * found.standard_errors[places]))
+
+
+def test_a_pendulum_tells_its_length_and_friction_by_its_angle_alone() -> None:
+    found = output_error(symdyn.example("pendulum"), noisy(swing(), "q1"), ["l", "b"])
+
+    assert within(found, {"l": 0.55, "b": 0.02, "start q1": 1.0, "start q1_dot": 0.0})
+    assert found.noise[0] == pytest.approx(SCATTER, rel=0.2)
+    assert abs(found.correlation[0]) < 0.2
+    assert found.units == ("m", "N m s/rad", "rad", "rad/s")
+    assert symdyn.simulate(found.identified, until=1, start={"q1": 1})["q1"][-1] == pytest.approx(
+        symdyn.simulate(symdyn.example("pendulum"), until=1, start={"q1": 1}, values={"l": 0.55, "b": 0.02})["q1"][-1],
+        abs=1e-3,
+    )
+
+
+def test_without_names_all_is_looked_for_that_the_data_tell() -> None:
+    found = output_error(symdyn.example("pendulum"), noisy(swing(), "q1"))
+
+    assert len(found.values) == 2  # of m, l and b: l, and one of b and m
+    assert any("others can stand for them" in note for note in found.notes)
+
+
+def test_parameters_that_stand_for_each_other_are_named() -> None:
+    with pytest.raises(IdentifyError, match=r"do not tell (b and m|m and b|b, m|m, b) apart"):
+        output_error(symdyn.example("pendulum"), noisy(swing(), "q1"), ["m", "l", "b"])
+
+
+@pytest.mark.long
+def test_a_cart_tells_of_its_pole_that_nobody_measures() -> None:
+    truth = {"mp": 0.2, "l": 0.6, "b": 0.15}
+    cart = symdyn.example("cart_pole")
+    run = symdyn.simulate(cart, "F=2*cos(3*t)", until=6, every=0.02, start={"theta": 3.0}, values=truth)
+    data = {**noisy(run, "x"), "F": run["F"]}
+
+    found = output_error(cart, data, list(truth), start={"theta": 3.14})
+
+    assert within(found, truth | {"start theta": 3.0})
+    assert found.measured == ("x",)
+
+
+@pytest.mark.long
+def test_a_four_bar_tells_masses_by_the_angle_of_its_rocker() -> None:
+    truth = {"m2": 2.5, "m3": 4.0}
+    bar = symdyn.example("four_bar")
+    run = symdyn.simulate(bar, "M=30+20*sin(2*t)", until=1.5, every=0.02, values=truth)
+    data = {**noisy(run, "chi"), "M": run["M"]}
+
+    found = output_error(bar, data, list(truth))
+
+    assert within(found, truth)
+    assert {name for name in found.names if name.startswith("start")} == {"start phi", "start phi_dot"}
+
+
+def test_each_log_has_a_start_of_its_own() -> None:
+    pendulum = symdyn.example("pendulum")
+    runs = [
+        symdyn.simulate(pendulum, until=2, every=0.02, start={"q1": angle}, values={"l": 0.55, "b": 0.02})
+        for angle in (1, -0.5)
+    ]
+
+    found = output_error(pendulum, [noisy(run, "q1", seed=k) for k, run in enumerate(runs)], ["l", "b"])
+
+    assert within(found, {"l": 0.55, "b": 0.02, "start 1 q1": 1.0, "start 2 q1": -0.5})
+
+
+def test_a_motion_that_forgets_its_start_is_cut_into_pieces() -> None:
+    double = symdyn.example("double_pendulum")
+    truth = {"m1": 1.0, "m2": 1.0, "l1": 1.0, "l2": 1.1, "g": 9.81}
+    run = symdyn.simulate(double, until=20, every=0.02, start={"q1": 2, "q2": 1}, values=truth)
+    data, guess = noisy(run, "q1", "q2"), truth | {"l2": 1.0}
+
+    with pytest.raises(IdentifyError, match="pieces"):
+        output_error(double, data, "l2", values=guess)
+
+    assert within(output_error(double, data, "l2", values=guess, pieces=10), {"l2": 1.1})
+
+
+def test_a_scene_that_lacks_something_is_doubted() -> None:
+    found = output_error(symdyn.example("pendulum"), noisy(swing(), "q1"), "l", values={"b": 1e-6})
+
+    assert any("residuals of q1 hang together" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "words"),
+    [
+        ({"t": np.arange(20.0), "w": np.zeros(20)}, {}, "has no column of q1 and q1_dot"),
+        ({"t": np.arange(5.0), "q1": np.zeros(5)}, {}, "has 5 rows; 10 a piece"),
+        ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"measured": "q2"}, "q2 is no coordinate"),
+        ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"parameters": "k"}, "k is not known"),
+        ({"t": np.arange(20.0)[::-1], "q1": np.zeros(20)}, {}, "does not come after"),
+        ({"q1": "sin(t)"}, {}, "measure nothing"),
+        ([], {}, "there is no log"),
+    ],
+)
+def test_what_does_not_fit_is_said(data: object, options: dict[str, str], words: str) -> None:
+    with pytest.raises((SimulateError, IdentifyError), match=words):
+        output_error(symdyn.example("pendulum"), data, **options)  # type: ignore[arg-type]
+
+
+def test_the_same_data_give_the_same_bytes() -> None:
+    data = noisy(swing(2.0), "q1")
+
+    first, second = (output_error(symdyn.example("pendulum"), data, ["l", "b"]) for _ in range(2))
+
+    assert first.estimate.tobytes() == second.estimate.tobytes()
+    assert first.covariance.tobytes() == second.covariance.tobytes()
