@@ -10,6 +10,8 @@ from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import OutputFit, output_error
 from symdyn.simulation.trajectory import Trajectory
 
+pytestmark = pytest.mark.runs("cc")
+
 SCATTER = 1e-3
 """Of measured columns, rad or m."""
 
@@ -31,6 +33,7 @@ def within(found: OutputFit, truth: dict[str, float], errors: float = 4.0) -> bo
     return bool(np.all(missed < errors * found.standard_errors[places]))
 
 
+@pytest.mark.long
 def test_a_pendulum_tells_its_length_and_friction_by_its_angle_alone() -> None:
     found = output_error(symdyn.example("pendulum"), noisy(swing(), "q1"), ["l", "b"])
 
@@ -44,6 +47,7 @@ def test_a_pendulum_tells_its_length_and_friction_by_its_angle_alone() -> None:
     )
 
 
+@pytest.mark.long
 def test_without_names_all_is_looked_for_that_the_data_tell() -> None:
     found = output_error(symdyn.example("pendulum"), noisy(swing(), "q1"))
 
@@ -51,6 +55,7 @@ def test_without_names_all_is_looked_for_that_the_data_tell() -> None:
     assert any("others can stand for them" in note for note in found.notes)
 
 
+@pytest.mark.long
 def test_parameters_that_stand_for_each_other_are_named() -> None:
     with pytest.raises(IdentifyError, match=r"do not tell (b and m|m and b|b, m|m, b) apart"):
         output_error(symdyn.example("pendulum"), noisy(swing(), "q1"), ["m", "l", "b"])
@@ -82,6 +87,7 @@ def test_a_four_bar_tells_masses_by_the_angle_of_its_rocker() -> None:
     assert {name for name in found.names if name.startswith("start")} == {"start phi", "start phi_dot"}
 
 
+@pytest.mark.long
 def test_each_log_has_a_start_of_its_own() -> None:
     pendulum = symdyn.example("pendulum")
     runs = [
@@ -94,6 +100,7 @@ def test_each_log_has_a_start_of_its_own() -> None:
     assert within(found, {"l": 0.55, "b": 0.02, "start 1 q1": 1.0, "start 2 q1": -0.5})
 
 
+@pytest.mark.long
 def test_a_motion_that_forgets_its_start_is_cut_into_pieces() -> None:
     double = symdyn.example("double_pendulum")
     truth = {"m1": 1.0, "m2": 1.0, "l1": 1.0, "l2": 1.1, "g": 9.81}
@@ -103,9 +110,10 @@ def test_a_motion_that_forgets_its_start_is_cut_into_pieces() -> None:
     with pytest.raises(IdentifyError, match="pieces"):
         output_error(double, data, "l2", values=guess)
 
-    assert within(output_error(double, data, "l2", values=guess, pieces=10), {"l2": 1.1})
+    assert within(output_error(double, data, "l2", values=guess, pieces=5), {"l2": 1.1})
 
 
+@pytest.mark.long
 def test_a_scene_that_lacks_something_is_doubted() -> None:
     found = output_error(symdyn.example("pendulum"), noisy(swing(), "q1"), "l", values={"b": 1e-6})
 
@@ -115,7 +123,7 @@ def test_a_scene_that_lacks_something_is_doubted() -> None:
 @pytest.mark.parametrize(
     ("data", "options", "words"),
     [
-        ({"t": np.arange(20.0), "w": np.zeros(20)}, {}, "has no column of q1 and q1_dot"),
+        ({"t": np.arange(20.0), "w": np.zeros(20)}, {}, "has no column of q1, q1_dot"),
         ({"t": np.arange(5.0), "q1": np.zeros(5)}, {}, "has 5 rows; 10 a piece"),
         ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"measured": "q2"}, "q2 is no coordinate"),
         ({"t": np.arange(20.0), "q1": np.zeros(20)}, {"parameters": "k"}, "k is not known"),
@@ -129,6 +137,7 @@ def test_what_does_not_fit_is_said(data: object, options: dict[str, str], words:
         output_error(symdyn.example("pendulum"), data, **options)  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 def test_the_same_data_give_the_same_bytes() -> None:
     data = noisy(swing(2.0), "q1")
 

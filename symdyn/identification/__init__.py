@@ -7,6 +7,8 @@ from symdyn.identification.exciting_motion import excite
 from symdyn.identification.families import FAMILIES
 from symdyn.identification.identification import Identification
 from symdyn.identification.log import Log
+from symdyn.identification.output_error import output_error
+from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.regression import Regression
 
 __all__ = [
@@ -15,7 +17,9 @@ __all__ = [
     "Excitation",
     "Identification",
     "Log",
+    "OutputFit",
     "Regression",
     "excite",
     "identify",
+    "output_error",
 ]

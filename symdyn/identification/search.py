@@ -10,7 +10,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.errors import IdentifyError
 from symdyn.identification.measured import FEWEST, Measured
-from symdyn.identification.shooting import Run, Shooting
+from symdyn.identification.shooting import FORGETS, Run, Shooting
 
 PARTS = (0.125, 0.25, 0.5, 1.0)
 """Of each piece, what a search looks at, one after the other."""
@@ -26,9 +26,6 @@ SETTLED = 0.02
 
 MOST_RUNS = 60
 """Runs that one search takes."""
-
-FORGETS = 1e6
-"""A move of a start that grows by more than this is lost in rounding and noise."""
 
 
 @dataclass
@@ -130,7 +127,7 @@ def _best(search: Search, unknowns: Array, least: Array) -> Array:
     from scipy.optimize import least_squares
 
     search.forget()
-    grown = max((float(np.abs(one.S[-1, : search.starts]).max()) for one in search.run(unknowns) if one), default=0.0)
+    grown = max(piece.grown(run) for piece, run in zip(search.pieces, search.run(unknowns), strict=True))
     if None in search.run(unknowns):
         raise IdentifyError("a run ends before the log does at the values that the search begins with; give other ones")
     if grown > FORGETS:

@@ -3,8 +3,8 @@
     ẋ = f(t, x, p)        Ṡ = ∂f/∂x S + ∂f/∂p        classical Runge-Kutta, m steps between two samples
 
 Steps stand on the samples, where tables of forces have their corners. What is differentiated is the map that was
-computed, its steps as they are, so that a search sees one function and its own derivative. A closed mechanism is brought
-back to its loops at every sample.
+computed, its steps as they are: a search sees one function and its own derivative. A closed mechanism is brought back
+to its loops at every sample.
 
 Reference: Bock, Numerical treatment of inverse problems in chemical reaction kinetics (1981).
 """
@@ -22,14 +22,17 @@ from symdyn.scene import Scene, bind
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import ALONG, Flow, flow
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.gradients import check_smooth, start_columns, varied
+from symdyn.simulation.gradients import check_smooth, independent, starting, varied
 from symdyn.simulation.prescribed.forces import Forces
 
-MOST_STEPS = 256
+MOST_STEPS = 128
 """Steps between two samples beyond which a motion is too fast for them."""
 
-CLOSE = 1e-6
+CLOSE = 1e-5
 """By which part of their range coordinates may differ between m and 2 m steps."""
+
+FORGETS = 1e6
+"""A move of a start that grows by more than this is lost in rounding and noise."""
 
 CLOSINGS, CLOSED = 8, 1e-10
 """Newton steps that close the loops at a start, and the coordinate by which the last of them may move it."""
@@ -61,6 +64,7 @@ class Shooting:
         forces: what drives it.
         t: times of the samples, s, shape (N,).
         start: state that moves of the start are counted from, shape (nx,).
+        chosen: independent positions and velocities.
         steps: between two samples.
         nodes: steps with what tables give at them, shape (N - 1, steps).
     """
@@ -70,6 +74,7 @@ class Shooting:
     forces: Forces
     t: Array
     start: Array
+    chosen: tuple[list[int], list[int]]
     steps: int
     nodes: tuple[tuple[Nodes, ...], ...]
 
@@ -82,11 +87,16 @@ class Shooting:
         system = _system(bind(self.scene, values) if values else self.scene, self.forces, self.start)
         return flow(system, self.parameters, ALONG)
 
+    def grown(self, run: Run | None) -> float:
+        """Return how many times moves of the start have grown until the end of a run."""
+        count = len(self.chosen[0]) + len(self.chosen[1])
+        return 0.0 if run is None else float(np.abs(run.S[-1, :count]).max())
+
     @property
     def unknowns(self) -> tuple[str, ...]:
         """Names of the independent positions and velocities of the start."""
         along = self.along({})
-        return start_columns(along, self.start)[2][: -len(self.parameters) or None]
+        return starting(along, self.start, self.chosen)[2][: -len(self.parameters) or None]
 
     def run(self, values: Mapping[str, float], moves: Array) -> Run | None:
         """Return the run at values of the parameters, its start moved by independent positions and velocities.
@@ -97,14 +107,14 @@ class Shooting:
             with np.errstate(all="ignore"):
                 along = self.along(values)
                 x = self._moved(along, moves)
-                ways, changes, _ = start_columns(along, x)
+                ways, changes, _ = starting(along, x, self.chosen)
                 return self._followed(along, x, ways, changes)
         except (SymdynError, np.linalg.LinAlgError):
             return None
 
     def _moved(self, along: Flow, moves: Array) -> Array:
         system, nq = along.system, along.system.nq
-        ways, _, _ = start_columns(along, self.start)
+        ways, _, _ = starting(along, self.start, self.chosen)
         x = self.start + moves @ ways[: len(moves)]
         for part in system.quaternions:
             x[part] /= np.linalg.norm(x[part])
@@ -121,8 +131,9 @@ class Shooting:
         system, nq = along.system, along.system.nq
         xs, S = np.empty((len(self.t), len(x))), np.empty((len(self.t), *ways.shape))
         xs[0], S[0] = x, ways
-        for k, t in enumerate(self.t[:-1].tolist()):
-            for h, *given in self.nodes[k]:
+        for k, nodes in enumerate(self.nodes):
+            t = float(self.t[k])
+            for h, *given in nodes:
                 x, ways = _step(along, (t, h), x, (ways, changes), given)
                 t += h
             if not np.all(np.isfinite(x)):
@@ -148,7 +159,7 @@ class Shooting:
             fine = finer.run(values, moves)
             if fine is not None and coarse is not None:
                 size = np.ptp(fine.x, axis=0) + 1e-3
-                if np.all(np.abs(fine.x - coarse.x) <= CLOSE * size):
+                if np.all(np.abs(fine.x - coarse.x) <= CLOSE * size) or self.grown(fine) > FORGETS:
                     return here
             here, coarse = finer, fine
         raise IdentifyError(
@@ -167,7 +178,7 @@ def shooting(scene: Scene, parameters: tuple[str, ...], forces: Forces, t: Array
     system = _system(scene, forces, start)
     check_smooth(system)
     varied(system, parameters)
-    return with_steps(Shooting(scene, parameters, forces, t, start, 1, ()), 1)
+    return with_steps(Shooting(scene, parameters, forces, t, start, independent(system), 1, ()), 1)
 
 
 def with_steps(piece: Shooting, steps: int) -> Shooting:

@@ -223,13 +223,15 @@ def _ends(along: Flow, x: Array) -> Array:
     return found
 
 
-def starting(along: Flow, x: Array) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return δx and δp of every column, shapes (k, nx) and (k, at least 1), and their names."""
+def starting(
+    along: Flow, x: Array, chosen: tuple[list[int], list[int]] | None = None
+) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return δx and δp of every column, shapes (k, nx) and (k, at least 1), and their names; of what was chosen."""
     system = along.system
     scene, nq, nv, np_ = system.scene, system.nq, system.nv, len(along.parameters)
     motion, names = prescribed(scene, Graph()), state_names(scene)
     H = along.turned(x[:nq])
-    positions, velocities = _independent(system)
+    positions, velocities = chosen or independent(system)
     count = len(positions) + len(velocities) + np_
     moves, rates = np.zeros((count, nv)), np.zeros((count, nv))  # δξ and δu
     changes = np.zeros((count, max(1, np_)))
@@ -248,7 +250,7 @@ def starting(along: Flow, x: Array) -> tuple[Array, Array, tuple[str, ...]]:
     return np.hstack([moves @ H.T, rates]), changes, columns
 
 
-def _independent(system: StateEquations) -> tuple[list[int], list[int]]:
+def independent(system: StateEquations) -> tuple[list[int], list[int]]:
     """Return the independent positions and velocities; prescribed motions are none."""
     led = prescribed(system.scene, Graph()).place
     positions = velocities = tuple(range(system.nv))

@@ -1,0 +1,147 @@
+"""Logs of arms as a robot would write them, from equations: exciting motion, friction, encoders, noisy torques.
+
+    q_i(t) = q_0 + Σ_k a_ik sin(k ω t) + b_ik cos(k ω t)      one period of ten seconds, five harmonics
+
+Its derivatives are exact, and so are the forces before noise is added, so that the truth is known to all digits. What a
+seed draws: the noise of the torques, and where the marks of each encoder stand. Motions are those with the best condition
+number out of a number that one fixed seed draws; nothing is picked by what identification makes of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+import symdyn
+from symdyn.identification.linear_model import LinearModel, linear_model, with_terms
+from symdyn.scene import Scene, bind
+from symdyn.simulation.prescribed.forces import drive_names
+
+Array = npt.NDArray[np.float64]
+
+HARMONICS, PERIOD = 5, 10.0
+TERMS = ("viscous", "coulomb")
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm with friction, and how it is measured.
+
+    Attributes:
+        name: of the example.
+        amplitude: of a joint's motion, rad, about.
+        viscous, coulomb: friction of each joint, N m s/rad and N m.
+        step: of the encoders, rad at the joint.
+        noise: of the torques, standard deviation of each, N m.
+        rate: samples a second.
+        values: of parameters that have none.
+        tries: motions that are drawn.
+    """
+
+    name: str
+    amplitude: float
+    viscous: tuple[float, ...]
+    coulomb: tuple[float, ...]
+    step: float
+    noise: tuple[float, ...]
+    rate: float = 200.0
+    values: Mapping[str, float] | None = None
+    tries: int = 30
+
+    @cached_property
+    def scene(self) -> Scene:
+        """What identification is given: no friction is declared."""
+        found = symdyn.example(self.name)
+        return bind(found, self.values) if self.values else found
+
+    @cached_property
+    def true(self) -> Scene:
+        """The arm with its friction."""
+        open_terms = with_terms(self.scene, TERMS)
+        drawn = dict(zip(_letters(open_terms, "fv"), self.viscous, strict=True))
+        drawn |= dict(zip(_letters(open_terms, "fc"), self.coulomb, strict=True))
+        return bind(open_terms, drawn)
+
+    @cached_property
+    def model(self) -> LinearModel:
+        """The true arm as base parameters."""
+        return linear_model(self.true)
+
+    @property
+    def truth(self) -> dict[str, float]:
+        """Base parameters by name."""
+        return dict(zip(self.model.names, self.model.prior.tolist(), strict=True))
+
+    @cached_property
+    def motion(self) -> tuple[Array, Array, Array, Array]:
+        """Times, positions, velocities, accelerations of the best motion that was drawn."""
+        draw = np.random.default_rng(2017)
+        best, found = np.inf, None
+        for _ in range(self.tries):
+            one = self.fourier(draw)
+            Y = np.vstack(list(self.model.regressor(*(x[:: max(1, len(x) // 200)] for x in one[1:]))))
+            size = np.linalg.norm(Y, axis=0)
+            condition = np.linalg.cond(Y / size) if np.all(size > 0) else np.inf
+            if condition < best:
+                best, found = condition, one
+        assert found is not None
+        return found
+
+    def fourier(self, draw: np.random.Generator) -> tuple[Array, Array, Array, Array]:
+        """Return one motion."""
+        n = len(self.scene.coordinates)
+        t = np.arange(0.0, PERIOD, 1 / self.rate)
+        k = np.arange(1, HARMONICS + 1)
+        w = 2 * np.pi * k / PERIOD
+        a, b = draw.normal(size=(2, HARMONICS, n)) * self.amplitude / k[:, None] ** 0.5
+        centre = draw.uniform(-1, 1, n)
+        s, c = np.sin(np.outer(t, w)), np.cos(np.outer(t, w))
+        return (
+            t,
+            centre + s @ a + c @ b,
+            (c * w) @ a - (s * w) @ b,
+            -(s * w**2) @ a - (c * w**2) @ b,
+        )
+
+    @cached_property
+    def forces(self) -> Array:
+        """Of the drives, without noise, shape (N, n)."""
+        _, q, qd, qdd = self.motion
+        return np.asarray(self.model.regressor(q, qd, qdd) @ self.model.prior)
+
+    def log(self, seed: int) -> dict[str, Array]:
+        """Return a log by column: t, coordinates as encoders count them, torques as they are measured."""
+        draw = np.random.default_rng(seed)
+        t, q, _, _ = self.motion
+        marks = draw.uniform(0, self.step, q.shape[1])
+        seen = self.step * np.round((q + marks) / self.step) - marks
+        tau = self.forces + draw.normal(size=self.forces.shape) * np.array(self.noise)
+        columns = {"t": t} | dict(zip(self.scene.coordinates, seen.T, strict=True))
+        return columns | dict(zip(drive_names(self.scene), tau.T, strict=True))
+
+
+def _letters(scene: Scene, letter: str) -> list[str]:
+    return [p.name for p in scene.parameters if p.name.startswith(letter) and p.name[2:].isdigit()]
+
+
+TURN = 2 * np.pi
+
+ARMS: dict[str, Arm] = {
+    "two_link": Arm(
+        "two_link", 0.5, (0.4, 0.2), (0.8, 0.4), TURN / 2**16, (0.2, 0.1),
+        values={"m1": 2.0, "m2": 1.0, "h1": 0.5, "h2": 0.4, "g": 9.81},
+    ),
+    "puma560": Arm(
+        "puma560", 0.5, (4.0, 3.5, 3.5, 0.15, 0.12, 0.08), (6.0, 7.0, 5.0, 0.5, 0.4, 0.35), 1e-4,
+        (1.0, 1.0, 0.6, 0.1, 0.1, 0.1),
+    ),
+    "arm7": Arm(
+        "arm7", 0.5, (0.5, 0.5, 0.4, 0.4, 0.3, 0.3, 0.2), (1.0, 1.0, 0.8, 0.8, 0.5, 0.5, 0.3), TURN / 2**17,
+        (0.5, 0.5, 0.3, 0.3, 0.15, 0.15, 0.1),
+    ),
+}  # fmt: skip
+"""Friction and noise are of the size that drives of such arms have; none of it was measured."""
