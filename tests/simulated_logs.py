@@ -3,8 +3,8 @@
     q_i(t) = q_0 + Σ_k a_ik sin(k ω t) + b_ik cos(k ω t)      one period of ten seconds, five harmonics
 
 Its derivatives are exact, and so are the forces before noise is added, so that the truth is known to all digits. What a
-seed draws: the noise of the torques, and where the marks of each encoder stand. Motions are those with the best condition
-number out of a number that one fixed seed draws; nothing is picked by what identification makes of them.
+seed draws: the noise of the torques, and where the marks of each encoder stand. Motions are those with the best
+condition number of some that one fixed seed draws; nothing is picked by what identification makes of them.
 """
 
 from __future__ import annotations
