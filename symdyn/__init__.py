@@ -12,6 +12,7 @@
     symdyn.ensemble(scene, start={"q1": array})             many runs at once, and measures of each
     symdyn.sensitivity(scene, until=10)                     d(end of a run)/d(start, parameters)
     symdyn.sweep(scene, "m1=linspace(1,2,5)", "max(abs(q1))")   runs at many values, and measures of them
+    symdyn.uncertainty(scene, {"m1": 0.01})                 error bars on motions and forces, to first order
     symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
     symdyn.collocation(scene, until=2, cost="F**2")         a motion that is looked for, for solvers: optimal control
     symdyn.identify(scene, "log.csv")                       parameters from measured motion, with standard errors
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from symdyn.scene import Scene, example, read
     from symdyn.simulation import inverse, sensitivity, simulate
     from symdyn.simulation.ensemble.door import ensemble
-    from symdyn.study import sweep
+    from symdyn.study import sweep, uncertainty
     from symdyn.transcription import collocation
     from symdyn.verify import certify
 
@@ -110,6 +111,7 @@ _DOORS = {
     "sensitivity": "symdyn.simulation",
     "simulate": "symdyn.simulation",
     "sweep": "symdyn.study",
+    "uncertainty": "symdyn.study",
 }
 
 __all__ = [
@@ -135,6 +137,7 @@ __all__ = [
     "sensitivity",
     "simulate",
     "sweep",
+    "uncertainty",
 ]
 
 

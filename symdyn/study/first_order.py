@@ -1,0 +1,161 @@
+"""The door `uncertainty`: what is uncertain in parameters and starts, carried to motions and forces to first order.
+
+    motion     x' = f(t, x, p)           variational equations at all samples (symdyn.simulation.variations)
+    forces     τ = ID(q, u, u̇, p)        ∂ID/∂p along the motion, which is held (`inverse_dynamics_by_parameters`)
+
+It takes one run and its derivatives where Monte Carlo takes thousands of runs. It is exact for what depends on the
+uncertain in proportion, and says nothing of skewness, of means that move, and of what jumps: `sweep` and `ensemble` do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy.typing as npt
+
+from symdyn.errors import SimulateError
+from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.columns import FORCES
+from symdyn.simulation.forward import simulate
+from symdyn.simulation.initial import Values, read_start
+from symdyn.simulation.inverse_run import inverse
+from symdyn.simulation.panels import chosen
+from symdyn.simulation.prescribed.entries import Entries
+from symdyn.simulation.prescribed.forces import Forces, read_forces
+from symdyn.simulation.prescribed.formulas_in_time import close, noted
+from symdyn.simulation.prescribed.path_entries import read_path
+from symdyn.simulation.prescribed.scene_motion import read_motion
+from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.variations import UNTOLD, variations
+from symdyn.study.error_bars import Uncertainty
+from symdyn.study.force_slopes import force_slopes
+from symdyn.study.spread import Spread, read_spread
+
+USUAL = ("coordinates", "velocities", "outputs", FORCES)
+"""Kinds of columns whose uncertainty is told where nobody chooses."""
+
+
+def uncertainty(
+    scene: SceneLike,
+    over: Mapping[str, Any] | Iterable[str] | str,
+    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
+    until: float = 10.0,
+    *,
+    covariance: npt.ArrayLike | None = None,
+    start: Values | None = None,
+    start_rates: Values | None = None,
+    every: float | None = None,
+    columns: str | Sequence[str] = (),
+    motion: Entries | None = None,
+    path: Entries = (),
+    times: npt.ArrayLike = (),
+    values: Mapping[str, object] | None = None,
+) -> Uncertainty:
+    """Return standard deviations of a run's columns at all its samples, to first order.
+
+    >>> import symdyn
+    >>> found = symdyn.uncertainty(symdyn.example("cart_pole"), {"mp": 0.01, "theta": 0.02}, until=1)
+    >>> found["x"].shape, float(found["theta"][0])
+    ((201,), 0.02)
+    >>> along = symdyn.uncertainty(symdyn.example("cart_pole"), "mp=uniform(0.2, 0.3)", motion="x=t**2, theta=0",
+    ...     times=[0, 1], columns="F")
+    >>> along["F"].round(5).tolist()
+    [0.05774, 0.05774]
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        over: what is uncertain: texts "NAME=DISTRIBUTION" as `sweep` takes them; or by name such a text, or a number,
+            which is a standard deviation about the scene's value. A name is a parameter, or an independent position or
+            velocity at the start. What has a distribution has its mean in the run.
+        forces: driving forces as for `simulate`.
+        until: time of the end, s.
+        covariance: of the names in `over`, shape (k, k), where they are correlated.
+        start: coordinates at the start as for `simulate`; they are held where a parameter moves.
+        start_rates: velocities likewise.
+        every: seconds between samples; None for 200 samples.
+        columns: names of columns or patterns; none for coordinates, velocities, outputs and driving forces.
+        motion: laws of coordinates as `inverse` takes them: the motion is held, and forces are uncertain. Of the
+            arguments above, `until`, `start_rates` and `every` have no part in it.
+        path: as for `inverse`.
+        times: s, of the motion.
+        values: of parameters, in place of those that the scene gives.
+
+    Raises:
+        SimulateError: with every fault of the arguments; forces that have no derivative; or a run that fails.
+        SceneError: a value that the scene cannot have.
+        UnknownNameError: a column that is none.
+        DerivationError: there are no such dynamics.
+    """
+    scene = scene_of(scene)
+    scene = bind(scene, values) if values else scene
+    faults = Faults("")
+    spread = None
+    with noted(faults):
+        spread = read_spread(scene, over, covariance, faults, starts=motion is None)
+    faults.lines[:] = dict.fromkeys(faults.lines)
+    close(faults)
+    assert spread is not None, "what is missing is a fault"
+    parameters, places, rates = spread.moved(scene)
+    scene = bind(scene, parameters) if parameters else scene
+    wanted = (columns,) if isinstance(columns, str) else tuple(columns)
+    if motion is not None:
+        return _of_forces(scene, spread, motion, path, times, start, forces, wanted)
+    given = forces if isinstance(forces, Forces) else read_forces(scene, forces)
+    initial = read_start(scene, _with(start, places), _with(start_rates, rates))
+    notes: list[str] = []
+    run = simulate(scene, given, until, initial, every=every, say=notes.append)
+    if len(run.t) < 2:
+        raise SimulateError(f"{scene.name}: {run.stopped}; there is nothing to tell the uncertainty of")
+    found = variations(run, given, initial, spread.names)
+    names = _columns(run, wanted)
+    said = () if run.complete else (f"{run.stopped}: the uncertainty is that of the rows until then",)
+    return Uncertainty(run, spread.names, spread.covariance, names, found.slopes(names), (*run.notes, *said))
+
+
+def _with(given: Values | None, means: Mapping[str, float]) -> Values | None:
+    """Return a start with means in place of what it says."""
+    if not means:
+        return given
+    if isinstance(given, str):
+        pairs = (part.partition("=") for part in given.split(",") if part.strip())
+        given = {name.strip(): text.strip() for name, _, text in pairs}
+    return {**(given or {}), **means}
+
+
+def _columns(run: Trajectory, wanted: Sequence[str]) -> tuple[str, ...]:
+    """Return the columns that are chosen, or the usual ones."""
+    if wanted:
+        names = chosen(run.names, wanted, run.scene.name)
+        lacking = [name for name in names if name in UNTOLD or name == "t"]
+        if lacking:
+            raise SimulateError(f"{run.scene.name}: {', '.join(lacking)} has no uncertainty that could be told")
+        return names
+    moving = {one.name for one in run.columns if one.kind == FORCES and run[one.name].any()}
+    return tuple(one.name for one in run.columns if one.kind in USUAL and (one.kind != FORCES or one.name in moving))
+
+
+def _of_forces(
+    scene: Scene,
+    spread: Spread,
+    motion: Entries,
+    path: Entries,
+    times: npt.ArrayLike,
+    start: Values | None,
+    forces: Forces | Entries,
+    wanted: Sequence[str],
+) -> Uncertainty:
+    """Return the uncertainty of what a motion takes."""
+    laws, ways = read_motion(scene, motion), read_path(scene, path)
+    notes: list[str] = []
+
+    def told(values: Mapping[str, float]) -> Trajectory:
+        return inverse(scene, laws, times, say=notes.append, values=values, path=ways, start=start, forces=forces)
+
+    run = told({})
+    names = chosen(run.names, wanted, scene.name) if wanted else _columns(run, ())
+    if not wanted:
+        names = tuple(name for name in names if name not in (*scene.coordinates, *scene.velocities))
+    slopes, said = force_slopes(run, told, laws, not ways.points, names, spread.names)
+    return Uncertainty(run, spread.names, spread.covariance, names, slopes, (*run.notes, *said))
