@@ -39,7 +39,7 @@ USUAL = ("coordinates", "velocities", "outputs", FORCES)
 
 def uncertainty(
     scene: SceneLike,
-    over: Mapping[str, Any] | Iterable[str] | str,
+    over: Mapping[str, Any] | Iterable[str] | str = (),
     forces: Forces | Entries = Forces(),  # noqa: B008  frozen
     until: float = 10.0,
     *,
@@ -68,7 +68,8 @@ def uncertainty(
         scene: the mechanism, its parameters bound.
         over: what is uncertain: texts "NAME=DISTRIBUTION" as `sweep` takes them; or by name such a text, or a number,
             which is a standard deviation about the scene's value. A name is a parameter, or an independent position or
-            velocity at the start. What has a distribution has its mean in the run.
+            velocity at the start; nothing for all parameters that have a tolerance. What has a distribution has its
+            mean in the run.
         forces: driving forces as for `simulate`.
         until: time of the end, s.
         covariance: of the names in `over`, shape (k, k), where they are correlated.

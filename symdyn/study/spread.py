@@ -51,7 +51,8 @@ class Spread:
 def moments(one: Distribution) -> tuple[float, float]:
     """Return mean and standard deviation of a distribution, those of its quantiles.
 
-    >>> low = read_over("m1=uniform(0, 6)", {}, Faults(""))[0]
+    >>> from symdyn.scene import example
+    >>> low = read_over(example("pendulum"), "m=uniform(0, 6)", (), Faults(""))[0]
     >>> [round(x, 6) for x in moments(low)]
     [3.0, 1.732051]
     """
@@ -71,7 +72,8 @@ def read_spread(
 
     Args:
         scene: the mechanism.
-        over: texts "NAME=DISTRIBUTION"; or by name such a text, or a number, which is a standard deviation.
+        over: texts "NAME=DISTRIBUTION"; or by name such a text, or a number, which is a standard deviation; nothing for
+            all parameters that have a tolerance.
         covariance: shape (k, k); then `over` is k names.
         faults: takes what is wrong.
         starts: whether positions and velocities at the start may be uncertain.
@@ -87,16 +89,14 @@ def read_spread(
             )
     parameters = [one.name for one in scene.parameters]
     known = [*parameters, *(state_names(scene) if starts else ())]
+    every = [*parameters, *state_names(scene)]
     for name in found.names:
-        if name in known:
-            continue
-        if name in state_names(scene):
+        if name in every and name not in known:
             faults.add("over", f"{name} is given by the motion; only parameters can be uncertain there")
-        else:
-            what = "no parameter, and no position or velocity" if starts else "no parameter"
-            faults.add("over", f"{name} is {what}; {suggestion(name, known)}")
-    if not found.names and len(faults.lines) == before:
-        faults.add("over", 'nothing is uncertain; give such as "m1=normal(1, 0.05)" or a standard deviation by name')
+        elif name not in every and not (name in scene.coordinates or name in found.means):
+            faults.add("over", f"{name} is no parameter, and no position or velocity; {suggestion(name, known)}")
+        elif name not in every:
+            faults.add("over", f"{name} cannot be moved by itself; {suggestion(name, known)}")
     return found if len(faults.lines) == before else None
 
 
@@ -109,8 +109,8 @@ def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, fa
     for name, spread in spreads.items():
         if not (np.isfinite(spread) and spread >= 0):
             faults.add(f"over {name}", f"{spread:g} is no standard deviation; give one that is not negative")
-    values = {one.name: one.value for one in scene.parameters if one.value is not None}
-    told = {one.name: moments(one) for one in read_over(texts, values, faults)}
+    read = read_over(scene, texts, state_names(scene), faults) if texts or not spreads else ()
+    told = {one.name: moments(one) for one in read}
     order = [name for name in over if name in told or name in spreads] if isinstance(over, Mapping) else list(told)
     sizes = [told[name][1] if name in told else spreads[name] for name in order]
     means = {name: told[name][0] for name in order if name in told}
