@@ -233,3 +233,23 @@ def test_a_stiff_system_is_left_to_implicit_methods() -> None:
     assert runs.method == "one by one"
     assert any("stiff" in note for note in runs.notes)
     assert runs.complete.all()
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "cart_pole", "two_link", "spatial_3r"])
+def test_series_abreast_are_runs_of_simulate(name: str) -> None:
+    """At rest and level too, where the last orders of a series vanish."""
+    scene = bound(name)
+    first, other = scene.coordinates[:2]
+    start = {first: np.array([0.0, np.pi / 2, 0.3, 1.0, 0.2, -0.7, 0.1, 0.9, 0.5]), other: 0.0}
+    text = f"rms({first}) + when_max({other})"
+    runs = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="taylor", rtol=1e-13)
+    same = symdyn.ensemble(scene, until=2.0, start=start, measures=text, method="dop853", rtol=1e-13)
+    assert runs.method == "taylor abreast"
+    assert same.method == "abreast"
+    for k in range(9):
+        at = {first: float(start[first][k]), other: 0.0}
+        one = symdyn.simulate(scene, until=2.0, start=at, rtol=1e-13, method="taylor")
+        np.testing.assert_allclose(runs.q[k], one.q[-1], atol=1e-9)
+        np.testing.assert_allclose(runs.qd[k], one.qd[-1], atol=1e-9)
+    np.testing.assert_allclose(same.q, runs.q, atol=1e-9)
+    np.testing.assert_allclose(same[text], runs[text], atol=1e-9)

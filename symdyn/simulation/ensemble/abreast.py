@@ -8,7 +8,6 @@ that stops them, a step that would vanish, more steps than a system that is not 
 from __future__ import annotations
 
 from collections.abc import Hashable
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from symdyn.simulation.ensemble import one_by_one
 from symdyn.simulation.ensemble.abreast_code import Library, library
 from symdyn.simulation.ensemble.abreast_functions import ENERGIES, Abreast, abreast, jacobian_at
 from symdyn.simulation.ensemble.measures import Sums
-from symdyn.simulation.ensemble.task import Block, Runner, Task, Way
+from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, replaced
 from symdyn.simulation.equations.compiled_routines import Kept
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.integrator import dies_out_fast
@@ -35,12 +34,20 @@ ENDED, HALTED = 0, 4
 _FUNCTIONS: Kept[Abreast] = Kept()
 _LIBRARIES: Kept[Library] = Kept()
 
-_ALONE = Lock()
-"""Of parts that run on threads, one at a time asks `simulate`."""
-
 
 def refuses(task: Task) -> str:
     """Return why runs are not run abreast."""
+    if why := shape(task):
+        return why
+    try:
+        find_compiler()
+    except MissingCompiler:
+        return "there is no C compiler"
+    return "the system is stiff" if task.method is None and stiff(task) else ""
+
+
+def shape(task: Task) -> str:
+    """Return why rates are no functions of a state, time and parameters alone."""
     scene, forces = task.scene, task.forces
     if scene.is_closed:
         return "loops close"
@@ -57,20 +64,16 @@ def refuses(task: Task) -> str:
     decided = [name for name in task.lanes.values if name not in free]
     if decided:
         return f"{', '.join(decided)} decides the form of equations"
-    try:
-        find_compiler()
-    except MissingCompiler:
-        return "there is no C compiler"
-    return "the system is stiff" if task.method is None and _stiff(task) else ""
+    return ""
 
 
-def _stiff(task: Task) -> bool:
+def stiff(task: Task) -> bool:
     """Tell whether the first run is stiff at its start."""
     if not task.lanes.count:
         return False
     one = slice(0, 1)
     values = {name: float(np.ravel(x)[0]) for name, x in task.lanes.parameters(one).items()}
-    jacobian = jacobian_at(_functions(task), values, np.hstack(task.lanes.states(one))[0])
+    jacobian = jacobian_at(functions(task), values, np.hstack(task.lanes.states(one))[0])
     return dies_out_fast(jacobian, task.until)
 
 
@@ -78,7 +81,7 @@ def _key(task: Task) -> tuple[Hashable, ...]:
     return opened(task.scene).scene, *task.forces.form, task.insides, task.stops, task.ignore_limits
 
 
-def _functions(task: Task) -> Abreast:
+def functions(task: Task) -> Abreast:
     """Return what is to be run, derived once for all values."""
 
     def make() -> Abreast:
@@ -91,10 +94,10 @@ def _functions(task: Task) -> Abreast:
 
 def ready(task: Task) -> Runner:
     """Return what runs a part; what it runs is compiled once."""
-    scene, key, functions = task.scene, _key(task), _functions(task)
+    scene, key, parts = task.scene, _key(task), functions(task)
     names = list(scene.coordinates)
     firsts = [names.index(group[0]) for group in quaternions(scene)]
-    made = _LIBRARIES.get(key, lambda: library(functions, firsts))
+    made = _LIBRARIES.get(key, lambda: library(parts, firsts))
     again = one_by_one.ready(task)
     halt = np.zeros(1, dtype=np.int32)
 
@@ -118,18 +121,8 @@ def _run(task: Task, made: Library, halt: Any, part: slice, again: Runner) -> Bl
     stopped[why == HALTED] = INTERRUPTED
     end[why == HALTED], kept[why == HALTED] = np.nan, np.nan
     sums = {one: _sums(kept[:, k], t) for k, one in enumerate(task.insides)}
-    notes: dict[str, None] = {}
-    for k in np.flatnonzero((why != ENDED) & (why != HALTED)):
-        with _ALONE:
-            one = again.run(slice(part.start + int(k), part.start + int(k) + 1))
-        end[k, :nq], end[k, nq:], t[k], stopped[k] = one.q[0], one.u[0], one.t[0], one.stopped[0]
-        steps += one.steps
-        for inside in task.insides:
-            for name in Sums.__dataclass_fields__:
-                getattr(sums[inside], name)[k] = getattr(one.sums[inside], name)[0]
-        if samples is not None and one.samples is not None:
-            samples[k] = one.samples[0]
-    return Block(t, end[:, :nq], end[:, nq:], tuple(stopped.tolist()), sums, samples, steps, tuple(notes))
+    block = Block(t, end[:, :nq], end[:, nq:], tuple(stopped.tolist()), sums, samples, steps)
+    return replaced(task, block, part, (why != ENDED) & (why != HALTED), again)
 
 
 def _sums(kept: Any, t: Any) -> Sums:

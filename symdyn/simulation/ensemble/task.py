@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from threading import Lock
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
 from symdyn.scene import Quantity, Scene
@@ -130,6 +132,28 @@ def nothing(task: Task, count: int) -> Block:
         np.zeros(count), np.full((count, len(scene.coordinates)), nan), np.full((count, len(scene.velocities)), nan),
         (INTERRUPTED,) * count, sums, np.full(shape, nan) if task.keep else None,
     )  # fmt: skip
+
+
+_ALONE = Lock()
+"""Of parts that run on threads, one at a time asks `simulate`."""
+
+
+def replaced(task: Task, block: Block, part: slice, which: npt.NDArray[np.bool_], again: Runner) -> Block:
+    """Return a part with some of its runs run again."""
+    if not which.any():
+        return block
+    stopped, steps = list(block.stopped), block.steps
+    for k in map(int, np.flatnonzero(which)):
+        with _ALONE:
+            one = again.run(slice(part.start + k, part.start + k + 1))
+        block.q[k], block.u[k], block.t[k], stopped[k] = one.q[0], one.u[0], one.t[0], one.stopped[0]
+        steps += one.steps
+        for inside, kept in block.sums.items():
+            for name in Sums.__dataclass_fields__:
+                getattr(kept, name)[k] = getattr(one.sums[inside], name)[0]
+        if block.samples is not None and one.samples is not None:
+            block.samples[k] = one.samples[0]
+    return replace(block, stopped=tuple(stopped), steps=steps)
 
 
 def joined(task: Task, blocks: Sequence[Block]) -> Block:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.simulation.ensemble import abreast, one_by_one
+from symdyn.simulation.ensemble import abreast, one_by_one, taylor_abreast
 from symdyn.simulation.ensemble.task import Task, Way
 
 WAYS: Mapping[str, Way] = {
     "abreast": abreast.WAY,
+    "taylor abreast": taylor_abreast.WAY,
     "one by one": one_by_one.WAY,
 }
 """By name, in the order in which they are tried; the last one takes everything."""
