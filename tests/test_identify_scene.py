@@ -2,12 +2,14 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 import symdyn
+from symdyn.cli import main
 from symdyn.errors import SceneError
 from symdyn.identification import identify
 from symdyn.identification.named import fit_names
@@ -17,6 +19,7 @@ from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
 from symdyn.scene.binding import bind
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.quantity import number
+from symdyn.scene.values.value import value_of
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -187,3 +190,27 @@ def test_the_page_tells_all_of_it(found, made):
         assert f"<h2>{title}" in page
     assert "nan" not in re.sub(r"<title>.*?</title>", "", page)
     assert len(page) < 500_000
+
+
+def test_the_ending_says_what_is_written(arm, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.toml").write_text(symdyn.scene.write_text(arm, "toml").text)
+    log = _log(arm, seconds=4)
+    np.savetxt("log.csv", np.stack(list(log.values()), 1), delimiter=",", header=",".join(log), comments="")
+    files = ["page.html", "found.toml", "found.urdf", "found.csv"]
+    words = ["identify", "arm.toml", "log.csv", *(word for file in files for word in ("-o", file))]
+
+    assert main([*words, "--total-mass", "25"]) == 0
+    told = capsys.readouterr()
+    assert [f"wrote {file}" in told.err for file in files] == [True] * 4
+    assert "symdyn identify arm.toml log.csv --total-mass 25" in Path("page.html").read_text()
+    assert sum(float(value_of(body.mass, {})) for body in symdyn.read("found.toml").bodies) == pytest.approx(25)
+    assert Path("found.csv").read_text().startswith("parameter,before,after,standard error,from,to\n")
+    before = Path("found.toml").read_text()
+
+    assert main([*words, "-o", "page.pdf", "--total-mass", "-1"]) == 1
+    told = capsys.readouterr().err
+    assert "found.toml exists" in told
+    assert "page.pdf: -o writes .html, .toml, .urdf, .csv files" in told
+    assert "--total-mass: -1 is no mass" in told
+    assert Path("found.toml").read_text() == before

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.identify_files import add_file_options, check_files, write_files
+from symdyn.cli.scene_options import add_reading_options, again, read_scene
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
@@ -38,6 +39,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         "--units", metavar="LIST", help=f"columns that are not in SI with radians, e.g. t=ms,q*=deg: {', '.join(UNITS)}"
     )
     verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
+    add_file_options(verb)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -48,6 +50,7 @@ def run(options: argparse.Namespace) -> int:
             f"{scene.name}: no data; give a CSV file, as in `symdyn identify {options.scene} log.csv`, with the "
             "columns t, coordinates and driving forces"
         )
+    check_files(options)
     terms = [one.strip() for one in split_commas(options.friction or "")]
     with Waiting() as progress:
         progress("identifying")
@@ -62,6 +65,7 @@ def run(options: argparse.Namespace) -> int:
         )
     for note in found.notes:
         say(note)
+    write_files(found, options.output, options.total_mass, again(options))
     if options.json:
         give(finite(found.as_dict()))
     else:

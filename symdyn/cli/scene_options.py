@@ -184,7 +184,8 @@ def again(options: argparse.Namespace, always: str = "") -> str:
         if value in (None, "") or action.dest in ("json", "quiet", "output"):
             continue
         if not action.option_strings:
-            words.append(shlex.quote(printable(Path(value).name, keep="")))
+            given = value if isinstance(value, list) else [value]
+            words += [shlex.quote(printable(Path(one).name, keep="")) for one in given]
         elif action.nargs == 0 and value == action.const != action.default:
             words.append(action.option_strings[0])
         elif action.nargs != 0 and (value != action.default or action.dest == always):

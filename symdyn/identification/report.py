@@ -236,7 +236,7 @@ def _residuals(found: Identification) -> Iterator[Section]:
         )
         lags, limit = autocorrelation(found.motions, found.predicted, found.used, j)
         told = f"{names[j]}: autocorrelation of the error over {len(lags)} lags"
-        at = np.arange(len(lags) + 1) + 0.5
+        at = np.array([k + 0.5 for k in range(len(lags) + 1)])
         pictures.append(
             Picture(charts.bars(told, "lag, half periods of the band", "correlation", at, lags, None, limit), names[j])
         )

@@ -32,7 +32,7 @@ from symdyn.scene.values.value import value_of
 DIGITS = 10
 """Significant digits that identified numbers are written with."""
 
-NOTHING = 1e-12
+NOTHING = 1e-9
 """Part of the largest entry of its kind below which an entry of a body is zero."""
 
 

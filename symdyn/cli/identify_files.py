@@ -1,0 +1,131 @@
+"""What `symdyn identify -o` writes: a page, the identified scene, a table of parameters; the ending says which."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+
+from symdyn.cli.talk import say, wrote
+from symdyn.emit import write
+from symdyn.errors import IdentifyError
+from symdyn.identification import Identification
+from symdyn.identification.report import report
+from symdyn.identification.scene import Identified, identified, written
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is to be written about.
+
+    Attributes:
+        found: the identification.
+        total_mass: of all bodies, kg; None leaves it to the data.
+        command: that made it.
+    """
+
+    found: Identification
+    total_mass: float | None
+    command: str
+
+    @cached_property
+    def made(self) -> Identified:
+        """The identified scene."""
+        return identified(self.found, self.total_mass)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file.
+
+    Attributes:
+        text: what it is, for the help.
+        contents: what stands in it.
+        scene: whether it is a scene, which nobody wants to overwrite unawares.
+    """
+
+    text: str
+    contents: Callable[[Asked], str]
+    scene: bool = False
+
+
+def _page(asked: Asked) -> str:
+    try:
+        made = asked.made
+    except IdentifyError as fault:  # the page tells what was identified all the same
+        say(f"symdyn: the page has no identified scene: {fault}")
+        return report(asked.found, None, asked.command)
+    return report(asked.found, made, asked.command)
+
+
+def _scene(asked: Asked, format: str) -> str:
+    about = [f"identified by: {asked.command}"] if asked.command else []
+    text = written(asked.made, format, about)
+    for line in text.lost:
+        say(f"symdyn: left out: {line}")
+    return text.text
+
+
+def _table(asked: Asked) -> str:
+    """Return the base parameters as CSV."""
+    found, file = asked.found, io.StringIO()
+    lines = csv.writer(file, lineterminator="\n")
+    lines.writerow(("parameter", "before", "after", "standard error", "from", "to"))
+    columns = (found.names, found.before, found.after, found.errors, found.interval())
+    for name, before, after, error, (low, high) in zip(*columns, strict=True):
+        lines.writerow((name, *(repr(float(x)) for x in (before, after, error, low, high))))
+    return file.getvalue()
+
+
+FILES = {
+    ".html": Kind("a page with all of it", _page),
+    ".toml": Kind("the identified scene", partial(_scene, format="toml"), True),
+    ".urdf": Kind("the same as URDF", partial(_scene, format="urdf"), True),
+    ".csv": Kind("the base parameters", _table),
+}
+"""By ending."""
+
+
+def add_file_options(verb: argparse.ArgumentParser) -> None:
+    """Add what is written, and how inertias are chosen there."""
+    known = "; ".join(f"{ending}: {kind.text}" for ending, kind in FILES.items())
+    verb.add_argument("-o", "--output", action="append", default=[], metavar="FILE", help=f"may be repeated; {known}")
+    verb.add_argument("--total-mass", type=float, metavar="KG", help="of all bodies together, in the identified scene")
+    verb.add_argument("--force", action="store_true", help="overwrite a scene that exists")
+
+
+def check_files(options: argparse.Namespace) -> None:
+    """Raise before the work begins what could not be written after it.
+
+    Raises:
+        IdentifyError: an ending that is none of these, a scene that exists, a total mass that is none.
+    """
+    faults = []
+    for name in options.output:
+        path = Path(name)
+        kind = FILES.get(path.suffix.lower())
+        if kind is None:
+            faults.append(f"{path}: -o writes {', '.join(FILES)} files")
+        elif kind.scene and path.exists() and not options.force:
+            faults.append(f"{path} exists; give another name, or --force to overwrite it")
+    if options.total_mass is not None and not 0 < options.total_mass < float("inf"):
+        faults.append(f"--total-mass: {options.total_mass:g} is no mass; give one above zero, kg")
+    if faults:
+        raise IdentifyError(faults)
+
+
+def write_files(found: Identification, outputs: Sequence[str], total_mass: float | None, command: str) -> None:
+    """Write what `-o` asks for, all of it or nothing, and say where."""
+    asked = Asked(found, total_mass, command)
+    paths = [Path(name) for name in outputs]
+    contents = [FILES[path.suffix.lower()].contents(asked) for path in paths]
+    if any(FILES[path.suffix.lower()].scene for path in paths):
+        for note in asked.made.notes:
+            say(f"symdyn: {note}")
+    for path, text in zip(paths, contents, strict=True):
+        write({path.name: text}, path.parent)
+    wrote(*paths)
