@@ -33,6 +33,9 @@ def impossible(job: Job, values: Array) -> dict[int, str]:
     """Return, by row, why values are none of the scene: parameters above zero that are not."""
     told: dict[int, str] = {}
     positive = {one.name for one in job.scene.parameters if one.positive}
+    above = [k for k, name in enumerate(job.design.names) if name in positive]
+    if np.isfinite(values).all() and (values[:, above] > 0).all():
+        return told
     for name, column in zip(job.design.names, values.T, strict=True):
         wrong = ~(column > 0) if name in positive else ~np.isfinite(column)
         why = "it must be positive" if name in positive else "it must be finite"

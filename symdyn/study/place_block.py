@@ -1,13 +1,14 @@
 """One function at many parameter sets: `prepare`, the function at every place, and measures over these.
 
-Rows go through it a few hundred at a time, which stay in the cache of a core from the draw to the measures: with forty
+Rows go through it two thousand at a time, which stay in the cache of a core from the draw to the measures: with forty
 parameters a hundred thousand at a time take three times as long.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,19 +17,19 @@ from symdyn.algebra.numeric import Array, Batches
 from symdyn.build.backends.door import load
 from symdyn.build.loaded import Loaded
 from symdyn.build.numeric_function import Operand
-from symdyn.graph import Graph, evaluate
+from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program.prepare import PREPARE
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.values.table import Faults
 from symdyn.scene.values.value import value_of
-from symdyn.simulation.ensemble.measures import Measure, Sums, read_measure, sums_of
+from symdyn.simulation.ensemble.measures import FOLDS, Measure, Sums, read_measure, sums_of
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
 from symdyn.study.study import ENDED, FAILED, MOST_TOLD
 
-ROWS = 512
-"""Numbers of parameter sets that go through at a time, times places: 512 of the PUMA's 40 are 160 kB."""
+ROWS = 2000
+"""Numbers of parameter sets that go through at a time, times places: 2,000 of the PUMA's 40 are 640 kB."""
 
 TIME = "t"
 
@@ -51,12 +52,12 @@ class Called:
     name: str
     results: tuple[str, ...]
 
-    @property
+    @cached_property
     def operands(self) -> tuple[Operand, ...]:
         """What is given by place: all arguments but parameters."""
         return tuple(one for one in self.loaded[self.name].operands if one.name not in (PARAMETERS, "prepared"))
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that are arguments, in order."""
         first = self.loaded.calls[PREPARE if self.loaded.prepared else self.name]
@@ -93,67 +94,113 @@ def _shape(found: Loaded, name: str) -> tuple[int, ...]:
     return tuple(int(one) for one in inside.split(",") if one)
 
 
+@dataclass(frozen=True)
+class Reading:
+    """Formulas of a study, read once a process.
+
+    Attributes:
+        measures: of all of them, in order.
+        expressed: formulas as expressions, with the symbols of their letters, by the identity of the formula.
+        numbers: values of parameters that are not varied and that formulas name.
+    """
+
+    measures: tuple[Measure, ...]
+    expressed: Mapping[int, tuple[Expr, dict[str, Expr]]]
+    numbers: dict[str, Any]
+
+    @cached_property
+    def needed(self) -> set[str]:
+        """Letters that are looked at over places, or afterwards."""
+        return {name for _, symbols in self.expressed.values() for name in symbols}
+
+    def value(self, formula: Quantity, known: Mapping[str, Any]) -> Any:
+        """Return the value of one of the formulas; arrays broadcast."""
+        expression, symbols = self.expressed[id(formula)]
+        letters = {symbol: known[name] for name, symbol in symbols.items()}
+        return evaluate([expression], Batches(), letters)[0]
+
+
 @lru_cache(maxsize=4)
-def _measures(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...]) -> tuple[Measure, ...]:
+def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], free: tuple[str, ...]) -> Reading:
+    """Return formulas of measures; those that can be read."""
     found = [read_measure(scene, formula, Faults(""), more=letters) for formula in formulas]
-    return tuple(one for one in found if one is not None)
+    measures = tuple(one for one in found if one is not None)
+    expressed = {}
+    for formula in (one for measure in measures for one in (*measure.insides, measure.formula)):
+        graph = Graph()
+        expressed[id(formula)] = express(formula, graph), {name: graph.symbol(name) for name in formula.symbols}
+    named = {name for _, symbols in expressed.values() for name in symbols} - set(free)
+    values = {p.name: p.value for p in scene.parameters if p.name in named and p.value is not None}
+    numbers = {name: np.asarray(float(value_of(value, {}) or 0.0)) for name, value in values.items()}
+    return Reading(measures, expressed, numbers)
 
 
 def at_places(job: Job, first: int, last: int) -> Found:
     """Return measures over places, of parameter sets from `first` on; those that are none of the scene fail alone."""
-    call = called(job.scene, job.asked["function"], tuple(job.asked["varied"]["values"]))
-    measures = _measures(job.scene, tuple(one.formula for one in job.measures), call.letters)
+    free = tuple(job.asked["varied"]["values"])
+    call = called(job.scene, job.asked["function"], free)
+    read = reading(job.scene, tuple(one.formula for one in job.measures), call.letters, free)
     at: dict[str, Array] = job.asked["at"]
-    rows = max(1, ROWS // len(at[TIME]))
-    found = np.empty((last - first, len(measures)))
+    fixed = [np.stack([at[name] for name in one.entries], axis=-1)[None] for one in call.operands]
+    names, rows = job.design.names, max(1, ROWS // len(at[TIME]))
+    found = np.empty((last - first, len(job.measures)))
     told: dict[int, str] = {}
-    for begin in range(first, last, rows):
-        values = job.design.values(begin, min(begin + rows, last))
-        wrong = impossible(job, values)
-        some = found[begin - first : begin - first + len(values)]
-        some[:] = _chunk(job, call, measures, at, values)
-        some[list(wrong)] = np.nan
-        for row in np.flatnonzero(~np.isfinite(some).all(axis=1)):
-            if len(told) < MOST_TOLD:
-                told[begin + int(row)] = wrong.get(int(row), NO_NUMBER)
+    with np.errstate(all="ignore"):
+        for begin in range(first, last, rows):
+            values = job.design.values(begin, min(begin + rows, last))
+            some = found[begin - first : begin - first + len(values)]
+            _chunk(names, call, read, fixed, at, values, some)
+            wrong = impossible(job, values)
+            if wrong:
+                some[list(wrong)] = np.nan
+            if len(told) < MOST_TOLD and not np.isfinite(some).all():
+                missing = np.flatnonzero(~np.isfinite(some).all(axis=1))[: MOST_TOLD - len(told)]
+                told |= {begin + int(row): wrong.get(int(row), NO_NUMBER) for row in missing}
     failed = ~np.isfinite(found).all(axis=1)
     found[failed] = np.nan
     return Found(found, np.where(failed, FAILED, ENDED).astype(np.uint8), told)
 
 
-def _chunk(job: Job, call: Called, measures: tuple[Measure, ...], at: dict[str, Array], values: Array) -> Array:
-    """Return measures of a few parameter sets, shape (n, measures)."""
-    columns = dict(zip(job.design.names, values.T, strict=True))
-    places = len(at[TIME])
-    arguments = []
-    for one in call.operands:
+def _chunk(
+    names: tuple[str, ...],
+    call: Called,
+    read: Reading,
+    fixed: list[Array],
+    at: dict[str, Array],
+    values: Array,
+    found: Array,
+) -> None:
+    """Put measures of a few parameter sets into `found`, shape (n, measures)."""
+    columns = {name: values[:, k] for k, name in enumerate(names)}
+    arguments, count, places = [], len(values), len(at[TIME])
+    for one, usual in zip(call.operands, fixed, strict=True):
         varied = [name for name in one.entries if name in columns]
-        rows = np.empty((len(values) if varied else 1, places, len(one.entries)))
-        for k, name in enumerate(one.entries):
-            rows[..., k] = columns[name][:, None] if name in columns else at[name]
-        arguments.append(rows[..., 0] if one.scalar else rows)
-    names = call.parameters
-    if names:
-        last = values if names == job.design.names else np.stack([columns[name] for name in names], axis=-1)
+        rows = np.repeat(usual, count, axis=0) if varied else usual
+        for name in varied:
+            rows[..., one.entries.index(name)] = columns[name][:, None]
+        arguments.append(rows)
+    given = [rows[..., 0] if one.scalar else rows for one, rows in zip(call.operands, arguments, strict=True)]
+    if call.parameters:
+        last = values if call.parameters == names else np.stack([columns[name] for name in call.parameters], axis=-1)
         last = call.loaded.calls[PREPARE](last) if call.loaded.prepared else last
-        arguments.append(last[:, None, :])
-    with np.errstate(all="ignore"):
-        result = np.asarray(call.loaded.calls[call.name](*arguments))
-        result = result.reshape(*np.broadcast_shapes(result.shape[:2], (len(values), places)), -1)
-        known = {name: result[..., k] for k, name in enumerate(call.results)}
-        for one, given in zip(call.operands, arguments, strict=False):
-            known |= {name: given if one.scalar else given[..., k] for k, name in enumerate(one.entries)}
-        numbers = {p.name: np.asarray(float(value_of(p.value, {}) or 0.0)) for p in job.scene.parameters if p.value}
-        numbers |= {name: columns[name] for name in job.asked["varied"]["values"]}
-        known |= {TIME: at[TIME]} | {name: column[..., None] for name, column in numbers.items()}
-        sums = {one: _sums(one, known, at[TIME], len(values)) for measure in measures for one in measure.insides}
-        found = [np.broadcast_to(one.value(sums, numbers), (len(values),)) for one in measures]
-    return np.stack(found, axis=-1)
+        given.append(last[:, None, :])
+    result = np.asarray(call.loaded.calls[call.name](*given))
+    result = result.reshape(*result.shape[:2], -1)
+    needed = read.needed
+    known = {name: result[..., k] for k, name in enumerate(call.results) if name in needed}
+    for one, rows in zip(call.operands, arguments, strict=True):
+        known |= {name: rows[..., k] for k, name in enumerate(one.entries) if name in needed}
+    numbers = read.numbers | {name: column for name, column in columns.items() if name in needed}
+    known |= {TIME: at[TIME]} | {name: column[..., None] for name, column in numbers.items()}
+    for k, measure in enumerate(read.measures):
+        folds = {}
+        for letter, fold, inside in measure.folds:
+            y = np.broadcast_to(np.asarray(read.value(inside, known), dtype=np.float64), (count, places))
+            folds[letter] = FOLDS[fold].of(sums_of(at[TIME], y) if places > 1 else _of_one(at[TIME], y[:, 0]))
+        found[:, k] = read.value(measure.formula, numbers | folds)
 
 
-def _sums(inside: Quantity, known: dict[str, Any], t: Array, count: int) -> Sums:
-    """Return what folds take of a formula over places."""
-    graph = Graph()
-    letters = {graph.symbol(name): known[name] for name in inside.symbols}
-    (y,) = evaluate([express(inside, graph)], Batches(), letters)
-    return sums_of(t, np.broadcast_to(np.asarray(y, dtype=np.float64), (count, len(t))))
+def _of_one(t: Array, y: Array) -> Sums:
+    """Return what folds take of a formula at one place, shape (n,)."""
+    zero = np.zeros(len(y))
+    return Sums(y, y, y, y, zero + t[0], zero + t[0], zero, zero, zero)
