@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from statistics import quantiles
+from statistics import median, quantiles
 
 import numpy as np
 
@@ -90,6 +90,28 @@ def measure(scene: Scene) -> dict[str, dict[int, tuple[float, float, float]]]:
     return found
 
 
+FEW = (2, 4, 8, 10, 16, 17, 32)
+"""Numbers of states for which one call of a NumPy module is held against as many calls."""
+
+
+def few(scene: Scene, rounds: int = 41) -> dict[int, float]:
+    """Return the time of one call over that of single calls with the same states, median of pairs, by number."""
+    call = run_python(emit(symdyn.lower(formulate(scene, (FUNCTION,))))).inverse_dynamics
+    found = {}
+    for count in FEW:
+        given = states(scene, count)
+        ratios = []
+        for _ in range(rounds):
+            start = time.perf_counter()
+            call(*given)
+            between = time.perf_counter()
+            for k in range(count):
+                call(*(a if a.ndim == 1 else a[k] for a in given))
+            ratios.append((between - start) / (time.perf_counter() - between))
+        found[count] = median(ratios)
+    return found
+
+
 def main(words: Sequence[str]) -> int:
     """Print a table in Markdown for each scene."""
     for name in words or SCENES:
@@ -103,6 +125,8 @@ def main(words: Sequence[str]) -> int:
             print(f"| {way} | " + " | ".join(cells) + " |")
         many = max(COUNTS)
         ratio = found["load (ufunc)"][many][1] / found["C rows"][many][1]
+        short = ", ".join(f"{count}: {ratio:.2f}" for count, ratio in few(scene).items())
+        print(f"\nNumPy module, one call over as many single ones, by number of states: {short}")
         print(f"\nufunc / C rows at N = {many:,}: {ratio:.3f}")
     return 0
 

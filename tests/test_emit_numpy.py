@@ -125,9 +125,22 @@ def test_one_state_is_computed_in_plain_floats(module, monkeypatch):
     assert module.matrix([0.1, 0.2], [1.0, 0.3], [1.0]).shape == (2, 3)
 
 
-@pytest.mark.parametrize("count", [None, 3])
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("common", range(7))
+def test_a_few_states_are_to_the_bit_what_each_is_alone(real, common, monkeypatch):
+    module = run_python(emit(lower(every_op()), real=real))
+    monkeypatch.setattr(module, "_blocks", None)
+    given = [a.astype("f" if real == "float" else "d") for a in states(every_op(), "matrix", 16)]
+    given = [a[0] if common >> k & 1 else a for k, a in enumerate(given)]
+    for name in ("matrix", "scalar", "rotated"):
+        f = getattr(module, name)
+        alone = [f(*(a if a.ndim == 1 else a[k] for a in given)) for k in range(16)]
+        np.testing.assert_array_equal(f(*given), alone)
+
+
+@pytest.mark.parametrize("count", [None, 3, 40])
 def test_the_result_goes_where_out_says(module, count):
-    q, qd, params = (a[0] if count is None else a[:count] for a in states(every_op(), "matrix"))
+    q, qd, params = (a[0] if count is None else a for a in states(every_op(), "matrix", count or 1))
     wanted = module.matrix(q, qd, params)
     out = np.empty(wanted.shape[::-1]).T
     assert module.matrix(q, qd, params, out=out) is out
@@ -135,7 +148,7 @@ def test_the_result_goes_where_out_says(module, count):
     turned = module.rotated(q, qd, params)
     assert module.rotated(q, qd, params, out=q) is q
     np.testing.assert_array_equal(q, turned)
-    with pytest.raises(ValueError, match=r"matrix: out has shape \(3, 2\); it must have shape \((3, )?2, 3\)"):
+    with pytest.raises(ValueError, match=r"matrix: out has shape \(3, 2\); it must have shape \((3, |40, )?2, 3\)"):
         module.matrix(q, qd, params, out=np.empty((3, 2)))
     out.flags.writeable = False
     with pytest.raises(ValueError, match="matrix: out is read-only"):
@@ -159,7 +172,7 @@ UNREAL = [  # where math raises: sin inf, log 0, sqrt of less than 0, overflow o
 
 
 @pytest.mark.parametrize(("name", "value", "wanted"), UNREAL)
-@pytest.mark.parametrize("count", [None, 3])
+@pytest.mark.parametrize("count", [None, 3, 40])
 def test_nothing_is_raised_or_warned_about_where_a_result_is_not_finite(name, value, wanted, count):
     g = Graph()
     x = g.symbol("x")
@@ -179,7 +192,7 @@ PUMA = Path(__file__).parent.parent / "examples" / "puma560.toml"
 def test_a_batch_is_to_the_bit_what_the_text_gives_for_arrays(real, common):
     """Bit k of `common` says that all states share argument k, which then stays a number."""
     module = run_python(emit(lower(every_op()), real=real))
-    given = [a.astype("f" if real == "float" else "d") for a in states(every_op(), "matrix", 9)]
+    given = [a.astype("f" if real == "float" else "d") for a in states(every_op(), "matrix", 29)]
     given = [a[0] if common >> k & 1 else a for k, a in enumerate(given)]
     for name in ("matrix", "scalar", "rotated"):
         batch = getattr(module, name)(*given)
@@ -293,6 +306,6 @@ def test_a_module_holds_the_player_but_for_its_number_type():
 def test_the_player_computes_the_same_in_blocks_of_any_size(block):
     room = dict(vars(player))
     exec(player_text(REALS["double"], block), room)
-    x, y = np.random.default_rng(1).uniform(1, 2, (2, 7, 2))
+    x, y = np.random.default_rng(1).uniform(1, 2, (2, 27, 2))
     found = room["_run"](lambda _, x, y: (x[0] * y[1], -y[0], 2.0), "f", (3,), None, ("x", x, 2), ("y", y[0], 2))
-    np.testing.assert_array_equal(found, np.stack([x[:, 0] * y[0, 1], np.full(7, -y[0, 0]), np.full(7, 2.0)], axis=1))
+    np.testing.assert_array_equal(found, np.stack([x[:, 0] * y[0, 1], np.full(27, -y[0, 0]), np.full(27, 2.0)], axis=1))

@@ -22,8 +22,8 @@ Arguments:
     tau, shape (2,); N, N m: driving forces, positive accelerates the joint
 
 Arrays have their own dimension last: an argument of shape (n,) is one state, (..., n) a batch of them, and leading
-dimensions broadcast. Results are float64; `out` is an array to put them into. One state is computed in plain floats,
-a batch in blocks of 4096 states. A NaN in any entry that a result depends on makes that result NaN, as does an
+dimensions broadcast. Results are float64; `out` is an array to put them into. Up to 16 states are computed in plain
+floats, more in blocks of 4096. A NaN in any entry that a result depends on makes that result NaN, as does an
 angle that is infinite; nothing is raised or warned about where a result is not finite.
 Needs NumPy and nothing else.
 """
@@ -73,7 +73,9 @@ def _run(compute, name, shape, out, *arguments):
     result = _one(compute, arrays, shape) if batch == () else None
     if result is None:
         result = numpy.empty(batch + shape, dtype=numpy.float64)
-        _blocks(compute, arrays, batch, result.reshape(math.prod(batch), math.prod(shape)))
+        rows = result.reshape(math.prod(batch), math.prod(shape))
+        if not 0 < len(rows) <= 16 or not _few(compute, arrays, batch, rows):
+            _blocks(compute, arrays, batch, rows)
     if out is None:
         return result[()]
     out[...] = result
@@ -97,6 +99,8 @@ def _batch(name, arrays, arguments):
     batches = [array.shape[:-1] for array in arrays]
     if not any(batches):
         return ()
+    if all(batch == batches[0] for batch in batches):
+        return batches[0]
     try:
         return numpy.broadcast_shapes(*batches)
     except ValueError:
@@ -111,6 +115,21 @@ def _one(compute, arrays, shape):
     except (ArithmeticError, ValueError):
         return None
     return numpy.fromiter(entries, numpy.float64).reshape(shape)
+
+
+def _few(compute, arrays, batch, results):
+    """Put the result of every state into its row, one after the other; tell whether Python's floats can do it."""
+    count = len(results)
+    states = []
+    for a in arrays:
+        whole = a if a.shape[:-1] == batch or a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:])
+        states.append([a.tolist()] * count if a.ndim == 1 else whole.reshape(count, a.shape[-1]).tolist())
+    try:
+        rows = [compute(_Floats, *state) for state in zip(*states, strict=True)]
+    except (ArithmeticError, ValueError):
+        return False
+    results[...] = rows
+    return True
 
 
 def _blocks(compute, arrays, batch, results):

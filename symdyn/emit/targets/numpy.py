@@ -1,9 +1,10 @@
 """The NumPy target: one module that runs with NumPy alone, for one state or a batch of them.
 
-Every function is written once, for people to read, with bare `sin` and `cos`. For one state the module runs that text
-over plain floats. For a batch it records, the first time, which NumPy calls the text comes to, and makes them on blocks
-of states with `out=`: all intermediate results share a few rows of one work space, used again and again while they lie
-in the cache. Nothing is allocated line by line, and no text is compiled.
+Every function is written once, for people to read, with bare `sin` and `cos`. For one state, or as few as 16, the
+module runs that text over plain floats: NumPy's calls on so short arrays take longer. For a batch it records, the first
+time, which NumPy calls the text comes to, and makes them on blocks of states with `out=`: all intermediate results
+share a few rows of one work space, used again and again while they lie in the cache. Nothing is allocated line by line,
+and no text is compiled.
 """
 
 from __future__ import annotations
@@ -47,6 +48,11 @@ NARROW = """    with numpy.errstate(over="ignore"):  # what is too large for the
         return numpy.fromiter(entries, numpy.float64).reshape(shape)"""
 """How floats of Python become numbers of the type; those of a narrower one may be too large for it."""
 
+ASSIGN = """    results[...] = rows"""
+ASSIGN_NARROW = """    with numpy.errstate(over="ignore"):
+        results[...] = rows"""
+"""The same for a few states."""
+
 BUILTINS = tuple(name for name in dir(builtins) if not name.startswith("_"))
 
 KEYWORDS = frozenset((*keyword.kwlist, *BUILTINS, "collections", "functools", "math", "numpy"))
@@ -74,7 +80,7 @@ def player_text(real: Real, block: int) -> str:
     text = files("symdyn.emit.targets").joinpath("player.py").read_text(encoding="utf-8")
     text = text[text.index("def _run(") :].rstrip("\n")
     if real is not REALS["double"]:
-        text = text.replace(RETURN, NARROW)
+        text = text.replace(RETURN, NARROW).replace(ASSIGN, ASSIGN_NARROW)
     return text.replace("float64", real.dtype).replace("4096", str(block))
 
 

@@ -38,7 +38,9 @@ def _run(compute, name, shape, out, *arguments):
     result = _one(compute, arrays, shape) if batch == () else None
     if result is None:
         result = numpy.empty(batch + shape, dtype=numpy.float64)
-        _blocks(compute, arrays, batch, result.reshape(math.prod(batch), math.prod(shape)))
+        rows = result.reshape(math.prod(batch), math.prod(shape))
+        if not 0 < len(rows) <= 16 or not _few(compute, arrays, batch, rows):
+            _blocks(compute, arrays, batch, rows)
     if out is None:
         return result[()]
     out[...] = result
@@ -62,6 +64,8 @@ def _batch(name, arrays, arguments):
     batches = [array.shape[:-1] for array in arrays]
     if not any(batches):
         return ()
+    if all(batch == batches[0] for batch in batches):
+        return batches[0]
     try:
         return numpy.broadcast_shapes(*batches)
     except ValueError:
@@ -76,6 +80,21 @@ def _one(compute, arrays, shape):
     except (ArithmeticError, ValueError):
         return None
     return numpy.fromiter(entries, numpy.float64).reshape(shape)
+
+
+def _few(compute, arrays, batch, results):
+    """Put the result of every state into its row, one after the other; tell whether Python's floats can do it."""
+    count = len(results)
+    states = []
+    for a in arrays:
+        whole = a if a.shape[:-1] == batch or a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:])
+        states.append([a.tolist()] * count if a.ndim == 1 else whole.reshape(count, a.shape[-1]).tolist())
+    try:
+        rows = [compute(_Floats, *state) for state in zip(*states, strict=True)]
+    except (ArithmeticError, ValueError):
+        return False
+    results[...] = rows
+    return True
 
 
 def _blocks(compute, arrays, batch, results):
