@@ -33,10 +33,11 @@ from symdyn.study.places import At, at_places
 from symdyn.study.store import SUFFIX, check_store, opened, store_of
 from symdyn.study.study import Study
 
-FEWEST, MOST = 16, 4096
-"""Runs of a block, where nothing else is said: a part of all of them, so that there is progress, within these."""
+LANES, LARGE, MOST = 64, 8192, 32768
+"""Runs of a block, where nothing else is said: a part of all of them, so that there is progress, in multiples of what
+compiled code takes abreast; of many, in multiples of what keeps threads busy."""
 
-PARTS = 32
+PARTS = 16
 
 INTERRUPTED = "interrupted"
 
@@ -222,8 +223,19 @@ def prepared(
     }  # fmt: skip
     plain = asked | {"forces": _said(forces)}
     told = tuple((key, str(value)) for key, value in plain.items() if value not in (None, (), [], {}, False, ""))
-    size = block or min(MOST, max(FEWEST, -(-planned.count // PARTS)))
+    size = block or usual_block(planned.count)
     return Job("runs", scene, planned, measures, asked | {"varied": parts}, told, size)
+
+
+def usual_block(count: int) -> int:
+    """Return how many runs a block has of so many.
+
+    >>> usual_block(100), usual_block(10_000), usual_block(10**5), usual_block(10**9)
+    (64, 640, 8192, 32768)
+    """
+    share = -(-count // PARTS)
+    unit = LANES if share <= LARGE // 2 else LARGE
+    return min(MOST, max(unit, -(-share // unit) * unit))
 
 
 def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
@@ -285,6 +297,9 @@ def made(
     left = store.left()
     if path is not None and len(left) < job.blocks:
         notes += (f"{path}: {job.blocks - len(left)} of {job.blocks} blocks are there already",)
+    count, kind = job.design.count, job.design.kind
+    if kind == "sobol" and count & (count - 1):
+        notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)
     for note in notes:
         _tell(say, note)
     began = perf_counter()

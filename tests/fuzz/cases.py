@@ -88,6 +88,21 @@ def _convert(rng: Random) -> tuple[list[str], dict[str, bytes]]:
     return [rng.choice(("out.toml", "out.toml", "out.urdf", "out.par", "out.xyz", "out/a.toml")), "--lossy"], {}
 
 
+def _sweep(rng: Random) -> tuple[list[str], dict[str, bytes]]:
+    words: list[str] = []
+    for _ in range(rng.choice((0, 1, 1, 2))):
+        values = rng.choice(
+            ("[0.1, 1]", "linspace(1,2,2)", "normal(1, sigma=0.1)", "tolerance(5 %)", "tolerance()", "uniform(2,1)",
+             f"linspace({grammar.formula(rng, ('m1',))},2,2)", str(rng.choice(NASTY)))
+        )  # fmt: skip
+        words += ["--over", f"{rng.choice(('q1', 'q1_dot', 'm1', 'x', 'k', ''))}={values}"]
+    words += ["--count", "3"] if any(sign in " ".join(words) for sign in ("normal", "uniform", "tol")) else []
+    inside = rng.choice(("q1", "q1_dot", "kinetic_energy", grammar.formula(rng, ("t", "q1"))))
+    words += ["--measure", rng.choice((f"max({inside})", f"end({inside}) - min(t)", inside, str(rng.choice(NASTY))))]
+    words += ["-o", rng.choice(("a.csv", "a.zarr", "a.xyz"))] if chance(rng, 0.5) else []
+    return words, {}
+
+
 def _over_time(option: str) -> Callable[[Random], tuple[list[str], dict[str, bytes]]]:
     """Return what draws laws over time: formulas, a TOML file or a table."""
 
@@ -120,6 +135,7 @@ VERBS: Mapping[str, Verb] = {
     "walkthrough": Verb(0.4),
     "simulate": Verb(1.2, more=_over_time("--forces"), fixed=("--until", "0.02")),
     "inverse": Verb(1, more=_over_time("--motion"), fixed=("--until", "0.2", "--every", "0.1")),
+    "sweep": Verb(0.6, more=_sweep, fixed=("--until", "0.02")),
     "verify": Verb(0.1, fixed=("--functions", "gravity_forces")),
 }
 """`bench` and `stress` run for minutes by their nature: their command lines are tried by `_line` alone."""
@@ -127,7 +143,7 @@ VERBS: Mapping[str, Verb] = {
 LINES = 18.0
 """Weight of command lines that are wrong or for small scenes, of all verbs."""
 
-DEAR = ("simulate", "inverse", "info", "generate", "walkthrough", "verify")
+DEAR = ("simulate", "inverse", "sweep", "info", "generate", "walkthrough", "verify")
 """Verbs that are tried on scenes that are read more often than not."""
 
 
@@ -144,7 +160,7 @@ def case(seed: str, number: int) -> Case:
     words, files = verb.more(rng)
     scene = [file]
     front = [*words, *scene] if name == "check-derivation" else [*scene, *words]
-    fixed = verb.fixed if chance(rng, 0.95) or name in ("simulate", "inverse") else ()
+    fixed = verb.fixed if chance(rng, 0.95) or name in ("simulate", "inverse", "sweep") else ()
     return Case((name, *front, *fixed, *_options(rng, name, 0.02 if name in DEAR else 0.06)), {file: content, **files})
 
 
@@ -159,7 +175,9 @@ def _line(rng: Random) -> Case:
         words.insert(0, "scene.toml" if chance(rng, 0.9) else str(rng.choice(NASTY)))
     if chance(rng, 0.3):
         words.insert(max(first, rng.randrange(len(words) + 1)), str(rng.choice(NASTY))[:200])
-    limit = ["--until", str(rng.choice((0, 0.01, -1, "nan", "1e-300")))] if name in ("simulate", "inverse") else []
+    limit = (
+        ["--until", str(rng.choice((0, 0.01, -1, "nan", "1e-300")))] if name in ("simulate", "inverse", "sweep") else []
+    )
     argv = [word.replace("\x00", "\udcff") for word in (name, *words, *limit)]  # as the system hands over bytes
     return Case(tuple(argv), {"scene.toml": seeds()["small"][0]})
 
