@@ -117,10 +117,9 @@ def _check_out(name, out, shape):
 def _batch(name, arrays, arguments):
     """Return the leading dimensions that all arguments broadcast to."""
     batches = [array.shape[:-1] for array in arrays]
-    if not any(batches):
-        return ()
-    if all(batch == batches[0] for batch in batches):
-        return batches[0]
+    found = {batch for batch in batches if batch}
+    if len(found) < 2:
+        return found.pop() if found else ()
     try:
         return numpy.broadcast_shapes(*batches)
     except ValueError:
