@@ -26,6 +26,7 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
         ("--until 0.1 --bind F=1 --motion swing=sin(t)", 1),  # leaves freedoms open
         ("--until 0.1 --bind F=1 --motion run.csv", 0),
     ],
+    "identify": [("run.csv --bind F=1 -o page.html -o found.toml", 0), ("--bind F=1", 1)],
     "sweep": [("--bind F=1 --until 0.02 --over swing_dot=[0,1] --measure max(abs(swing))", 0)],
     "linearize": [("--bind F=1", 1), ("--bind F=1 --anywhere", 0), ("--bind F=1 --anywhere --json", 0)],  # it moves
     "bench": [("--quick", 0)],
@@ -55,7 +56,7 @@ def test_a_verb_takes_what_scenes_may_hold(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    if verb == "inverse":
+    if verb in ("inverse", "identify"):
         assert main(["simulate", str(SCENE), *WORDS["simulate"][0][0].split()]) == 0
     for line, status in WORDS[verb]:
         assert main([verb, str(SCENE), *line.split()]) == status, f"{line}: {capsys.readouterr().err}"

@@ -10,16 +10,20 @@ from symdyn.identification.log import Log
 from symdyn.identification.output_error import output_error
 from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.regression import Regression
+from symdyn.identification.scene import Identified, identified, with_parameters
 
 __all__ = [
     "CRITERIA",
     "FAMILIES",
     "Excitation",
     "Identification",
+    "Identified",
     "Log",
     "OutputFit",
     "Regression",
     "excite",
+    "identified",
     "identify",
     "output_error",
+    "with_parameters",
 ]
