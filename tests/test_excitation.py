@@ -138,3 +138,39 @@ def test_arms_of_six_and_seven_axes_are_conditioned_better_than_published_motion
 
     assert found.condition < 15
     assert found.margin > 0
+
+
+def command(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    from symdyn.__main__ import main
+
+    status = main(["identify", "examples/two_link.toml", "--bind", "m1=1,m2=1,h1=1,h2=1,g=9.81", *words])
+    return status, *capsys.readouterr()
+
+
+def test_the_verb_writes_a_motion_that_inverse_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(tmp_path / "motion.csv")
+    words = ["--period", "4", "--starts", "1", "--every", "0.1", "--box", "M1=-30..30", "-o", path]
+    status, out, err = command(capsys, "--excite", *words)
+    run = symdyn.inverse(two_link().scene, [path], np.linspace(0, 4, 41))
+
+    assert status == 0
+    assert "condition number" in out
+    assert "no limits are known" in err
+    assert np.abs(run.tau[:, 0]).max() < 30
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--box", "q1=2..3"], "--box: of --excite"),
+        (["--excite", "log.csv"], "log.csv would be the log of one"),
+        (["--excite", "-o", "motion.txt"], "motion.txt"),
+        (["--excite", "--noise", "M1"], '--noise: "M1" is not'),
+        (["--excite", "--box", "q1=2", "--noise", "M3=1"], "is no box"),
+    ],
+)
+def test_the_verb_tells_what_cannot_be(words: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = command(capsys, *words)
+
+    assert (status, out) == (1, "")
+    assert told in err

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 
+from symdyn.cli.excite_options import add_exciting, check_exciting, run_exciting
 from symdyn.cli.identify_files import add_file_options, check_files, write_files
 from symdyn.cli.scene_options import add_reading_options, again, read_scene
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
@@ -40,10 +41,14 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
     add_file_options(verb)
+    add_exciting(verb)
 
 
 def run(options: argparse.Namespace) -> int:
     """Identify, print, write."""
+    check_exciting(options)
+    if options.excite:
+        return run_exciting(options)
     scene = read_scene(options)
     if not options.data:
         raise IdentifyError(

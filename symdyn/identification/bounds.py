@@ -209,12 +209,12 @@ def _number(end: object, usual: float, where: str, values: Mapping[str, Quantity
 
 def fits(scene: Scene) -> list[str]:
     """Return why motions of a scene cannot be chosen freely, nothing where they can."""
-    found = []
     if scene.is_closed:
-        found.append(
+        return [
             f"{scene.name}: its loops or contacts tie coordinates to each other, and an exciting motion would have to "
             "keep them; excite the mechanism with its loops opened, or give a motion of your own to `identify`"
-        )
+        ]
+    found = []
     for joint in scene.moving:
         if joint.motion is not None:
             found.append(f"joints.{joint.name}: its motion is prescribed; take `motion` away for the time of exciting")

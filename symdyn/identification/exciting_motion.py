@@ -98,8 +98,9 @@ def excite(
     faults = Faults("")
     for fault in fits(scene):
         faults.add("", fault)
+    bounds = () if faults.lines else _bounds(scene, box, faults)
     _check(period, family, terms, criterion, starts, seed, every, faults)
-    sizes, bounds = _noise(scene, noise or {}, faults), _bounds(scene, box, faults)
+    sizes = _noise(scene, noise or {}, faults)
     if faults.lines:
         raise IdentifyError(faults.lines)
     notes = usual_notes(bounds)
@@ -177,9 +178,7 @@ def _noise(scene: Scene, noise: Mapping[str, float], faults: Faults) -> Array:
 
 
 def _bounds(scene: Scene, box: Box, faults: Faults) -> tuple[Bound, ...]:
-    """Return what must be kept, nothing after a fault."""
-    if faults.lines:
-        return ()
+    """Return what must be kept."""
     try:
         return read_bounds(scene, read_guess(scene).tolist(), box, faults)
     except SimulateError as fault:
