@@ -12,6 +12,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError
 from symdyn.identification import CRITERIA, FAMILIES, Excitation, excite
+from symdyn.notebook import bundle
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -176,3 +177,11 @@ def test_the_verb_tells_what_cannot_be(words: list[str], told: str, capsys: pyte
 
     assert (status, out) == (1, "")
     assert told in err
+
+
+def test_a_notebook_shows_how_well_it_tells_and_what_it_reaches() -> None:
+    html = bundle(two_link(box={"M1": (-24, 24)}))["text/html"]
+
+    assert "condition number" in html
+    assert "M1" in html
+    assert "reached" in html

@@ -18,6 +18,7 @@ NOUNS = {
     "symdyn.emit.print.equations_of_motion:EquationsOfMotion": "mathematics:equations_of_motion",
     "symdyn.emit.print.sympy_equations:SympyEquations": "mathematics:sympy_equations",
     "symdyn.identification.output_fit:OutputFit": "fitted:output_fit",
+    "symdyn.identification.excitation:Excitation": "runs:excitation",
     "symdyn.linear.linearization:Linearization": "first_order:linearization",
     "symdyn.program.routine:Program": "functions:program",
     "symdyn.scene.values.model:Scene": "scenes:scene",

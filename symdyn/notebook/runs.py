@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from symdyn.extras import EXTRAS, install
+from symdyn.identification.excitation import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
 from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.integrate import importable
@@ -33,6 +34,30 @@ def trajectory(found: Trajectory) -> list[Markup]:
         _plots(found),
         table(("event", "t, s", ""), events),
         folded("how well the laws of mechanics were kept", table(("", ""), monitors)) if monitors else Markup(""),
+        *notes(found.notes),
+    ]
+
+
+def excitation(found: Excitation) -> list[Markup]:
+    """Return how well an exciting motion tells base parameters, its plots, and how near it comes to its limits."""
+    rows: list[tuple[str, Cell]] = [
+        ("condition number", found.condition),
+        ("condition number of columns of length 1", found.scaled_condition),
+        ("-ln det", found.determinant),
+        ("least distance to a limit, of half its room", found.margin),
+    ]
+    limits = [
+        (one.bound.name, one.bound.low, one.low, one.high, one.bound.high, one.bound.unit, "reached" * one.active)
+        for one in found.reached
+    ]
+    starts = [(f"{k + 1}", one.before, one.after, "" if one.keeps else "leaves limits")
+              for k, one in enumerate(found.starts)]  # fmt: skip
+    return [
+        head(found.scene.name, f"exciting motion, {found.family}, {found.terms} terms, {found.period:g} s"),
+        table(("", ""), rows),
+        _plots(found.run),
+        folded("limits", table(("", "lower", "least", "largest", "upper", "unit", ""), limits)),
+        folded("starts of the search", table(("", f"{found.criterion} as drawn", "as found", ""), starts)),
         *notes(found.notes),
     ]
 
