@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.cli.scene_options import read_scene
-from symdyn.cli.talk import Bar, give, print_paths, print_text, say, wrote
+from symdyn.cli.talk import Bar, give, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import CRITERIA, FAMILIES, excite
@@ -61,10 +61,9 @@ def run_exciting(options: argparse.Namespace) -> int:
     """Find the motion, tell of it, write it."""
     if options.data:
         raise IdentifyError(f"--excite finds a motion to be measured; {options.data[0]} would be the log of one")
-    output = getattr(options, "output", None)
     try:
-        if output:
-            check_record(Path(output))
+        for name in options.output:
+            check_record(Path(name))
         if options.plot:
             check_plot(Path(options.plot))
     except SimulateError as fault:
@@ -80,16 +79,16 @@ def run_exciting(options: argparse.Namespace) -> int:
             progress=progress,
             say=lambda line: say(f"symdyn: {line}"),
         )
-    if output:
-        record(found.run, Path(output))
-        print_paths(output)
+    for name in options.output:
+        record(found.run, Path(name))
+        wrote(name)
     if options.plot:
         plot(found.run, Path(options.plot))
-        (print_paths if output else wrote)(options.plot)
+        wrote(options.plot)
     if options.json:
         columns = dict(zip(found.names, found.run.table()[1].T.tolist(), strict=True))
-        give(found.as_json() | ({} if output else {"columns": columns}))
-    elif output:
+        give(found.as_json() | ({} if options.output else {"columns": columns}))
+    elif options.output:
         print_text("\n".join(found.lines()))
     else:
         for line in found.lines():
