@@ -1,0 +1,102 @@
+"""What large mechanisms take, in processor time: `python benchmarks/large_mechanisms.py [BODIES ..] [--loops N ..]`.
+
+Chains of revolute joints about y and z in turn, their bodies numbers: reading the file, deriving inverse dynamics from
+the scene that was read, C from there, and the whole command `symdyn info`. Rows of four-bars, N closed loops: reading,
+and deriving forward dynamics, loops assembled and decided. Every figure is the least of several processes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from symdyn.scene.starters import starter
+
+HERE = Path(__file__).resolve().parent.parent
+
+BODY = """
+[bodies.b{i}]
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+inertia_about = "com"
+
+[joints.j{i}]
+type = "revolute"
+parent = "{parent}"
+child = "b{i}"
+axis = [0, {y}, {z}]
+origin = [0.2, 0, 0]
+"""
+
+MEASURE = """
+import sys, time
+from symdyn.dynamics import derive
+from symdyn.emit import emit
+from symdyn.program import lower
+from symdyn.scene import read
+times = [time.process_time()]
+scene = read(sys.argv[1])
+times.append(time.process_time())
+equations = derive(scene, [sys.argv[2]])
+times.append(time.process_time())
+if len(sys.argv) > 3:
+    emit(lower(equations), "c")
+    times.append(time.process_time())
+print(*(b - a for a, b in zip(times, times[1:])))
+"""
+
+
+def chain(bodies: int) -> str:
+    """Return a scene file of so many bodies in a row."""
+    parents = ["ground", *(f"b{i}" for i in range(bodies))]
+    parts = [BODY.format(i=i, parent=parents[i], y=i % 2, z=1 - i % 2) for i in range(bodies)]
+    return 'name = "chain"\ngravity = [0, 0, -9.81]\n' + "".join(parts)
+
+
+def main() -> None:
+    """Print a row a chain."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("bodies", nargs="*", type=int, default=[64, 256, 1024, 5000])
+    parser.add_argument("--loops", nargs="*", type=int, default=[10, 40, 200, 1000])
+    parser.add_argument("--runs", type=int, default=3)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        print(f"{'bodies':>8}{'read, s':>12}{'derive, s':>12}{'C, s':>12}{'info, s':>12}{'info, MB':>12}")
+        for bodies in given.bodies:
+            path = Path(folder, f"chain{bodies}.toml")
+            path.write_text(chain(bodies), encoding="utf-8")
+            _show(bodies, [(*_alone(path, "inverse_dynamics", "c"), *_info(path)) for _ in range(given.runs)])
+        print(f"\n{'loops':>8}{'read, s':>12}{'derive, s':>12}")
+        for loops in given.loops:
+            path = Path(folder, f"row{loops}.toml")
+            path.write_text(starter("row", "n_four_bar", loops), encoding="utf-8")
+            _show(loops, [_alone(path, "forward_dynamics") for _ in range(given.runs)])
+
+
+def _show(size: int, found: Sequence[tuple[float, ...]]) -> None:
+    """Print the least of every figure."""
+    print(f"{size:8}" + "".join(f"{min(column):12.2f}" for column in zip(*found, strict=True)), flush=True)
+
+
+def _alone(path: Path, *words: str) -> tuple[float, ...]:
+    """Return processor seconds of reading, of deriving and, if asked, of C."""
+    ran = subprocess.run([sys.executable, "-c", MEASURE, str(path), *words], cwd=HERE, capture_output=True, check=True)
+    return tuple(map(float, ran.stdout.split()))
+
+
+def _info(path: Path) -> tuple[float, float]:
+    """Return processor seconds of `symdyn info`, start and end of the process included, and its memory."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-m", "symdyn", "info", str(path)], cwd=HERE, capture_output=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, after.ru_maxrss / 1024
+
+
+if __name__ == "__main__":
+    main()
