@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.sweep_outcome import add_outcome, check_outcome, tell_outcome
 from symdyn.cli.talk import Bar, give, print_paths, print_table, say
 from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import SimulateError
@@ -95,6 +97,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help=f"{SUFFIX}: a store, kept block by block, with which the same command goes on; or {TABLE} in the end",
     )
+    add_outcome(verb)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -103,6 +106,14 @@ def run(options: argparse.Namespace) -> int:
     file = None if options.output is None else Path(options.output)
     if file is not None:
         _check(file)
+    check_outcome(options)
+    asked = {
+        "until": 10.0 if options.until is None else options.until,
+        "forces": flattened(options.forces),
+        "start": pairs(options.start, "--start") or None,
+        "start_rates": pairs(options.start_rates, "--start-rates") or None,
+        "every": options.every,
+    }
     with Bar(f"sweeping {scene.name}") as progress:
         study = sweep(
             scene,
@@ -129,11 +140,11 @@ def run(options: argparse.Namespace) -> int:
             progress=progress,
             say=say,
         )
-    tell(study, options)
     if file is not None:
         if file.suffix == TABLE:
             study.to_csv(file)
         print_paths(file)
+    tell(study, options, lambda: tell_outcome(study, scene, options, asked))
     return 0 if study.complete else CTRL_C
 
 
@@ -161,9 +172,9 @@ def summary(study: Study) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def tell(study: Study, options: argparse.Namespace) -> None:
-    """Print a summary, and say which runs did not reach their end."""
-    told = summary(study)
+def tell(study: Study, options: argparse.Namespace, outcome: Callable[[], dict[str, Any]]) -> None:
+    """Print a summary and what else comes of a study, and say which runs did not reach their end."""
+    told, columns = summary(study), dict[str, Any]()
     if options.json:
         columns = {} if options.output else {"columns": {name: study[name].tolist() for name in study}}
         give(told | columns)
@@ -183,3 +194,6 @@ def tell(study: Study, options: argparse.Namespace) -> None:
             f"{name} = {value:.6g}" for name, value in zip(study.names, study.values[number], strict=True)
         )
         say(f"run {number} ({values}): {words}")
+    more = outcome()
+    if options.json and more:
+        give(told | more | columns)

@@ -6,7 +6,7 @@ What measures fold is read from the columns of each run.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def ready(task: Task) -> Runner:
             t[row], q[row], u[row] = one.t[-1], one.q[-1], one.qd[-1]
             why.append(_why(one))
             steps += one.steps
-            for inside, kept in _sums(task, one).items():
+            for inside, kept in sums_over(task.insides, one).items():
                 for name in Sums.__dataclass_fields__:
                     getattr(sums[inside], name)[row] = getattr(kept, name)
             if samples is not None:
@@ -74,18 +74,18 @@ def _why(run: Trajectory) -> str:
 _AT = re.compile(r"\bt = [-+.\deinf]+ s\b")
 
 
-def _sums(task: Task, run: Trajectory) -> Mapping[Quantity, Sums]:
-    """Return what is kept of every formula over the rows of a run."""
-    if not task.insides:
+def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity, Sums]:
+    """Return what is kept of formulas over the rows of a run."""
+    if not insides:
         return {}
     known = dict(zip(*(run.names, run.table()[1].T), strict=True))
     known |= {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
     graph = Graph()
-    letters = {graph.symbol(n): known.get(n, np.nan) for one in task.insides for n in one.symbols}
+    letters = {graph.symbol(n): known.get(n, np.nan) for one in insides for n in one.symbols}
     with np.errstate(all="ignore"):
-        found = evaluate([express(one, graph) for one in task.insides], Batches(), letters)
+        found = evaluate([express(one, graph) for one in insides], Batches(), letters)
         rows: list[Array] = [np.broadcast_to(np.asarray(y, dtype=np.float64), run.t.shape) for y in found]
-        return {one: sums_of(run.t, y) for one, y in zip(task.insides, rows, strict=True)}
+        return {one: sums_of(run.t, y) for one, y in zip(insides, rows, strict=True)}
 
 
 WAY = Way("each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)

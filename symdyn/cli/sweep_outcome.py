@@ -1,0 +1,105 @@
+"""What `symdyn sweep` tells of a study beside its summary: plots, Sobol's indices, error bars to first order."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from symdyn.cli.talk import print_table, say, wrote
+from symdyn.errors import SimulateError
+from symdyn.rounding import in_digits
+from symdyn.scene import Scene
+from symdyn.study.beside import beside
+from symdyn.study.design import SALTELLI
+from symdyn.study.indices import indices
+from symdyn.study.plots import PLOTS, check_study_plot, plot
+from symdyn.study.study import Study
+
+DIGITS = 4
+
+
+def add_outcome(verb: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    kinds = "; ".join(f"{name}: {row.says}" for name, row in PLOTS.items())
+    group = verb.add_argument_group("what comes of it")
+    group.add_argument("--plot", metavar="FILE", help="a picture: .svg, .pdf, .png or .html")
+    group.add_argument("--plot-kind", metavar="NAME", help=f"{kinds} (default: what fits)")
+    group.add_argument(
+        "--first-order",
+        action="store_true",
+        help="standard deviations by derivatives of one run, beside those of all runs; it is said where they differ",
+    )
+
+
+def check_outcome(options: argparse.Namespace) -> None:
+    """Raise SimulateError for what could not be told in the end."""
+    check_study_plot(None if options.plot is None else Path(options.plot), options.plot_kind)
+    if options.plot is None and options.plot_kind is not None:
+        raise SimulateError("--plot-kind: of --plot FILE, which is not given")
+    if options.first_order and options.function is not None:
+        raise SimulateError("--first-order is of runs, and --function makes none; leave one of the two away")
+
+
+def tell_outcome(study: Study, scene: Scene, options: argparse.Namespace, asked: dict[str, Any]) -> dict[str, Any]:
+    """Print and write what is asked for; return the same for JSON."""
+    told: dict[str, Any] = {}
+    if study.about.get("design") == SALTELLI:
+        told["indices"] = _indices(study, options.json)
+    if options.first_order:
+        told["first_order"] = _first_order(study, scene, options, asked)
+    if options.plot is not None:
+        plot(study, Path(options.plot), kind=options.plot_kind)
+        wrote(options.plot)
+    return told
+
+
+def _indices(study: Study, quiet: bool) -> dict[str, Any]:
+    """Return Sobol's indices of all measures, and print them."""
+    told: dict[str, Any] = {}
+    rows = []
+    for measure in study.measures:
+        try:
+            found = indices(study, measure)
+        except SimulateError as fault:  # too few runs have a value: the others are told
+            say(str(fault))
+            continue
+        for note in found.notes:
+            say(note)
+        told[measure] = {
+            name: {
+                "first": float(found.first[k]), "first_interval": found.first_interval[k].tolist(),
+                "total": float(found.total[k]), "total_interval": found.total_interval[k].tolist(),
+            }
+            for k, name in enumerate(found.names)
+        }  # fmt: skip
+        for name, one in told[measure].items():
+            shown = (
+                in_digits(one[key], DIGITS) + " (" + " … ".join(in_digits(x, 2) for x in one[f"{key}_interval"]) + ")"
+                for key in ("first", "total")
+            )
+            rows.append((measure, name, *shown))
+    if rows and not quiet:
+        print_table("Sobol's indices, with 95 % intervals", ("measure", "name", "first order ", "total "), rows)
+    return told
+
+
+def _first_order(study: Study, scene: Scene, options: argparse.Namespace, asked: dict[str, Any]) -> dict[str, Any]:
+    """Return standard deviations both ways, and print them."""
+    found = beside(study, scene, options.over, options.measure, **asked)
+    rows = []
+    for one in found:
+        shares = ", ".join(f"{name} {in_digits(100 * part, 3)} %" for name, part in one.shares.items())
+        unit = study.units.get(one.measure, "")
+        rows.append((one.measure, unit, in_digits(one.first_order, 6), in_digits(one.runs, 6), shares))
+        if not one.near:
+            say(
+                f"{one.measure}: sd {in_digits(one.first_order, 3)} to first order, {in_digits(one.runs, 3)} over "
+                f"{len(study)} runs: it is not linear over what varies; trust the runs"
+            )
+    if not options.json:
+        print_table("standard deviations", ("measure", "unit", "first order ", "runs ", "variance is due to"), rows)
+    return {
+        one.measure: {"first_order": one.first_order, "runs": one.runs, "shares": dict(one.shares), "near": one.near}
+        for one in found
+    }

@@ -1,0 +1,113 @@
+"""Measures of a run to first order, beside the same measures over many runs: where they differ, something is nonlinear.
+
+A fold is taken of the run as it is to first order on both sides of every uncertain name: the largest value follows the
+sample where it is, and a measure that jumps from one sample to another has no derivative there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import SimulateError
+from symdyn.scene import SceneLike, bind, scene_of
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.ensemble.measures import Measure, read_measures
+from symdyn.simulation.ensemble.one_by_one import sums_over
+from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.forward import simulate
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.forces import read_forces
+from symdyn.simulation.prescribed.formulas_in_time import close, noted
+from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.variations import variations
+from symdyn.study.spread import read_spread
+from symdyn.study.study import Study
+
+NEAR = 0.1
+"""Part by which two standard deviations may differ, beside what so few runs leave open."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """The standard deviation of one measure, two ways.
+
+    Attributes:
+        measure: its name.
+        first_order: by derivatives.
+        runs: of the runs that have a value.
+        shares: which part of the former's square each name is to blame for.
+        near: whether they agree as far as so many runs can tell.
+    """
+
+    measure: str
+    first_order: float
+    runs: float
+    shares: Mapping[str, float]
+    near: bool
+
+
+def beside(
+    study: Study,
+    scene: SceneLike,
+    over: Mapping[str, Any] | Iterable[str] | str,
+    measures: Sequence[str],
+    *,
+    forces: Any = (),
+    until: float = 10.0,
+    start: Any = None,
+    start_rates: Any = None,
+    every: float | None = None,
+) -> tuple[Beside, ...]:
+    """Return the standard deviations of measures to first order beside those of a study; arguments as of `sweep`.
+
+    Raises:
+        SimulateError: with every fault; or a measure without a value at the means.
+    """
+    scene, faults = scene_of(scene), Faults("")
+    spread = None
+    with noted(faults):
+        spread = read_spread(scene, over, None, faults)
+    close(faults)
+    assert spread is not None, "what is missing is a fault"
+    parameters, places, rates = spread.moved(scene)
+    scene = bind(scene, parameters) if parameters else scene
+    named = [text.partition("=") for text in measures]
+    names = [name.strip() for name, _, _ in named]
+    read = read_measures(scene, [formula.strip() if equals else name for name, equals, formula in named], faults)
+    close(faults)
+    given = read_forces(scene, forces)
+    initial = read_start(scene, {**(start or {}), **places}, {**(start_rates or {}), **rates})
+    run = simulate(scene, given, until, initial, every=every, say=lambda _: None)
+    found = variations(run, given, initial, spread.names)
+    slopes = np.zeros((len(read), len(spread.names)))
+    for k in range(len(spread.names)):
+        step = found.step(k)
+        ahead, behind = (_values(found.beside(k, sign * step), read) for sign in (1, -1))
+        slopes[:, k] = (ahead - behind) / (2 * step)
+    lacking = [name for name, row in zip(names, slopes, strict=True) if not np.all(np.isfinite(row))]
+    if lacking:
+        raise SimulateError(f"{scene.name}: to first order there is no value of {', '.join(lacking)}")
+    told = []
+    for name, row in zip(names, slopes, strict=True):
+        parts = row * (spread.covariance @ row)
+        first, many = sqrt(max(float(parts.sum()), 0.0)), study.sd(name)
+        shares = {
+            one: float(part / parts.sum()) if first else 0.0 for one, part in zip(spread.names, parts, strict=True)
+        }
+        count = max(len(study.known(name)), 2)
+        near = abs(many - first) <= (NEAR + 3 / sqrt(2 * count)) * max(first, many)
+        told.append(Beside(name, first, many, shares, near))
+    return tuple(told)
+
+
+def _values(run: Trajectory, measures: Sequence[Measure]) -> Array:
+    """Return measures of one run, shape (measures,)."""
+    sums = sums_over(tuple(dict.fromkeys(inside for one in measures for inside in one.insides)), run)
+    known = {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
+    return np.array([float(one.value(sums, known)) for one in measures])
