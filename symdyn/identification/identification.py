@@ -82,7 +82,7 @@ class Identification(Shown):
         """Return the interval of each parameter that holds its value with this probability, shape (p, 2)."""
         from scipy.stats import t
 
-        wide = float(t.ppf(0.5 + level / 2, max(self.regression.dof, 1))) * self.errors
+        wide = float(t.ppf(0.5 + level / 2, self.regression.freedom)) * self.errors
         return np.stack([self.after - wide, self.after + wide], axis=1)
 
     def __getitem__(self, name: str) -> float:

@@ -1,8 +1,9 @@
 """Weighted least squares on rows of a base regressor: parameters, their covariance, and what noise was left.
 
     Y β = τ + e         a row for each joint and cosine of the band (`filtered.projected`)
-    s_j(f)              variance of e by joint and frequency: constant, f² and f⁴ (noise of positions, differentiated
-                        twice), and slow (what the model lacks), none negative, from residuals that fit their leverage
+    s_j(f)              variance of e by joint and frequency: constant; f² and f⁴ (noise of positions, differentiated
+                        twice) and slow (what the model lacks) where the likelihood insists; from residuals over what
+                        their leverage leaves of them
     R                   correlation of joints, which one noisy position makes
     Cov β = A⁻¹ Yᵀ W Ω W Y A⁻¹,  A = Yᵀ W Y,  W = diag 1/s,  Ω = s^½ R s^½ at equal frequencies
 
@@ -31,6 +32,12 @@ LEAST = 1e-9
 ALONE = 1e-3
 """Share of what is not told in a parameter, below which it is told by itself."""
 
+CLEAR, LOW = 9.0, 0.02
+"""Gain of twice the logarithm of likelihood from which noise has one colour more; least variance, part of the mean."""
+
+SURE = 3.0
+"""Standard deviations from which a correlation of two joints is one."""
+
 MIXED = 0.05
 """Part of a direction below which a parameter is there by noise."""
 
@@ -57,6 +64,8 @@ class Regression:
         condition: of the weighted rows, columns scaled to one, in the directions that are told.
         dof: rows less parameters told.
         deviation: standard deviation of the noise of each velocity's rows, shape (nv,); NaN where there are none.
+        shares: of each velocity's rows, how many degrees of freedom the estimate took, and how many it left, from
+            which its noise was told, shape (nv, 2).
     """
 
     names: tuple[str, ...]
@@ -73,6 +82,7 @@ class Regression:
     condition: float
     dof: int
     deviation: Array
+    shares: Array
 
     @property
     def residuals(self) -> Array:
@@ -86,6 +96,28 @@ class Regression:
         found = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         found[~self.told] = np.nan
         return found
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom of a standard error: those that the noise of one velocity was told from, at least."""
+        left = self.shares[self.shares[:, 0] > 0, 1]
+        return max(1.0, float(left.min())) if len(left) else 1.0
+
+    def reach(self, level: float = 0.95) -> float:
+        """Return the bound of (β - estimate)ᵀ information (β - estimate) that holds with a probability.
+
+        The square is a sum over velocities of chi-square variables over noise told from few rows each: mean and
+        variance of F distributions, added and matched by one chi-square (Satterthwaite 1946).
+        """
+        from scipy.stats import chi2
+
+        mean = spread = 0.0
+        for taken, left in self.shares:
+            if taken > 0:
+                n = max(float(left), 5.0)
+                mean += taken * n / (n - 2)
+                spread += 2 * taken * n**2 * (taken + n - 2) / ((n - 2) ** 2 * (n - 4))
+        return float(spread / (2 * mean) * chi2.ppf(level, 2 * mean**2 / spread)) if mean else 0.0
 
     @property
     def told(self) -> Flags:
@@ -143,10 +175,11 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
     leverage = np.minimum(np.sum(basis**2, axis=1), 0.98)
     correlation = _correlation(residuals * weights / np.sqrt(1 - leverage), joint, rows.group, joints)
     covariance, information = _covariance(Y * weights[:, None], basis, correlation, joint, rows.group, scale, untold)
+    shares = np.array([(leverage[joint == j].sum(), (1 - leverage[joint == j]).sum()) for j in range(joints)])
     shown = np.array([np.sqrt(np.mean(variance[joint == j])) if (joint == j).any() else np.nan for j in range(joints)])
     return Regression(
         tuple(names), Y, tau, joint, rows.frequency, weights, beta, covariance, information, untold, scale, condition,
-        len(tau) - (len(beta) - len(untold)), shown,
+        len(tau) - (len(beta) - len(untold)), shown, shares,
     )  # fmt: skip
 
 
@@ -196,23 +229,42 @@ def _cleared(rows: Array) -> Array:
 
 def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:
     """Return the variance of every row by joint and frequency, `part` of the band."""
-    from scipy.optimize import nnls
-
     found = np.empty(len(residuals))
     for j in range(joints):
         of = joint == j
-        if not of.any():
-            continue
-        square = residuals[of] ** 2 / (1 - leverage[of])
-        f = part[of]
-        terms = np.stack([np.ones_like(f), f**2, f**4, 1 / (1 + (f / 0.1) ** 2)], axis=1)
-        least = 1e-12 * max(float(np.mean(square)), 1e-300)
-        fitted = np.full(len(square), max(float(np.mean(square)), 1e-300))
-        for _ in range(6):
-            coefficients, _ = nnls(terms / fitted[:, None], square / fitted)
-            fitted = np.maximum(terms @ coefficients, least)
-        found[of] = fitted
+        if of.any():
+            found[of] = _coloured(residuals[of] ** 2 / (1 - leverage[of]), part[of])
     return found
+
+
+def _coloured(square: Array, f: Array) -> Array:
+    """Return the expectation of squares over frequency: constant, and with each term that the data insist on."""
+    from scipy.optimize import nnls
+
+    mean = max(float(np.mean(square)), 1e-300)
+    best = np.full(len(square), mean)
+    terms = [np.ones_like(f)]
+    others = [f**2, f**4, 1 / (1 + (f / 0.1) ** 2)]
+    while others:
+        tried = []
+        for one in others:
+            design, fitted = np.stack([*terms, one], axis=1), best
+            for _ in range(6):
+                fitted = design @ nnls(design / fitted[:, None], square / fitted)[0]
+                fitted = np.maximum(fitted, LOW * mean)
+            tried.append(fitted)
+        gains = [_likely(square, fitted) - _likely(square, best) for fitted in tried]
+        k = int(np.argmax(gains))
+        if gains[k] < CLEAR:
+            break
+        best = tried[k]
+        terms.append(others.pop(k))
+    return best
+
+
+def _likely(square: Array, variance: Array) -> float:
+    """Return twice the logarithm of the likelihood of squares of normal numbers."""
+    return -float(np.sum(np.log(variance) + square / variance))
 
 
 def _correlation(z: Array, joint: Indices, group: Indices, joints: int) -> Array:
@@ -224,6 +276,7 @@ def _correlation(z: Array, joint: Indices, group: Indices, joints: int) -> Array
     found = table.T @ table / count
     size = np.sqrt(np.maximum(np.diag(found), 1e-300))
     correlation: Array = found / np.outer(size, size)
+    correlation = np.where(np.abs(correlation) > SURE / np.sqrt(count), correlation, 0.0)
     np.fill_diagonal(correlation, 1.0)
     return correlation
 
