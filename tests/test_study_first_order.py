@@ -82,6 +82,17 @@ def test_monte_carlo_finds_the_same_standard_deviations() -> None:
         assert float(np.std(runs[f"end({name})"])) == pytest.approx(float(found[name][-1]), rel=0.07)
 
 
+@pytest.mark.slow
+def test_monte_carlo_finds_the_same_where_loops_close() -> None:
+    scene, n = symdyn.example("four_bar"), 300
+    found = symdyn.uncertainty(scene, {"a": 0.003, "b": 0.009, "m2": 0.1}, until=1, columns=["phi", "phi_dot"])
+    generator = np.random.default_rng(2)
+    drawn = {name: generator.normal(*of, n) for name, of in (("a", (1, 0.003)), ("b", (3, 0.009)), ("m2", (3, 0.1)))}
+    runs = symdyn.ensemble(scene, until=1, values=drawn, measures=["end(phi)", "end(phi_dot)"])
+    for name in found.names:
+        assert float(np.std(runs[f"end({name})"])) == pytest.approx(float(found[name][-1]), rel=0.12)
+
+
 def test_forces_of_a_motion_have_the_variance_that_their_formula_says() -> None:
     found = symdyn.uncertainty(
         symdyn.example("cart_pole"),
