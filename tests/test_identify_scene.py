@@ -214,3 +214,11 @@ def test_the_ending_says_what_is_written(arm, tmp_path, monkeypatch, capsys):
     assert "page.pdf: -o writes .html, .toml, .urdf, .csv files" in told
     assert "--total-mass: -1 is no mass" in told
     assert Path("found.toml").read_text() == before
+
+
+def test_a_notebook_shows_both(found, made):
+    shown = found._repr_mimebundle_()
+    assert f">{found.names[0]}<" in shown["text/html"]
+    assert shown["text/plain"] == repr(found)
+    assert repr(made) == "<Identified puma560: inertias that bodies can have>"
+    assert ">link3<" in made._repr_mimebundle_()["text/html"]

@@ -53,6 +53,10 @@ class Identification(Shown):
     used: tuple[Flags, ...]
     held: tuple[Flags, ...]
 
+    def __repr__(self) -> str:
+        told = f"{int(self.regression.told.sum())} of {len(self.names)} base parameters told"
+        return f"<Identification of {self.scene.name}: {told}, condition number {self.regression.condition:.3g}>"
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the base parameters, shape (p,)."""

@@ -28,6 +28,7 @@ from symdyn.scene.values.model import Body
 from symdyn.scene.values.names import choice, listed
 from symdyn.scene.values.quantity import Quantity, number
 from symdyn.scene.values.value import value_of
+from symdyn.shown import Shown
 
 DIGITS = 10
 """Significant digits that identified numbers are written with."""
@@ -37,7 +38,7 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Identified:
+class Identified(Shown):
     """A scene with the parameters that were found.
 
     Attributes:
@@ -53,6 +54,10 @@ class Identified:
     physical: Physical | None
     named: Named | None
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        how = "values of parameters with names" if self.physical is None else "inertias that bodies can have"
+        return f"<Identified {self.scene.name}: {how}>"
 
 
 def identified(

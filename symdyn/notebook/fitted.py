@@ -1,8 +1,9 @@
-"""Parameters that were found by simulated runs, in a notebook."""
+"""Parameters that were found from measured motion, and scenes that have them, in a notebook."""
 
 from __future__ import annotations
 
-from symdyn.identification import OutputFit
+from symdyn.identification import Identification, Identified, OutputFit
+from symdyn.identification.unknowns import ten_of_body
 from symdyn.notebook.page import Markup, head, note, notes, table
 
 
@@ -16,3 +17,43 @@ def output_fit(found: OutputFit) -> list[Markup]:
         note(f"residuals: {scatter}; condition number {found.condition:.3g}; {found.dof} degrees of freedom"),
         *notes(found.notes),
     ]
+
+
+def identification(found: Identification) -> list[Markup]:
+    """Return base parameters before and after, how well forces are predicted, and what could not be told."""
+    regression = found.regression
+    columns = zip(found.names, found.before, found.after, found.errors, regression.told, strict=True)
+    rows = [(n, float(b), float(a), float(e) if told else "not told") for n, b, a, e, told in columns]
+    fits = [(one.drive, one.unit, one.size, one.error, one.held_back) for one in found.fits]
+    return [
+        head(found.scene.name, f"{int(regression.told.sum())} of {len(found.names)} base parameters are told"),
+        table(("", "before", "after", "standard error"), rows, "base parameters"),
+        table(("", "unit", "measured", "error", "error held back"), fits, "driving forces, root mean squares"),
+        note(
+            f"condition number {regression.condition:.3g}; band {found.band:.3g} Hz; "
+            f"{regression.dof} degrees of freedom"
+        ),
+        *notes(found.notes),
+    ]
+
+
+def identified(found: Identified) -> list[Markup]:
+    """Return bodies, or parameters with names, before and after."""
+    parts = [head(found.scene.name, "identified")]
+    if found.named is not None:
+        one = found.named
+        columns = zip(one.names, one.before, one.values, one.errors, strict=True)
+        rows = [(name, float(before), float(value), float(error)) for name, before, value, error in columns]
+        parts.append(table(("", "before", "after", "standard error"), rows, "parameters with names"))
+    if found.physical is not None:
+        known = found.physical.unknowns
+        both = (("before", known.ten(known.values)), ("after", known.ten(found.physical.values)))
+        bodies = [
+            (name, when, mass, *map(float, (*centre, *moments)))
+            for k, name in enumerate(known.bodies)
+            for when, ten in both
+            for mass, centre, moments, _ in [ten_of_body(ten[k])]
+        ]
+        heads = ("", "", "mass, kg", "x, m", "y, m", "z, m", "I1, kg m\u00b2", "I2", "I3")
+        parts.append(table(heads, bodies, "masses, centres of mass, principal moments"))
+    return [*parts, *notes(found.notes)]

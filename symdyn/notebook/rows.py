@@ -17,6 +17,8 @@ NOUNS = {
     "symdyn.dynamics.roads.named_functions:Equations": "functions:derived",
     "symdyn.emit.print.equations_of_motion:EquationsOfMotion": "mathematics:equations_of_motion",
     "symdyn.emit.print.sympy_equations:SympyEquations": "mathematics:sympy_equations",
+    "symdyn.identification.identification:Identification": "fitted:identification",
+    "symdyn.identification.scene:Identified": "fitted:identified",
     "symdyn.identification.output_fit:OutputFit": "fitted:output_fit",
     "symdyn.identification.excitation:Excitation": "runs:excitation",
     "symdyn.linear.linearization:Linearization": "first_order:linearization",
