@@ -48,8 +48,8 @@ def identified(found: Identified) -> list[Markup]:
     if found.physical is not None:
         known = found.physical.unknowns
         both = (("before", known.ten(known.values)), ("after", known.ten(found.physical.values)))
-        bodies = [
-            (name, when, mass, *map(float, (*centre, *moments)))
+        bodies: list[list[str | int | float | Markup]] = [
+            [name, when, mass, *map(float, (*centre, *moments))]
             for k, name in enumerate(known.bodies)
             for when, ten in both
             for mass, centre, moments, _ in [ten_of_body(ten[k])]
