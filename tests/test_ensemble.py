@@ -13,8 +13,9 @@ import pytest
 import symdyn
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.graph import Graph
+from symdyn.notebook import bundle
 from symdyn.scene import bind, velocity_name
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
@@ -253,3 +254,15 @@ def test_series_abreast_are_runs_of_simulate(name: str) -> None:
         np.testing.assert_allclose(runs.qd[k], one.qd[-1], atol=1e-9)
     np.testing.assert_allclose(same.q, runs.q, atol=1e-9)
     np.testing.assert_allclose(same[text], runs[text], atol=1e-9)
+
+
+def test_an_ensemble_is_shown_and_is_a_table() -> None:
+    runs = symdyn.ensemble(bound("pendulum"), until=1.0, start={"q1": [0.1, 0.2]}, measures="max(q1)")
+    html = bundle(runs)["text/html"]
+    assert "2 runs" in html
+    assert "max(q1)" in html
+    table = runs.to_pandas()
+    assert list(table["stopped"]) == ["end", "end"]
+    np.testing.assert_array_equal(table["max(q1)"], runs["max(q1)"])
+    with pytest.raises(UnknownNameError, match=r"max\(q1\)"):
+        runs["max(q2)"]
