@@ -168,7 +168,8 @@ def test_the_verb_writes_a_motion_that_inverse_reads(tmp_path: Path, capsys: pyt
         (["log.csv", "--excite"], "log.csv would be the log of one"),
         (["--excite", "--plot", "motion.txt"], "motion.txt"),
         (["--excite", "-o", "motion.toml"], "motion.toml"),
-        (["--excite", "--noise", "M1"], '--noise: "M1" is not'),
+        (["--excite", "--noise", "M1"], '"M1" is not name=formula'),
+        (["--excite", "--noise", "M1=much"], "M1=much is no number"),
         (["--excite", "--box", "q1=2", "--noise", "M3=1"], "is no box"),
     ],
 )

@@ -9,7 +9,7 @@ from typing import Any
 
 from symdyn.cli.scene_options import read_scene
 from symdyn.cli.talk import Bar, give, print_text, say, wrote
-from symdyn.cli.trajectory_options import flattened
+from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import CRITERIA, FAMILIES, excite
 from symdyn.simulation.plot import check_plot, plot
@@ -100,12 +100,11 @@ def run_exciting(options: argparse.Namespace) -> int:
 def _noise(text: str | None) -> dict[str, float]:
     """Return the standard deviations of `tau1=0.5,tau2=0.2`."""
     found, faults = {}, []
-    for part in (text or "").split(",") if text is not None else ():
-        name, _, number = (piece.strip() for piece in part.partition("="))
+    for name, number in pairs(text, "--noise").items():
         try:
             found[name] = float(number)
         except ValueError:
-            faults.append(f'--noise: "{part}" is not name=number, such as tau1=0.5')
+            faults.append(f"--noise: {name}={number} is no number; give N m or N, such as tau1=0.5")
     if faults:
         raise IdentifyError(faults)
     return found
