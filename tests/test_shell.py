@@ -42,6 +42,11 @@ LINES = {  # what a verb is asked, its exit status, what its result must hold
         0,
         lambda told: told["runs"] == 2 and told["columns"]["q1"] == [0.1, 0.2],
     ),
+    "identify": (
+        ["identify", PENDULUM, "--excite", "--starts", "1", "--terms", "2", "--period", "2", "--every", "0.1"],
+        0,
+        lambda told: 1 <= told["condition"] < 10,
+    ),
     "linearize": (["linearize", PENDULUM], 0, lambda told: told["kind"] == "rest"),
     "bench": (
         ["bench", PENDULUM, "--quick", "--functions", "mass_matrix", "--no-trajectories"],
