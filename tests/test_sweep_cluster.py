@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import signal
 import time
 from collections.abc import Iterator
@@ -201,3 +202,59 @@ def test_ctrl_c_waits_for_what_is_under_way_and_begins_no_more(where: str) -> No
     assert len(done) == len(set(done))
     assert 5 <= len(done) <= 5 + 2 * cluster.AHEAD * 2
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+PLACES = {
+    "over": ["m1=uniform(1,2)", "m2=normal(2,0.1)", "h1=lognormal(1,0.1)", "q1=linspace(0,1,3)"],
+    "measure": ["M1", "max(abs(M2))"],
+    "function": "inverse_dynamics",
+    "at": "q2=0.3,q1_ddot=1",
+    "values": {"h2": 0.5, "g": 9.81},
+    "design": "random",
+    "count": 3000,
+    "seed": 5,
+}
+
+
+def swept(**more: Any) -> symdyn.study.Study:
+    return symdyn.sweep(symdyn.example("two_link"), **(PLACES | more))
+
+
+@pytest.mark.runs("cc")
+def test_a_sweep_whose_worker_is_killed_has_the_same_bytes(tmp_path: Path) -> None:
+    expected, killed = swept(block=100), []
+
+    def kill(share: float) -> None:
+        if share > 0.2 and not killed:
+            killed.extend(client.run(os.getpid).values())
+            os.kill(killed[0], signal.SIGKILL)
+
+    with local(2) as client:
+        found = swept(block=100, scheduler=client, output=tmp_path / "killed.zarr", progress=kill)
+
+    assert killed
+    assert found.complete
+    assert np.asarray(found.values).tobytes() == np.asarray(expected.values).tobytes()
+    for name in expected.measures:
+        assert found[name].tobytes() == expected[name].tobytes()
+
+
+@pytest.mark.runs("cc")
+def test_a_sweep_that_is_interrupted_on_one_cluster_goes_on_on_another(tmp_path: Path) -> None:
+    path, shares = tmp_path / "two.zarr", []
+
+    def stop(share: float) -> None:
+        shares.append(share)
+        if len(shares) == 5:
+            signal.raise_signal(signal.SIGINT)
+
+    first = swept(block=100, scheduler="threads", workers=2, output=path, progress=stop)
+    assert 0 < first.left < 3000
+    assert "the same command goes on" in first.notes[-1]
+    shares.clear()
+    with local(1) as client:
+        found = swept(block=100, scheduler=client.scheduler.address, output=path, progress=shares.append)
+
+    assert len(shares) == first.left / 100, "no block is computed twice"
+    expected = swept(block=700)
+    assert all(found[name].tobytes() == expected[name].tobytes() for name in expected.measures)

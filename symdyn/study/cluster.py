@@ -14,6 +14,7 @@ from itertools import islice
 from typing import Any
 from uuid import uuid4
 
+import dask
 import distributed
 from distributed.scheduler import KilledWorker, NoValidWorkerError
 
@@ -236,6 +237,7 @@ def on_this_machine(processes: bool, workers: int | None, say: Say) -> Iterator[
     kinds = {"n_workers": count, "threads_per_worker": 1, "preload": "symdyn.study.local_worker"}
     threads = {"n_workers": 1, "threads_per_worker": count}
     with (
+        dask.config.set({"distributed.worker.profile.enabled": False}),  # which looks at every block each 10 ms
         distributed.LocalCluster(
             processes=processes,
             dashboard_address="127.0.0.1:0",  # with None, Dask warns where another cluster has its usual port

@@ -19,7 +19,7 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation.ensemble.measures import FOLDS, read_measure
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula, words
-from symdyn.simulation.prescribed.numbers_in_time import columns_of, read_columns
+from symdyn.simulation.prescribed.numbers_in_time import read_columns
 from symdyn.study.design import read_design
 from symdyn.study.distributions import Over, read_over
 from symdyn.study.job import Job, Measured, read_measured
@@ -155,10 +155,21 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
             number = None if formula is None else number_of(formula, values, f"at: {name}", faults)
             found[str(name)] = np.asarray(np.nan if number is None else number)
         else:
-            with noted(faults):
-                array = np.atleast_1d(np.asarray(said))
-                found[str(name)] = columns_of("at", np.arange(float(array.shape[0])), {str(name): array}).values[name]
+            array = _array(said)
+            if array is None:
+                faults.add("at", f"{name} is no finite numbers, one or an array (S,)")
+            found[str(name)] = np.zeros(()) if array is None else array
     return _told(found)
+
+
+def _array(said: Any) -> Array | None:
+    """Return numbers, shape () or (S,); None of what is none."""
+    try:
+        found = np.asarray(said)
+    except ValueError:  # rows of several lengths
+        return None
+    fits = found.ndim < 2 and found.dtype.kind in "iuf" and found.size > 0 and bool(np.isfinite(found).all())
+    return found.astype(np.float64) if fits else None
 
 
 def _told(found: dict[str, Array]) -> tuple[dict[str, Array], str]:
