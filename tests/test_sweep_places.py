@@ -15,6 +15,8 @@ from symdyn.study import place_block
 
 ARM = symdyn.example("two_link")
 
+FILE = str(Path(symdyn.__file__).parent.parent / "examples" / "two_link.toml")
+
 FIXED = {"h1": 1, "h2": 1, "g": 9.81}
 
 OVER = ["m1=uniform(1,2)", "m2=normal(1,0.1)", "q1=[0,0.5,1]"]
@@ -124,7 +126,7 @@ def test_what_does_not_fit_is_told(more: dict[str, Any], words: str) -> None:
 
 
 def test_the_command_line_sweeps_a_function(capsys: pytest.CaptureFixture[str]) -> None:
-    given = ["sweep", "two_link", "--bind", "m2=1,h1=1,h2=1,g=9.81", "--over", "m1=[1,2]", "--measure", "M1"]
+    given = ["sweep", FILE, "--bind", "m2=1,h1=1,h2=1,g=9.81", "--over", "m1=[1,2]", "--measure", "M1"]
 
     assert main([*given, "--function", "inverse_dynamics", "--at", "q1=0.3,q1_ddot=1"]) == 0
     assert "M1" in capsys.readouterr().out
