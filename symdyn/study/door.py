@@ -135,7 +135,11 @@ def sweep(
     if function is not None or at is not None:
         runs = {"until": until, "forces": forces, "start": start, "start_rates": start_rates, "every": every}
         runs |= {"method": method, "rtol": rtol, "atol": atol, "ignore_limits": ignore_limits or None}
-        for name in [name for name, said in runs.items() if said is not None and said != ()]:
+        for name in [
+            name
+            for name, said in runs.items()
+            if said is not None and not (isinstance(said, (tuple, list, dict)) and not said)
+        ]:
             faults.add(name.replace("_", " "), "of runs, and a function has none; leave it out")
         job = at_places(bound, function or USUAL, at, over, measure, design, count, seed, block, faults)
         return made(job, path, block is not None, scheduler, workers, progress, say)
