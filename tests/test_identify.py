@@ -260,3 +260,16 @@ def test_the_same_log_gives_the_same_bytes() -> None:
 
     assert one.after.tobytes() == other.after.tobytes()
     assert one.covariance.tobytes() == other.covariance.tobytes()
+
+
+def test_the_verb_fits_runs_where_forces_say_nothing(tmp_path: Path, capsys: Capture) -> None:
+    scene = EXAMPLES / "pendulum.toml"
+    run = symdyn.simulate(symdyn.read(scene), until=2, start={"q1": 1}, values={"b": 0.03}, every=0.02)
+    file = tmp_path / "log.csv"
+    file.write_text(run.to_csv())
+
+    assert main(["identify", str(scene), str(file), "--by", "output-error", "--parameters", "b"]) == 0
+    (line,) = [one for one in capsys.readouterr().out.splitlines() if one.strip().startswith("b ")]
+    assert "0.03" in line
+    assert main(["identify", str(scene), str(file), "--by", "output-error", "--band", "3"]) == 1
+    assert "--band: is of --by regression" in capsys.readouterr().err

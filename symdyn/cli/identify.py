@@ -7,6 +7,7 @@ import math
 
 from symdyn.cli.excite_options import add_exciting, check_exciting, run_exciting
 from symdyn.cli.identify_files import add_file_options, check_files, write_files
+from symdyn.cli.identify_runs import OUTPUT_ERROR, add_run_options, run_output_error
 from symdyn.cli.scene_options import add_reading_options, again, read_scene
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
@@ -41,6 +42,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
     add_file_options(verb)
+    add_run_options(verb)
     add_exciting(verb)
 
 
@@ -55,6 +57,8 @@ def run(options: argparse.Namespace) -> int:
             f"{scene.name}: no data; give a CSV file, as in `symdyn identify {options.scene} log.csv`, with the "
             "columns t, coordinates and driving forces"
         )
+    if options.by == OUTPUT_ERROR:
+        return run_output_error(scene, options)
     check_files(options)
     terms = [one.strip() for one in split_commas(options.friction or "")]
     with Waiting() as progress:

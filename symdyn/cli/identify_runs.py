@@ -1,0 +1,52 @@
+"""`symdyn identify --by output-error`: parameters with which simulated runs are closest to measured ones."""
+
+from __future__ import annotations
+
+import argparse
+
+from symdyn.cli.talk import Waiting, finite, give, print_table, say
+from symdyn.cli.trajectory_options import pairs
+from symdyn.errors import IdentifyError
+from symdyn.rounding import in_digits
+from symdyn.scene import Scene
+from symdyn.scene.values.formula import split_commas
+
+OUTPUT_ERROR = "output-error"
+
+
+def add_run_options(verb: argparse.ArgumentParser) -> None:
+    """Add what output error takes."""
+    group = verb.add_argument_group("output error, for closed mechanisms and what is not measured")
+    group.add_argument("--by", choices=("regression", OUTPUT_ERROR), default="regression", help="default: regression")
+    group.add_argument("--parameters", metavar="LIST", help="names that are looked for; else all that the data tell")
+    group.add_argument("--start", metavar="LIST", help="guesses of coordinates at the start that were not measured")
+
+
+def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
+    """Fit runs, print.
+
+    Raises:
+        IdentifyError: options of the other way, and what the data do not tell.
+    """
+    from symdyn.identification import output_error
+
+    given = {"-o": options.output, "--band": options.band, "--friction": options.friction, "--units": options.units}
+    faults = [f"{name}: is of --by regression; leave it out" for name, value in given.items() if value]
+    if faults:
+        raise IdentifyError(faults)
+    names = [name for part in split_commas(options.parameters or "") if (name := part.strip())]
+    with Waiting() as progress:
+        progress("fitting runs")
+        found = output_error(scene, options.data, names or None, start=pairs(options.start, "--start") or None)
+    for note in found.notes:
+        say(note)
+    rows = found.table()
+    if options.json:
+        keys = ("name", "unit", "before", "after", "standard_error")
+        give(
+            finite({"estimates": [dict(zip(keys, row, strict=True)) for row in rows], "degrees_of_freedom": found.dof})
+        )
+        return 0
+    shown = [(*row[:2], in_digits(row[2], 5), in_digits(row[3], 5), in_digits(row[4], 2)) for row in rows]
+    print_table(f"parameters of {scene.name}", ("parameter", "unit", "before ", "after ", "standard error "), shown)
+    return 0
