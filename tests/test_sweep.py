@@ -437,6 +437,35 @@ def test_a_sweep_that_is_stopped_loses_no_block_and_makes_none_twice(
     assert same(symdyn.study.open(tmp_path / "a.zarr"), whole)
 
 
+@pytest.mark.long
+@pytest.mark.runs("cc")
+def test_notes_on_runs_that_are_alike_are_told_once() -> None:
+    said: list[str] = []
+    study = symdyn.sweep(
+        symdyn.example("four_bar"), "a=uniform(0.9,1.1)", "end(t)", until=0.01, count=5, say=said.append, block=2
+    )
+    assert study.complete
+    assert sum("so that the loops close" in line for line in said) == 1
+    assert len(said) == len(set(said))
+
+
+@pytest.mark.runs("cc")
+def test_a_sweep_of_which_nothing_comes_fails(capsys: Capture) -> None:
+    line = ["sweep", PENDULUM, "--over", "m=[-1,0]", "--measure", "max(q1)", "--until", "0.1"]
+    assert main(line) == 1
+    assert "no run has measures; run 0: m = -1; it must be positive" in capsys.readouterr().err
+    assert main([*line, "--workers", "0"]) == 1
+    assert "workers: 0 is none; give 1 or more" in capsys.readouterr().err
+
+
+def test_a_sequence_that_is_not_even_is_told() -> None:
+    said: list[str] = []
+    symdyn.sweep(
+        symdyn.example("pendulum"), "m=uniform(-2,-1)", "max(q1)", until=0.1, design="sobol", count=5, say=said.append
+    )
+    assert said == ["5 is no power of two, of which Sobol's sequence is most even; 8 is"]
+
+
 FULL = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -9,7 +9,7 @@ from typing import Any
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
 from symdyn.cli.sweep_outcome import add_outcome, check_outcome, tell_outcome
-from symdyn.cli.talk import Bar, give, print_paths, print_table, say
+from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
 from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
@@ -144,7 +144,11 @@ def run(options: argparse.Namespace) -> int:
         if file.suffix == TABLE:
             study.to_csv(file)
         print_paths(file)
-    tell(study, options, lambda: tell_outcome(study, scene, options, asked))
+    nothing = study.failed == len(study)
+    tell(study, options, lambda: {} if nothing or study.left else tell_outcome(study, scene, options, asked))
+    if nothing:
+        fail(f"no run has measures; run 0: {study.told.get(0, 'failed')}")
+        return 1
     return 0 if study.complete else CTRL_C
 
 

@@ -48,6 +48,9 @@ UNTIL = 10.0
 USUAL = "inverse_dynamics"
 """What is called where places are given, and no function is."""
 
+NUMBERS = re.compile(r"\d[\d.e+-]*")
+"""What notes on runs differ in; of those that are alike, the first is told."""
+
 Say = Callable[[str], None]
 
 
@@ -132,6 +135,8 @@ def sweep(
     elif path is not None:
         with noted(faults):
             check_store(path)
+    if workers is not None and workers < 1:
+        faults.add("workers", f"{workers} is none; give 1 or more")
     if function is not None or at is not None:
         runs = {"until": until, "forces": forces, "start": start, "start_rates": start_rates, "every": every}
         runs |= {"method": method, "rtol": rtol, "atol": atol, "ignore_limits": ignore_limits or None}
@@ -306,14 +311,15 @@ def made(
         notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)
     for note in notes:
         _tell(say, note)
-    began = perf_counter()
+    began, seen = perf_counter(), set[str]()
     here = scheduler == HERE if isinstance(scheduler, str) else False
     job = replace(job, threads=workers if here else 1)
     try:
         with executor(scheduler, None if here else workers, say or (lambda line: None)) as found_by:
             for done, (k, found) in enumerate(found_by.results(one_block, job, left), start=1):
                 for note in found.notes:
-                    if note not in notes:
+                    if (like := NUMBERS.sub("#", note)) not in seen:
+                        seen.add(like)
                         notes += (note,)
                         _tell(say, note)
                 store.put(job, k, found)

@@ -134,12 +134,14 @@ class Study(Shown):
     def mean(self, name: str) -> float:
         """Return the mean of a column over the runs that have a value; NaN where none has."""
         known = self.known(name)
-        return float(known.mean()) if known.size else np.nan
+        with np.errstate(all="ignore"):
+            return float(known.mean()) if known.size else np.nan
 
     def sd(self, name: str) -> float:
         """Return the standard deviation of a column over the runs that have a value; NaN for less than two."""
         known = self.known(name)
-        return float(known.std(ddof=1)) if known.size > 1 else np.nan
+        with np.errstate(all="ignore"):
+            return float(known.std(ddof=1)) if known.size > 1 else np.nan
 
     def extremes(self, name: str) -> tuple[float, float]:
         """Return the least and the largest number of a column; NaN where there is none."""
