@@ -1,6 +1,7 @@
 """The identified scene: what was found, in place of what was declared, in every format that is written."""
 
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,7 +11,7 @@ import pytest
 
 import symdyn
 from symdyn.cli import main
-from symdyn.errors import SceneError
+from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification import identify
 from symdyn.identification.named import fit_names
 from symdyn.identification.report import report
@@ -222,3 +223,10 @@ def test_a_notebook_shows_both(found, made):
     assert shown["text/plain"] == repr(found)
     assert repr(made) == "<Identified puma560: inertias that bodies can have>"
     assert ">link3<" in made._repr_mimebundle_()["text/html"]
+
+
+def test_without_the_solver_one_is_told_how_to_get_it(arm, found, monkeypatch):
+    monkeypatch.setitem(sys.modules, "clarabel", None)
+
+    with pytest.raises(IdentifyError, match=r'needs clarabel: pip install "symdyn\[identify\]"'):
+        identified(found)

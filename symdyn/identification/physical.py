@@ -46,6 +46,9 @@ FLOOR = 1e-2
 SPREAD = 1.0
 """How far a body may be from the scene's own where data say so, in its own size: standard deviation of the prior."""
 
+TOLERANCES = (1e-10, 1e-8, 1e-6)
+"""Of the solver, one after the other where it does not get as far."""
+
 SHARPEST = 1e-8
 """Relative standard error below which estimates are not believed: what a log in doubles can tell at best."""
 
@@ -358,20 +361,18 @@ def _projected(cones: _Cones, best: Array, R: Array) -> Array:
     shapes = [kind(n) for kind, n in kinds if n] + [clarabel.PSDTriangleConeT(4) for _ in cones.definite]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-10
-    solver = clarabel.DefaultSolver(
-        identity(cones.count, format="csc"),
-        np.zeros(cones.count),
-        csc_matrix(-G @ back),
-        G @ best + c,
-        shapes,
-        settings,
-    )
-    solution = solver.solve()
-    status = str(solution.status)
-    if status not in ("Solved", "AlmostSolved"):
-        raise IdentifyError(
-            f"no bodies have what is asked of them (clarabel ends with {status}); ask less of masses and ellipsoids"
-        )
+    for tolerance in TOLERANCES:
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+        problem = (identity(cones.count, format="csc"), np.zeros(cones.count), csc_matrix(-G @ back), G @ best + c)
+        solution = clarabel.DefaultSolver(*problem, shapes, settings).solve()
+        status = str(solution.status)
+        if status in ("Solved", "AlmostSolved"):
+            break
+    else:
+        if "Infeasible" in status:
+            advice = "no bodies have what is asked of them; ask less of masses and ellipsoids"
+        else:
+            advice = "the estimates are too far from those of any body; look at units, friction and outliers of the log"
+        raise IdentifyError(f"{advice} (clarabel ends with {status})")
     found: Array = best + back @ np.array(solution.x)
     return found
