@@ -57,7 +57,7 @@ def build_extension(
         sources.texts,
         find_compiler(compiler, machine),
         patience,
-        Kind(suffix, needs, abi, partial(_imported, name)),
+        Kind(suffix, needs, abi, partial(imported, name)),
     )
     assert isinstance(module, ModuleType), "an extension's kind opens modules"
     module.__file__ = str(path)
@@ -87,7 +87,7 @@ def python_libraries(platform: str = sys.platform) -> tuple[tuple[str, str], ...
     return ((str(Path(sys.base_prefix) / "libs"), name),)
 
 
-def _imported(name: str, path: str) -> ModuleType:
+def imported(name: str, path: str) -> ModuleType:
     """Return the extension module in a file; it is not entered into `sys.modules`."""
     loader = ExtensionFileLoader(name, path)
     spec = spec_from_file_location(name, path, loader=loader)

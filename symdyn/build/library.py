@@ -58,12 +58,19 @@ class Kind:
 PLAIN = Kind(SUFFIX, NOTHING, (), ctypes.CDLL)
 
 
+Files = Mapping[str, str]
+
+
 def load(
-    files: Mapping[str, str], compiler: Compiler, patience: float = PATIENCE, kind: Kind = PLAIN
+    files: Files,
+    compiler: Compiler,
+    patience: float = PATIENCE,
+    kind: Kind = PLAIN,
+    write: Callable[[], Files] | None = None,
 ) -> tuple[Path, Any]:
     """Return the loaded library of the sources among `files` and its path, compiled unless that was done before.
 
-    One that is damaged, or does not load, is compiled again. Where the cache folder cannot be written to, or others may
+    Where writing the sources takes long, `files` stand for them, and `write` returns them. One that is damaged, or does not load, is compiled again. Where the cache folder cannot be written to, or others may
     write there, code is compiled for this process alone. Both are said.
 
     Raises:
@@ -72,13 +79,13 @@ def load(
     """
     folder = trusted_folder()
     try:
-        return _load_in(folder, files, compiler, patience, kind)
+        return _load_in(folder, files, compiler, patience, kind, write)
     except OSError as fault:
         reason = fault.strerror or str(fault)
     private = private_folder(os.getpid())
     if folder != private:
         try:
-            return _load_in(instead(folder, reason), files, compiler, patience, kind)
+            return _load_in(instead(folder, reason), files, compiler, patience, kind, write)
         except OSError as fault:  # such as a scanner that holds each file it sees
             folder, reason = private, fault.strerror or str(fault)
     raise MissingCompiler(f"{folder}: nothing can be compiled there ({reason}); set TMPDIR to another folder")
@@ -90,7 +97,7 @@ def entry_name(files: Mapping[str, str], compiler: Compiler, kind: Kind = PLAIN)
 
 
 def _load_in(
-    folder: Path, files: Mapping[str, str], compiler: Compiler, patience: float, kind: Kind
+    folder: Path, files: Files, compiler: Compiler, patience: float, kind: Kind, write: Callable[[], Files] | None
 ) -> tuple[Path, Any]:
     """Return the loaded library, which is kept in `folder`, and its path; OSError where it cannot be written."""
     path = folder / entry_name(files, compiler, kind)
@@ -102,7 +109,7 @@ def _load_in(
         warn(f"{path}: {fault}; it is compiled again")
     except (OSError, ImportError) as fault:
         warn(f"{path}: this Python cannot load it ({fault}); it is compiled again")
-    _compile_aside(files, compiler, path, patience, kind)
+    _compile_aside(write() if write else files, compiler, path, patience, kind)
     try:
         return path, load_entry(path, kind.open)
     except (OSError, ImportError, Damaged) as fault:

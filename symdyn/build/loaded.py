@@ -8,13 +8,12 @@ from typing import Any, overload
 
 import numpy as np
 
-from symdyn.build.extension import build_extension
+from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
-from symdyn.build.runners import RUNNERS, run_or_python
+from symdyn.build.runners import RUNNERS, or_warn, run_or_python
 from symdyn.dynamics import LoopChoices, Unasked, available, row_of
-from symdyn.emit import Sources, emit
+from symdyn.emit import emit
 from symdyn.emit.targets.numpy import NUMPY
-from symdyn.emit.targets.ufunc import LEAN, NAMED, UFUNC
 from symdyn.errors import EmitError, SceneError, UnknownNameError
 from symdyn.program import Program, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
@@ -148,21 +147,18 @@ def loaded(
     """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit."""
     program = lower(formulate(scene, requests, closing=closing))
     program = prepare_program(program) if prepare else program
-    sources = emit(program, UFUNC.name, option=NAMED)
-    modules: list[Any] = []
-
-    def run(given: Sources) -> Any:
-        modules.append(build_extension(given, compiler, machine=machine)[1])
-        return modules[0]
-
-    found, compiled = run_or_python(sources, run, compiler)
-    settings = (scene, requests, compiler, machine, is_prepared(program), closing, free)
+    prepared = is_prepared(program)
+    makers = or_warn(lambda: Makers(compiler, machine), compiler)
+    names = [one.function.name for one in program.routines]
+    found: Sequence[Callable[..., Any]] = [Later(makers, program, one) for one in names] if makers else plain(program)
+    settings = (scene, requests, compiler, machine, prepared, closing, free)
     calls = {}
-    for (name, call), routine in zip(found.items(), program.routines, strict=True):
+    for call, routine in zip(found, program.routines, strict=True):
+        name = routine.function.name
         one = numeric_function(scene, name, routine, call, free, (_one_loaded, (*settings, name)))
-        calls[name] = modules[0].named(call, one) if isinstance(call, np.ufunc) else one
+        calls[name] = makers.module.named(one, call.found) if makers and isinstance(call, Later) else one
     told = {name: call.told for name, call in calls.items()}
-    return Loaded(scene, requests, calls, told, compiled, compiler, machine, is_prepared(program), closing, free)
+    return Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
 
 
 def _one_loaded(*settings: Any) -> NumericFunction:
@@ -184,9 +180,9 @@ def is_large(request: str) -> bool:
     return row_of(request)[0].unasked is Unasked.WRITTEN
 
 
-def load_program(program: Program) -> dict[str, Callable[..., Any]]:
+def load_program(program: Program) -> Mapping[str, Callable[..., Any]]:
     """Return the functions of a program by name, of doubles, compiled in a tenth of the time that `load` takes."""
-    return run_or_python(emit(program, UFUNC.name, option=LEAN), lambda given: build_extension(given)[1])[0]
+    return soon(program)
 
 
 @overload

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from symdyn.build.c_module import build
 from symdyn.build.compiler import COMPILER_VARIABLE
@@ -37,6 +37,7 @@ from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import CompilerFault, MissingProgram
 
 Call = Callable[..., Any]
+T = TypeVar("T")
 
 TOLD = 3
 """Lines of a compiler's fault that a warning has."""
@@ -115,16 +116,7 @@ def run_or_python(
     Raises:
         BuildError: the compiler that was asked for, here or as $CC, is not there or fails.
     """
-    try:
-        module = run(sources)
-    except MissingProgram as fault:
-        warn_once(f"{fault}; {SLOWER}")
-        module = None
-    except CompilerFault as fault:
-        if compiler or os.environ.get(COMPILER_VARIABLE, "").strip():
-            raise
-        warn_once(f"{' '.join(str(fault).splitlines()[:TOLD])}; {SLOWER}")
-        module = None
+    module = or_warn(lambda: run(sources), compiler)
     calls = {name: getattr(module, name, None) for name in sources.functions}
     if not all(calls.values()):
         plain = emit(sources.program, real=sources.real)
@@ -132,3 +124,20 @@ def run_or_python(
         for name, other in zip(calls, plain.functions, strict=True):
             calls[name] = calls[name] or getattr(there, other)
     return {name: call for name, call in calls.items() if call}, module is not None
+
+
+def or_warn(make: Callable[[], T], compiler: str | None = None) -> T | None:
+    """Return what `make` makes; None, and a warning, once, where this machine lacks what that takes, or fails at it.
+
+    Raises:
+        BuildError: the compiler that was asked for, here or as $CC, is not there or fails.
+    """
+    try:
+        return make()
+    except MissingProgram as fault:
+        warn_once(f"{fault}; {SLOWER}")
+    except CompilerFault as fault:
+        if compiler or os.environ.get(COMPILER_VARIABLE, "").strip():
+            raise
+        warn_once(f"{' '.join(str(fault).splitlines()[:TOLD])}; {SLOWER}")
+    return None

@@ -26,7 +26,7 @@ CODES: Mapping[str, str] = {"float": "NPY_FLOAT", "double": "NPY_DOUBLE"}
 MODULE = "_ufunc"
 """What the extension module adds to the name of the scene."""
 
-DOUBLES, LEAN, NAMED = "doubles", "lean", "named"
+DOUBLES, LEAN = "doubles", "lean"
 """Options: without float, and without entries for rows either, which takes compilers most of their time; with owners in
 Python, who find values by name."""
 
@@ -60,7 +60,6 @@ def _write(draft: Draft) -> dict[str, Contents]:
         "functions": tuple(_ufunc(page, function) for function in usable),
         "left_out": tuple(function.name for function in page.functions if function not in usable),
         "reals": loops,
-        "named": draft.option == NAMED,
         "operands": 1 + max((len(function.arguments) for function in usable), default=0),
         "rank": max((1, *(len(function.shape) for function in usable))),
     }
@@ -117,7 +116,6 @@ UFUNC = Target(
     options={
         DOUBLES: "double alone, compiled in half the time",
         LEAN: "double alone and state by state, compiled in a tenth of the time",
-        NAMED: "named(ufunc, owner) makes functions that ask an owner in Python for what NumPy refuses",
     },
     files={
         f"{{stem}}{MODULE}.c": str,

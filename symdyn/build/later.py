@@ -1,0 +1,150 @@
+"""Functions that are compiled when they are first called, each into a library of its own, double and float apart.
+
+What a function computes is compiled once, by the flags of all others: its bits are the same at every call.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from importlib.machinery import EXTENSION_SUFFIXES
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from symdyn.build.compiler import PATIENCE, find_compiler
+from symdyn.build.dialects import Needs
+from symdyn.build.extension import imported, python_headers, python_libraries
+from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.runners import or_warn, run_python
+from symdyn.emit import emit
+from symdyn.emit.targets.later import RUNTIME, Code, Entry, code, fits_float, runtime, runtime_templates
+from symdyn.program import Program
+
+
+class Makers:
+    """What makes ufuncs of C, compiled by one compiler.
+
+    Attributes:
+        compiler, machine: as for `symdyn.build.build`.
+        module: the extension module that all have in common.
+    """
+
+    def __init__(self, compiler: str | None = None, machine: str = "native") -> None:
+        """Build the extension module, or find it in the cache.
+
+        Raises:
+            BuildError: no headers of Python, no compiler, or its own words when it refuses.
+        """
+        self.compiler, self.machine = compiler, machine
+        suffix = EXTENSION_SUFFIXES[0]
+        needs = Needs(
+            headers=(python_headers(), np.get_include()),
+            libraries=python_libraries(),
+            loose=sys.platform == "darwin",
+        )
+        kind = Kind(suffix, needs, (sys.version, suffix, np.__version__), partial(imported, RUNTIME))
+        found = find_compiler(compiler, machine)
+        self.module: ModuleType = load(runtime_templates(), found, PATIENCE, kind, runtime)[1]
+
+    def places(self, made: Code, soon: bool = False) -> list[int]:
+        """Return where the entries of code are in memory, compiled unless they are in the cache.
+
+        Raises:
+            BuildError: no compiler, or its own words when it refuses.
+        """
+        symbols = tuple(one.symbol for one in made.entries)
+        kind = Kind(SUFFIX, Needs(exports=symbols, soon=soon), ("entries",), ctypes.CDLL)
+        library = load(made.files, find_compiler(self.compiler, self.machine), PATIENCE, kind)[1]
+        return [ctypes.cast(getattr(library, one), ctypes.c_void_p).value or 0 for one in symbols]
+
+    def ufunc(self, entry: Entry, place: int, floats: bool, later: Callable[[str, bool], int] | None) -> np.ufunc:
+        """Return the ufunc of an entry for one state in double; `later` says where the others are."""
+        made: np.ufunc = self.module.make(
+            entry.name, entry.doc, entry.signature, entry.shapes, entry.params, floats, place, later
+        )
+        return made
+
+
+class Later:
+    """A function of a program, compiled when it is first called; the NumPy module's where that cannot be done."""
+
+    def __init__(self, makers: Makers, program: Program, name: str) -> None:
+        """Take one of the program's functions by name."""
+        (routine,) = (one for one in program.routines if one.function.name == name)
+        self._makers, self._program = makers, replace(program, routines=(routine,))
+        self._lock = threading.RLock()
+        self._places: dict[tuple[str, bool], int] = {}
+        self._found: Callable[..., Any] | None = None
+
+    def __call__(self, *values: Any, **named: Any) -> Any:
+        """Return the result."""
+        return self.found()(*values, **named)
+
+    def found(self) -> Callable[..., Any]:
+        """Return the function itself.
+
+        Raises:
+            BuildError: the compiler that was asked for, in words or as $CC, fails.
+        """
+        with self._lock:
+            if self._found is None:
+                self._found = or_warn(self._ufunc, self._makers.compiler) or plain(self._program)[0]
+        return self._found
+
+    def place(self, real: str, rows: bool) -> int:
+        """Return where the code of a kind is in memory, 0 where rows are computed state by state.
+
+        Raises:
+            BuildError: the code for one state cannot be compiled.
+        """
+        with self._lock:
+            if (real, rows) not in self._places:
+                made = partial(self._makers.places, code(self._program, real, rows))
+                found = or_warn(made, self._makers.compiler) if rows else made()
+                self._places[real, rows] = found[0] if found else 0
+        return self._places[real, rows]
+
+    def everything(self) -> None:
+        """Compile all of it now.
+
+        Raises:
+            BuildError: the compiler that was asked for, in words or as $CC, fails.
+        """
+        found = self.found()
+        for kind in getattr(found, "types", ()):
+            for rows in (False, True):
+                self.place({"f": "float", "d": "double"}[kind[0]], rows)
+
+    def _ufunc(self) -> np.ufunc | None:
+        made = code(self._program)
+        if not made.entries:
+            return None
+        self._places["double", False] = place = self._makers.places(made)[0]
+        return self._makers.ufunc(made.entries[0], place, fits_float(self._program), self.place)
+
+
+def plain(program: Program, real: str = "double") -> list[Callable[..., Any]]:
+    """Return the functions of a program that the NumPy module has."""
+    sources = emit(program, real=real)
+    module = run_python(sources)
+    return [getattr(module, name) for name in sources.functions]
+
+
+def soon(program: Program) -> Mapping[str, Callable[..., Any]]:
+    """Return the functions of a program by name, of doubles, compiled in a tenth of the time that `load` takes."""
+
+    def make() -> dict[str, Callable[..., Any]]:
+        makers, made = Makers(), code(program)
+        places = makers.places(made, soon=True) if made.entries else ()
+        return {one.name: makers.ufunc(one, at, False, None) for one, at in zip(made.entries, places, strict=True)}
+
+    found = or_warn(make) or {}
+    names = [one.function.name for one in program.routines]
+    others = {} if all(name in found for name in names) else dict(zip(names, plain(program), strict=True))
+    return {name: found.get(name) or others[name] for name in names}

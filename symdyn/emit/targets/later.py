@@ -1,0 +1,109 @@
+"""What `symdyn.load` compiles: C with entries that are all called alike, and one extension module over them.
+
+The module knows no scene: it makes NumPy's generalized ufuncs of addresses, and is compiled once. A scene's own code
+is plain C, which compilers read in a tenth of the time that the headers of Python and NumPy take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from symdyn.emit.code.real import REALS
+from symdyn.emit.render import render, verbatim
+from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.ufunc import TAGS, docstring
+from symdyn.errors import EmitError
+from symdyn.graph import growing
+from symdyn.program import Program
+from symdyn.program.assemble import shared
+
+RUNTIME = "symdyn_ufuncs"
+
+TEMPLATES = ("runtime.c.jinja", "operands.c.jinja", "loops.c.jinja", "state.c.jinja", "named.c.jinja")
+"""What the extension module's source is made of."""
+
+OPERANDS, RANK = 32, 8
+"""Most operands of a function, its result included, and most dimensions of one."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A function in C, and how it is called.
+
+    Attributes:
+        name: of the function.
+        symbol: what takes places of operands, and first a number of states where there are many.
+        shapes: of its operands, and of its result.
+        params: which operand all states have in common; -1 for none.
+        doc: what `help` says.
+    """
+
+    name: str
+    symbol: str
+    shapes: tuple[tuple[int, ...], ...]
+    params: int
+    doc: str
+
+    @property
+    def signature(self) -> str:
+        """As NumPy writes it."""
+        spelled = [f"({','.join(map(str, shape))})" for shape in self.shapes]
+        return f"{','.join(spelled[:-1])}->{spelled[-1]}"
+
+
+@dataclass(frozen=True)
+class Code:
+    """Files by name, the one to compile first, and the entries in them."""
+
+    files: Mapping[str, str]
+    entries: tuple[Entry, ...]
+
+
+def runtime_templates() -> dict[str, str]:
+    """Return all that the source of the extension module is made of, which stands for it."""
+    return {f"{RUNTIME}.c": f"{OPERANDS} {RANK}", **{one: verbatim(f"ufunc/{one}") for one in TEMPLATES}}
+
+
+def runtime() -> dict[str, str]:
+    """Return the source of the extension module by its file's name."""
+    reals = [{"name": name, "tag": tag} for name, tag in TAGS.items()]
+    values = {"module": RUNTIME, "reals": reals, "operands": OPERANDS, "rank": RANK}
+    return {f"{RUNTIME}.c": render("ufunc/runtime.c.jinja", values)}
+
+
+@growing()
+def code(program: Program, real: str = "double", rows: bool = False) -> Code:
+    """Return a program as C with entries for one state, or for rows of them; what has an empty operand has none.
+
+    Raises:
+        EmitError: it cannot be written in this type.
+    """
+    draft = C.draft(program, REALS[real], "symdyn.load", BATCH if rows else "")
+    functions, entries = [], []
+    for text, routine in zip(draft.page.functions, program.routines, strict=True):
+        arguments, symbol = routine.function.arguments, f"{'rows' if rows else 'one'}_{text.name}"
+        shapes = (*(one.shape for one in arguments), routine.function.shape)
+        if any(0 in shape for shape in shapes):
+            continue
+        names = [one.name for one in arguments]
+        common = shared(names)
+        params = names.index(common) if common else -1
+        entries.append(Entry(routine.function.name, symbol, shapes, params, docstring(draft.page, text)))
+        scalars = [one.scalar for one in arguments]
+        functions.append({"c": f"{draft.stem}_{text.name}", "symbol": symbol, "scalars": scalars})
+    files = {name: text for name, text in C.write(draft).items() if isinstance(text, str)}
+    first = next(iter(files))
+    calls = render("ufunc/calls.c.jinja", {"functions": functions, "real": real, "rows": rows})
+    return Code({**files, first: files[first] + calls}, tuple(entries))
+
+
+def fits_float(program: Program) -> bool:
+    """Tell whether a program can be written in float: no constant is too large."""
+    if all(abs(value) < 2 ** (REALS["float"].top - 1) for value in program.constants.values()):
+        return True
+    try:
+        C.draft(program, REALS["float"], "")
+    except EmitError:
+        return False
+    return True
