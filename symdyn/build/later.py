@@ -8,7 +8,8 @@ from __future__ import annotations
 import ctypes
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from importlib.machinery import EXTENSION_SUFFIXES
@@ -127,6 +128,16 @@ class Later:
             return None
         self._places["double", False] = place = self._makers.places(made)[0]
         return self._makers.ufunc(made.entries[0], place, fits_float(self._program), self.place)
+
+
+def compile_all(calls: Iterable[Callable[..., Any]]) -> None:
+    """Compile what would be compiled when it is called.
+
+    Raises:
+        BuildError: the compiler that was asked for, in words or as $CC, fails.
+    """
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(Later.everything, [one for one in calls if isinstance(one, Later)]))
 
 
 def plain(program: Program, real: str = "double") -> list[Callable[..., Any]]:

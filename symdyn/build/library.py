@@ -70,8 +70,9 @@ def load(
 ) -> tuple[Path, Any]:
     """Return the loaded library of the sources among `files` and its path, compiled unless that was done before.
 
-    Where writing the sources takes long, `files` stand for them, and `write` returns them. One that is damaged, or does not load, is compiled again. Where the cache folder cannot be written to, or others may
-    write there, code is compiled for this process alone. Both are said.
+    Where writing the sources takes long, `files` stand for them, and `write` returns them. A library that is damaged, or
+    does not load, is compiled again. Where the cache folder cannot be written to, or others may write there, code is
+    compiled for this process alone. Both are said.
 
     Raises:
         BuildError: it cannot be compiled, or not be loaded even when it is fresh.

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, overload
 
-import numpy as np
-
 from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python

@@ -13,6 +13,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
+from symdyn import shell
 from symdyn.cli.streams import prepare_streams, silence_stdout
 from symdyn.cli.talk import begin, fail, print_json, say
 from symdyn.errors import SymdynError, SymdynWarning, printable
@@ -136,7 +137,12 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status; warnings of ours are talk."""
+    """Run one command and return its exit status; warnings of ours are talk.
+
+    Without `arguments` it is the process's own command line that is run.
+    """
+    if arguments is None:
+        shell.take()
     with warnings.catch_warnings():
         warnings.showwarning = partial(_show, warnings.showwarning)
         return run(arguments)

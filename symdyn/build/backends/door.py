@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
+from symdyn.build.later import compile_all
 from symdyn.build.loaded import Loaded, loaded, names_of, usual, values_of
 from symdyn.dynamics import LoopChoices
 from symdyn.errors import BuildError, MissingProgram
@@ -58,8 +59,9 @@ def load(
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
     free: str | Sequence[str] = (),
     backend: str = "numpy",
+    at_once: bool = False,
 ) -> Loaded:
-    """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
+    """Return the functions of a scene, each compiled into a NumPy ufunc when it is first called, and then kept.
 
     Where there is no compiler, or no header of Python, they are those of the generated NumPy module: slower, in float64
     alone, otherwise the same. A warning says so, once.
@@ -90,6 +92,7 @@ def load(
             takes that value.
         backend: whose arrays the functions take: "numpy", or "jax" or "torch", which differentiate them. They run on
             the CPU, over the same C, which they cannot do without.
+        at_once: whether to compile all functions now, for one state and for many, in both real types.
 
     Raises:
         SceneError: the file has faults, or a parameter does not exist.
@@ -108,7 +111,10 @@ def load(
     opened = tuple(replace(p, value=None) if p.name in values else p for p in known.parameters)
     known = replace(known, parameters=opened)
     requests = tuple(dict.fromkeys(usual(known, closing) if names is None else names))
-    return row.load(known, requests, compiler, machine, prepare, closing, values)
+    found = row.load(known, requests, compiler, machine, prepare, closing, values)
+    if at_once:
+        compile_all(call.call for call in found.calls.values())
+    return found
 
 
 def find_backend(name: str) -> Backend:

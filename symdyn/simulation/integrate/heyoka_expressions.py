@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn import shell
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.program.assemble import PREPARED
@@ -68,9 +69,26 @@ def interrupts_wait() -> Iterator[None]:
 def library() -> Any:
     """Return heyoka."""
     if "heyoka" not in sys.modules:
-        with interrupts_wait():
+        with interrupts_wait(), without_sympy():
             return importlib.import_module("heyoka")
     return sys.modules["heyoka"]
+
+
+@contextmanager
+def without_sympy() -> Iterator[None]:
+    """Let an import find no SymPy, in a process that is the shell's own and has none yet.
+
+    heyoka imports all of it, for translations of expressions that nobody asks for there: half of the time that a short
+    run takes. In the processes of others it is left to do so.
+    """
+    hidden = shell.is_own() and "sympy" not in sys.modules
+    if hidden:
+        sys.modules["sympy"] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        if hidden:
+            del sys.modules["sympy"]
 
 
 class Expressions(Arithmetic):

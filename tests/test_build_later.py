@@ -1,0 +1,124 @@
+"""Functions that `symdyn.load` compiles when they are first called: what is compiled when, and that bits stay."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn import shell
+from symdyn.build.compiler import find_compiler
+from symdyn.emit.targets.later import code, fits_float
+from symdyn.errors import BuildError
+from symdyn.simulation.integrate.heyoka_expressions import without_sympy
+
+pytestmark = pytest.mark.runs("cc")
+
+ARM = Path(__file__).parent.parent / "examples" / "two_link.toml"
+PARAMS = np.array([1.0, 1.0, 1.0, 1.0, 9.81])
+STATES = np.random.default_rng(5).uniform(-3, 3, (3, 50, 2))
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path))
+    return tmp_path
+
+
+def kept(cache) -> int:
+    """Return how many libraries of the arm are in the cache."""
+    return len([path for path in cache.iterdir() if path.name.startswith("two_link")])
+
+
+def test_each_kind_of_code_is_compiled_when_it_is_first_needed(cache):
+    arm = symdyn.load(ARM, ["inverse_dynamics", "mass_matrix"])
+    assert kept(cache) == 0
+    arm.inverse_dynamics(*STATES[:, 0], PARAMS)
+    assert kept(cache) == 1
+    arm.inverse_dynamics(*STATES, PARAMS)
+    assert kept(cache) == 2
+    arm.inverse_dynamics(*STATES[:, 0].astype("float32"), PARAMS.astype("float32"))
+    assert kept(cache) == 3
+    arm.inverse_dynamics(*STATES.astype("float32"), PARAMS.astype("float32"))
+    assert kept(cache) == 4
+    arm.mass_matrix(STATES[0, 0], PARAMS)
+    assert kept(cache) == 5
+
+
+def test_asked_for_at_once_nothing_is_left_to_compile(cache):
+    arm = symdyn.load(ARM, "inverse_dynamics", at_once=True)
+    assert kept(cache) == 4
+    arm.inverse_dynamics(*STATES, PARAMS)
+    arm.inverse_dynamics(*STATES.astype("float32"), PARAMS.astype("float32"))
+    assert kept(cache) == 4
+
+
+def test_bits_are_those_of_the_first_call_in_any_order(cache):
+    first, second = (symdyn.load(ARM, "forward_dynamics").forward_dynamics for _ in range(2))
+    one, many = first(*STATES[:, 7], PARAMS), first(*STATES, PARAMS)
+    many_first, then_one = second(*STATES, PARAMS), second(*STATES[:, 7], PARAMS)
+    for again in (first(*STATES[:, 7], PARAMS), then_one):
+        assert again.tobytes() == one.tobytes()
+    for again in (first(*STATES, PARAMS), many_first):
+        assert again.tobytes() == many.tobytes()
+
+
+def test_help_and_names_work_before_any_call(cache):
+    arm = symdyn.load(ARM, "mass_matrix")
+    assert "shape (..., 2, 2); kg m^2" in arm.mass_matrix.__doc__
+    values = dict(zip(("m1", "m2", "h1", "h2", "g"), PARAMS.tolist(), strict=True))
+    fresh = symdyn.load(ARM, "mass_matrix")
+    assert fresh.mass_matrix([0.0, 1.0], **values).shape == (2, 2)
+
+
+def test_prepared_parameters_reach_functions_that_are_compiled_apart(cache):
+    arm, plain = symdyn.load(ARM, "inverse_dynamics", prepare=True), symdyn.load(ARM, "inverse_dynamics")
+    found = arm.inverse_dynamics(*STATES, arm.prepare(PARAMS))
+    np.testing.assert_allclose(found, plain.inverse_dynamics(*STATES, PARAMS), rtol=1e-12, atol=1e-12)
+
+
+def failing(folder: Path, when: str) -> str:
+    """Return a compiler that fails where its words or what it compiles hold a text."""
+    compiler = folder / "cc"
+    words = f'for one in "$@"; do case "$one" in *.c) grep -q "{when}" "$one" && exit 1;; esac; done\n'
+    compiler.write_text(f'#!/bin/sh\n{words}exec {find_compiler().command[0]} "$@"\n')
+    compiler.chmod(0o700)
+    return str(compiler)
+
+
+def test_a_compiler_that_fails_at_float_is_an_error_of_that_call(cache, tmp_path):
+    arm = symdyn.load(ARM, "inverse_dynamics", compiler=failing(tmp_path, "void one_inverse_dynamics(const float"))
+    single = [*STATES[:, 0].astype("float32"), PARAMS.astype("float32")]
+    assert np.isfinite(arm.inverse_dynamics(*STATES[:, 0], PARAMS)).all()
+    with pytest.raises(BuildError, match="could not compile"):
+        arm.inverse_dynamics(*single)
+    assert np.isfinite(arm.inverse_dynamics(*STATES[:, 0], PARAMS)).all()
+
+
+def test_a_constant_too_large_for_float_leaves_double_alone(cache):
+    pendulum = symdyn.read(ARM.parent / "pendulum.toml")
+    heavy = symdyn.load(pendulum, "gravity_forces", parameters={pendulum.parameters[0].name: 10**60})
+    assert [kind[-1] for kind in heavy.gravity_forces.call.found().types] == ["d"]
+    assert not fits_float(symdyn.lower(symdyn.derive(heavy.scene, ["gravity_forces"])))
+    usual = symdyn.load(pendulum, "gravity_forces")
+    assert [kind[-1] for kind in usual.gravity_forces.call.found().types] == ["f", "d"]
+
+
+def test_the_same_program_gives_the_same_text():
+    program = symdyn.lower(symdyn.derive(symdyn.read(ARM), ["mass_matrix"]))
+    for real in ("double", "float"):
+        for rows in (False, True):
+            assert code(program, real, rows) == code(program, real, rows)
+
+
+def test_sympy_is_hidden_in_a_process_of_the_shell_alone(monkeypatch):
+    monkeypatch.delitem(sys.modules, "sympy", raising=False)
+    with without_sympy():
+        assert "sympy" not in sys.modules
+    monkeypatch.setattr(shell, "_OWN", [True])
+    with without_sympy():
+        assert sys.modules["sympy"] is None
+    assert "sympy" not in sys.modules
