@@ -70,8 +70,8 @@ def load(
 ) -> tuple[Path, Any]:
     """Return the loaded library of the sources among `files` and its path, compiled unless that was done before.
 
-    Where writing the sources takes long, `files` stand for them, and `write` returns them. A library that is damaged, or
-    does not load, is compiled again. Where the cache folder cannot be written to, or others may write there, code is
+    Where writing the sources takes long, `files` stand for them, and `write` returns them. A library that is damaged
+    or does not load is compiled again. Where the cache folder cannot be written to, or others may write there, code is
     compiled for this process alone. Both are said.
 
     Raises:

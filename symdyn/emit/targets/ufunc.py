@@ -27,8 +27,7 @@ MODULE = "_ufunc"
 """What the extension module adds to the name of the scene."""
 
 DOUBLES, LEAN = "doubles", "lean"
-"""Options: without float, and without entries for rows either, which takes compilers most of their time; with owners in
-Python, who find values by name."""
+"""Options: without float, and without entries for rows either, which takes compilers most of their time."""
 
 
 def _write(draft: Draft) -> dict[str, Contents]:
