@@ -273,3 +273,25 @@ def test_the_verb_fits_runs_where_forces_say_nothing(tmp_path: Path, capsys: Cap
     assert "0.03" in line
     assert main(["identify", str(scene), str(file), "--by", "output-error", "--band", "3"]) == 1
     assert "--band: is of --by regression" in capsys.readouterr().err
+
+
+def test_data_may_stand_behind_options(tmp_path: Path, capsys: Capture) -> None:
+    """`SCENE --bind LIST DATA.csv` was "unrecognized arguments: DATA.csv": argparse had closed the list of files."""
+    one, other, scene = tmp_path / "one.csv", tmp_path / "other.csv", str(EXAMPLES / "scara.toml")
+    written = symdyn.inverse(scara(), MOTION, np.linspace(0, 10, 501)).to_csv()
+    for file in (one, other):
+        file.write_text(written)
+    rows = []
+    for words in (
+        [str(one), str(other), "--band", "8"],
+        ["--band", "8", str(one), str(other)],
+        [str(one), "--band", "8", str(other)],
+        ["--band", "8", "--", str(one), str(other)],
+    ):
+        assert main(["identify", scene, "--json", *words]) == 0
+        rows.append(capsys.readouterr().out)
+
+    assert len(set(rows)) == 1
+    with pytest.raises(SystemExit):
+        main(["info", scene, "--quiet", str(one)])
+    assert "unrecognized arguments" in capsys.readouterr().err
