@@ -272,7 +272,7 @@ def test_the_verb_fits_runs_where_forces_say_nothing(tmp_path: Path, capsys: Cap
     (line,) = [one for one in capsys.readouterr().out.splitlines() if one.strip().startswith("b ")]
     assert "0.03" in line
     assert main(["identify", str(scene), str(file), "--by", "output-error", "--band", "3"]) == 1
-    assert "--band: is of --by regression" in capsys.readouterr().err
+    assert "--band: of --by regression" in capsys.readouterr().err
 
 
 def test_data_may_stand_behind_options(tmp_path: Path, capsys: Capture) -> None:
@@ -295,3 +295,25 @@ def test_data_may_stand_behind_options(tmp_path: Path, capsys: Capture) -> None:
     with pytest.raises(SystemExit):
         main(["info", scene, "--quiet", str(one)])
     assert "unrecognized arguments" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["log.csv", "--parameters", "m1"], "--parameters: of --by output-error"),
+        (["log.csv", "--start", "q1=1"], "--start: of --by output-error"),
+        (["log.csv", "--seed", "0"], "--seed: of --excite"),
+        (["log.csv", "--by", "output-error", "--hold-back", "0.2"], "--hold-back: of --by regression"),
+        (["log.csv", "--by", "output-error", "--keep-outliers"], "--keep-outliers: of --by regression"),
+        (["log.csv", "--by", "output-error", "--total-mass", "3"], "--total-mass: of --by regression"),
+        (["log.csv", "--by", "output-error", "-o", "a.csv"], "-o: of --by regression"),
+        (["--excite", "--band", "3"], "--band: of --by regression"),
+        (["--excite", "--friction", "all"], "--friction: of --by regression"),
+        (["--excite", "--by", "output-error"], "--excite fits nothing"),
+    ],
+    ids=lambda one: one if isinstance(one, str) else "",
+)
+def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str, capsys: Capture) -> None:
+    """Those of one way were ignored by the others: `--parameters m1` fitted all parameters, `--excite` no friction."""
+    assert main(["identify", str(EXAMPLES / "scara.toml"), *words]) == 1
+    assert told in capsys.readouterr().err
