@@ -171,8 +171,6 @@ class Coverage:
 
 def coverage(arm: Arm, seeds: int) -> Coverage:
     """Return how often the intervals of seeds 0, 1, 2, ... hold the truth; what data do not tell counts as missed."""
-    from scipy.stats import f
-
     held, joint, ratios = np.zeros(len(arm.model.names), np.int64), 0, []
     for seed in range(seeds):
         found = identify(arm.scene, arm.log(seed), friction=TERMS)
@@ -180,8 +178,6 @@ def coverage(arm: Arm, seeds: int) -> Coverage:
         low, high = found.interval(0.95).T
         held += (low <= truth) & (truth <= high)
         off = found.after - truth
-        joint += bool(
-            off @ found.regression.information @ off / len(off) <= f.ppf(0.95, len(off), found.regression.dof)
-        )
+        joint += bool(off @ found.regression.information @ off <= found.regression.reach(0.95))
         ratios.append(off / found.errors)
     return Coverage(arm.name, found.names, seeds, held, joint, float(np.sqrt(np.mean(np.square(ratios)))))

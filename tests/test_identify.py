@@ -14,6 +14,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError
 from symdyn.identification.linear_model import TERMS, linear_model, with_terms
+from symdyn.identification.regression import Rows, solve
 from symdyn.scene import Scene, bind
 from symdyn.scene.values.model import Limits
 from symdyn.scene.values.quantity import number
@@ -83,6 +84,17 @@ def test_an_interval_is_as_wide_as_it_says() -> None:
     assert 0.7 < np.mean(joint) / len(runs[0].names) < 1.4
     inside = [(one.interval()[:, 0] <= one.before) & (one.before <= one.interval()[:, 1]) for one in runs]
     assert 0.88 <= np.mean(inside) <= 0.995
+
+
+def test_rows_that_the_estimate_follows_say_nothing_about_noise() -> None:
+    """Eight slow rows tell a parameter each, so that nothing of them is left: noise is that of the other rows, 1."""
+    count, p = 60, 8
+    f = 0.05 * np.arange(count)
+    tau = np.random.default_rng(1).normal(size=count)
+    rows = Rows(np.eye(count, p), tau, np.zeros(count, int), f, np.arange(count))
+    found = solve([f"b{k}" for k in range(p)], rows, np.zeros(p), 3.0, 1)
+
+    np.testing.assert_allclose(found.errors, np.sqrt(np.mean(tau[p:] ** 2)), rtol=0.05)
 
 
 def test_a_joint_that_never_moves_is_named_and_keeps_what_the_scene_says() -> None:
