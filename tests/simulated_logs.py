@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import symdyn
+from symdyn.identification import identify
 from symdyn.identification.linear_model import LinearModel, linear_model, with_terms
 from symdyn.scene import Scene, bind
 from symdyn.simulation.prescribed.forces import drive_names
@@ -145,3 +146,38 @@ ARMS: dict[str, Arm] = {
     ),
 }  # fmt: skip
 """Friction and noise are of the size that drives of such arms have; none of it was measured."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How often intervals held the truth.
+
+    Attributes:
+        arm: its name.
+        names: of base parameters.
+        seeds: how many.
+        held: seeds whose 95 % interval holds the truth, by parameter.
+        joint: seeds whose 95 % ellipsoid does.
+        ratio: root mean square of errors over standard errors.
+    """
+
+    arm: str
+    names: tuple[str, ...]
+    seeds: int
+    held: npt.NDArray[np.int64]
+    joint: int
+    ratio: float
+
+
+def coverage(arm: Arm, seeds: int) -> Coverage:
+    """Return how often the intervals of seeds 0, 1, 2, ... hold the truth; what data do not tell counts as missed."""
+    held, joint, ratios = np.zeros(len(arm.model.names), np.int64), 0, []
+    for seed in range(seeds):
+        found = identify(arm.scene, arm.log(seed), friction=TERMS)
+        truth = np.array([arm.truth[name] for name in found.names])
+        low, high = found.interval(0.95).T
+        held += (low <= truth) & (truth <= high)
+        off = found.after - truth
+        joint += bool(off @ found.regression.information @ off <= found.regression.reach(0.95))
+        ratios.append(off / found.errors)
+    return Coverage(arm.name, found.names, seeds, held, joint, float(np.sqrt(np.mean(np.square(ratios)))))

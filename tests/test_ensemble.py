@@ -256,6 +256,14 @@ def test_series_abreast_are_runs_of_simulate(name: str) -> None:
     np.testing.assert_allclose(same[text], runs[text], atol=1e-9)
 
 
+def test_series_abreast_need_no_measure() -> None:
+    """The end alone is wanted: there is no sample at the start from which a grid of times could go on."""
+    runs = symdyn.ensemble(bound("pendulum"), until=3.0, start={"q1": [0.0, 0.1, 1.0]}, method="taylor", rtol=1e-13)
+    one = symdyn.simulate(bound("pendulum"), until=3.0, start={"q1": 1.0}, method="taylor", rtol=1e-13)
+    assert runs.method == "taylor abreast"
+    np.testing.assert_allclose(runs.q[2], one.q[-1], atol=1e-11)
+
+
 def test_an_ensemble_is_shown_and_is_a_table() -> None:
     runs = symdyn.ensemble(bound("pendulum"), until=1.0, start={"q1": [0.1, 0.2]}, measures="max(q1)")
     html = bundle(runs)["text/html"]

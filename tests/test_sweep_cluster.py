@@ -75,6 +75,7 @@ def test_a_worker_that_is_killed_loses_nothing_and_nothing_comes_twice(tmp_path:
     assert all(dict(pairs)[k].tobytes() == one.tobytes() for k, one in enumerate(expected(12)))
 
 
+@pytest.mark.slow
 def test_the_only_worker_that_is_killed_is_made_up_for(tmp_path: Path) -> None:
     with executor("processes", 1) as found:  # the job was in its memory, and in no other
         pairs = dict(found.results(blocks.killed, tmp_path, range(6)))
@@ -83,6 +84,7 @@ def test_the_only_worker_that_is_killed_is_made_up_for(tmp_path: Path) -> None:
     assert all(pairs[k].tobytes() == one.tobytes() for k, one in enumerate(expected(6)))
 
 
+@pytest.mark.slow
 def test_a_block_that_kills_whoever_computes_it_is_named() -> None:
     with (
         executor("processes", 1) as found,
@@ -111,6 +113,7 @@ def test_few_blocks_are_ever_begun_ahead(two: Any, tmp_path: Path) -> None:
     assert len(begun) == 200
 
 
+@pytest.mark.slow
 def test_a_caller_that_stops_leaves_nothing_under_way(two: Any, tmp_path: Path) -> None:
     with executor(two) as found:
         for _ in found.results(blocks.slow, tmp_path, range(100)):
@@ -121,6 +124,7 @@ def test_a_caller_that_stops_leaves_nothing_under_way(two: Any, tmp_path: Path) 
     assert before <= len(list(tmp_path.iterdir())) <= cluster.AHEAD * 2 + 1
 
 
+@pytest.mark.slow
 @pytest.mark.runs("cc")
 def test_workers_that_begin_at_the_same_time_load_one_library(
     two: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -143,6 +147,7 @@ def refused(where: Any, words: str, workers: int | None = None) -> None:
         pass
 
 
+@pytest.mark.slow
 def test_workers_that_lack_symdyn_or_have_another_are_told() -> None:
     with local(1) as client:
         client.run(blocks.other_version)
@@ -151,6 +156,7 @@ def test_workers_that_lack_symdyn_or_have_another_are_told() -> None:
         refused(client, r"this worker cannot import symdyn .*; install")
 
 
+@pytest.mark.slow
 def test_a_worker_that_comes_later_is_looked_at_too() -> None:
     with local(1) as client, executor(client) as found:
         client.run(blocks.other_version)
@@ -158,6 +164,7 @@ def test_a_worker_that_comes_later_is_looked_at_too() -> None:
             list(found.results(blocks.squares, 7, range(4)))
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_goes_away_is_told() -> None:
     def go_on(found: Any, results: Iterator[tuple[int, Any]]) -> None:
         for k, _ in results:
@@ -186,6 +193,7 @@ def test_places_that_are_none_are_told(where: str, workers: int | None, words: s
     refused(where, words, workers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", EXECUTORS)
 def test_ctrl_c_waits_for_what_is_under_way_and_begins_no_more(where: str) -> None:
     done: list[int] = []
@@ -239,6 +247,7 @@ def test_a_sweep_whose_worker_is_killed_has_the_same_bytes(tmp_path: Path) -> No
         assert found[name].tobytes() == expected[name].tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.runs("cc")
 def test_a_sweep_that_is_interrupted_on_one_cluster_goes_on_on_another(tmp_path: Path) -> None:
     path, shares = tmp_path / "two.zarr", []

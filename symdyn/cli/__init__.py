@@ -77,8 +77,20 @@ class Parser(argparse.ArgumentParser):
             before = takewhile(lambda word: word != "--", words[0])
             self._refuse_unknown([word for word in before if word.startswith("--") and " " not in word])
         found, rest = super().parse_known_args(*words, **named)
-        self._refuse_unknown([word for word in rest if word.startswith("-") and word != "-"])
-        return found, rest
+        self._refuse_unknown([word for word in rest if word.startswith("-") and word not in ("-", "--")])
+        return found, self._taken_late(found, rest)
+
+    def _taken_late(self, found: argparse.Namespace, rest: list[str]) -> list[str]:
+        """Give files behind options to the list that takes any number of them, and return what nothing takes.
+
+        argparse closes that list, empty, at the first option behind the scene: `identify SCENE --bind g=9.81 DATA.csv`.
+        """
+        for action in self._actions:
+            if not action.option_strings and action.nargs == argparse.ZERO_OR_MORE:
+                late = [word for word in rest if word != "--"]
+                setattr(found, action.dest, [*getattr(found, action.dest), *late])
+                return []
+        return rest
 
     def _refuse_unknown(self, words: Sequence[str]) -> None:
         known = [name for action in self._actions for name in action.option_strings]

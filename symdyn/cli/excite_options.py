@@ -19,6 +19,9 @@ USUAL: dict[str, Any] = {
     "period": 10.0, "family": "fourier", "terms": 5, "criterion": "condition", "starts": 4, "seed": 0, "every": 0.01,
 }  # fmt: skip
 
+EXCITING = (*USUAL, "box", "noise", "plot")
+"""Options that are of exciting motions alone."""
+
 
 def add_exciting(verb: argparse.ArgumentParser) -> None:
     """Add what an exciting motion takes."""
@@ -48,13 +51,6 @@ def add_exciting(verb: argparse.ArgumentParser) -> None:
     group.add_argument("--seed", type=int, metavar="N", help="of what is drawn (default: 0)")
     group.add_argument("--every", type=float, metavar="DT", help="s between rows (default: 0.01)")
     group.add_argument("--plot", metavar="FILE", help="a plot of the motion: .svg, .pdf, .png or .html")
-
-
-def check_exciting(options: argparse.Namespace) -> None:
-    """Raise IdentifyError for options of an exciting motion that is not asked for."""
-    told = [f"--{name}" for name in (*USUAL, "box", "noise", "plot") if getattr(options, name) is not None]
-    if told and not options.excite:
-        raise IdentifyError(f"{', '.join(told)}: of --excite, which is not given")
 
 
 def run_exciting(options: argparse.Namespace) -> int:

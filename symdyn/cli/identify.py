@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 
-from symdyn.cli.excite_options import add_exciting, check_exciting, run_exciting
+from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
 from symdyn.cli.identify_files import add_file_options, check_files, write_files
-from symdyn.cli.identify_runs import OUTPUT_ERROR, add_run_options, run_output_error
+from symdyn.cli.identify_runs import OUTPUT_ERROR, RUNS, add_run_options, run_output_error
 from symdyn.cli.scene_options import add_reading_options, again, read_scene
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
@@ -17,6 +17,15 @@ from symdyn.identification.linear_model import TERMS
 from symdyn.identification.units import UNITS
 from symdyn.rounding import in_digits
 from symdyn.scene.values.formula import split_commas
+
+EXCITE, REGRESSION = "--excite", "--by regression"
+
+WAYS = {
+    REGRESSION: ("band", "friction", "hold_back", "units", "keep_outliers", "output", "total_mass", "force"),
+    f"--by {OUTPUT_ERROR}": RUNS,
+    EXCITE: (*EXCITING, "output"),
+}
+"""What the verb can do, and the options that are of it; one that would do nothing is refused."""
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -34,9 +43,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help=f"terms of every drive beside what the scene declares: {', '.join(TERMS)}, or all",
     )
-    verb.add_argument(
-        "--hold-back", type=float, default=0.0, metavar="SHARE", help="part of every log that judges the result: 0.25"
-    )
+    verb.add_argument("--hold-back", type=float, metavar="SHARE", help="part of every log that judges the result: 0.25")
     verb.add_argument(
         "--units", metavar="LIST", help=f"columns that are not in SI with radians, e.g. t=ms,q*=deg: {', '.join(UNITS)}"
     )
@@ -48,7 +55,8 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Identify, print, write."""
-    check_exciting(options)
+    way = EXCITE if options.excite else f"--by {options.by}"
+    _check_way(options, way)
     if options.excite:
         return run_exciting(options)
     scene = read_scene(options)
@@ -68,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
             options.data,
             options.band,
             tuple(TERMS) if terms == ["all"] else [one for one in terms if one],
-            options.hold_back,
+            options.hold_back or 0.0,
             not options.keep_outliers,
             pairs(options.units, "--units"),
         )
@@ -80,6 +88,21 @@ def run(options: argparse.Namespace) -> int:
     else:
         show(found)
     return 0
+
+
+def _check_way(options: argparse.Namespace, way: str) -> None:
+    """Raise IdentifyError for options of another way."""
+    faults = []
+    if options.excite and options.by == OUTPUT_ERROR:
+        faults.append(f"--by {OUTPUT_ERROR}: {EXCITE} fits nothing; leave one of the two out")
+    for other, names in WAYS.items():
+        for name in names:
+            value = getattr(options, name)
+            if name not in WAYS[way] and not (value is None or value is False or value == []):
+                option = "-o" if name == "output" else f"--{name.replace('_', '-')}"
+                faults.append(f"{option}: of {other}, which is not given")
+    if faults:
+        raise IdentifyError(list(dict.fromkeys(faults)))
 
 
 def show(found: Identification) -> None:

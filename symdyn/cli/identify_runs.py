@@ -6,12 +6,14 @@ import argparse
 
 from symdyn.cli.talk import Waiting, finite, give, print_table, say
 from symdyn.cli.trajectory_options import pairs
-from symdyn.errors import IdentifyError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values.formula import split_commas
 
 OUTPUT_ERROR = "output-error"
+
+RUNS = ("parameters", "start")
+"""Options that are of output error alone."""
 
 
 def add_run_options(verb: argparse.ArgumentParser) -> None:
@@ -26,14 +28,10 @@ def run_output_error(scene: Scene, options: argparse.Namespace) -> int:
     """Fit runs, print.
 
     Raises:
-        IdentifyError: options of the other way, and what the data do not tell.
+        IdentifyError: what the data do not tell.
     """
     from symdyn.identification import output_error
 
-    given = {"-o": options.output, "--band": options.band, "--friction": options.friction, "--units": options.units}
-    faults = [f"{name}: is of --by regression; leave it out" for name, value in given.items() if value]
-    if faults:
-        raise IdentifyError(faults)
     names = [name for part in split_commas(options.parameters or "") if (name := part.strip())]
     with Waiting() as progress:
         progress("fitting runs")

@@ -233,27 +233,34 @@ def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, jo
     for j in range(joints):
         of = joint == j
         if of.any():
-            found[of] = _coloured(residuals[of] ** 2 / (1 - leverage[of]), part[of])
+            left = 1 - leverage[of]
+            found[of] = _coloured(residuals[of] ** 2 / left, left, part[of])
     return found
 
 
-def _coloured(square: Array, f: Array) -> Array:
-    """Return the expectation of squares over frequency: constant, and with each term that the data insist on."""
+def _coloured(square: Array, left: Array, f: Array) -> Array:
+    """Return the expectation of squares over frequency: constant, and with each term that the data insist on.
+
+    A square counts as what the estimate has `left` of its degree of freedom: rows that the estimate follows say nothing
+    about noise, and weights that grow where residuals vanish would run away.
+    """
     from scipy.optimize import nnls
 
-    mean = max(float(np.mean(square)), 1e-300)
+    mean = max(float(np.sum(left * square) / np.sum(left)), 1e-300)
     best = np.full(len(square), mean)
     terms = [np.ones_like(f)]
     others = [f**2, f**4, 1 / (1 + (f / 0.1) ** 2)]
+    root = np.sqrt(left)
     while others:
         tried = []
         for one in others:
             design, fitted = np.stack([*terms, one], axis=1), best
             for _ in range(6):
-                fitted = design @ nnls(design / fitted[:, None], square / fitted)[0]
+                weigh = root / fitted
+                fitted = design @ nnls(design * weigh[:, None], square * weigh)[0]
                 fitted = np.maximum(fitted, LOW * mean)
             tried.append(fitted)
-        gains = [_likely(square, fitted) - _likely(square, best) for fitted in tried]
+        gains = [_likely(square, left, fitted) - _likely(square, left, best) for fitted in tried]
         k = int(np.argmax(gains))
         if gains[k] < CLEAR:
             break
@@ -262,9 +269,9 @@ def _coloured(square: Array, f: Array) -> Array:
     return best
 
 
-def _likely(square: Array, variance: Array) -> float:
-    """Return twice the logarithm of the likelihood of squares of normal numbers."""
-    return -float(np.sum(np.log(variance) + square / variance))
+def _likely(square: Array, left: Array, variance: Array) -> float:
+    """Return twice the logarithm of the likelihood of squares of normal numbers, each of its degrees of freedom."""
+    return -float(np.sum(left * (np.log(variance) + square / variance)))
 
 
 def _correlation(z: Array, joint: Indices, group: Indices, joints: int) -> Array:

@@ -103,23 +103,30 @@ def _cut(one: Arguments) -> str:
         return spread
     if not one["low"] < one["high"]:
         return f"low = {one['low']:g} is not below high = {one['high']:g}"
-    if not _share(one)[1] - _share(one)[0] > 0:
+    low, high = _share(_mirrored(one) if one["low"] > one["mean"] else one)
+    if not high - low > 0:
         return f"nothing of it lies between low = {one['low']:g} and high = {one['high']:g}"
     return ""
 
 
 def _share(one: Arguments) -> tuple[float, float]:
-    """Return the probabilities below both ends of a normal distribution that is cut off."""
+    """Return the probabilities below both ends of a normal distribution that is cut off in its lower half."""
     scale = max(one["sigma"], 1e-300) * math.sqrt(2)
     low, high = (0.5 * math.erfc((one["mean"] - one[key]) / scale) for key in ("low", "high"))
     return low, high
 
 
+def _mirrored(one: Arguments) -> dict[str, float]:
+    return {"mean": -one["mean"], "sigma": one["sigma"], "low": -one["high"], "high": -one["low"]}
+
+
 def _normal(u: Array, one: Arguments) -> Array:
     from scipy.special import ndtri
 
+    if one["low"] > one["mean"]:  # above the mean probabilities crowd below 1, where doubles have no digits left
+        return np.asarray(-_normal(1 - u, _mirrored(one)))
     low, high = _share(one)
-    found: Array = one["mean"] + one["sigma"] * ndtri(np.clip(low + u * (high - low), LEAST, MOST))
+    found: Array = one["mean"] + one["sigma"] * ndtri(np.clip(low + u * (high - low), LEAST * high, MOST))
     return np.clip(found, one["low"], one["high"])
 
 

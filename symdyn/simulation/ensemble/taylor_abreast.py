@@ -109,13 +109,15 @@ def _grid(ta: Any, x: Array, values: Array, times: Array) -> Array:
     ta.pars[:] = values.T[: len(ta.pars)]
     sure = _sure_step(ta)
     first = times[times <= sure]
-    ahead = np.unique([*first, min(sure, times[-1])])
-    found = np.full((len(times), x.shape[1], lanes), np.nan)
+    ahead = np.unique([0.0, *first, min(sure, times[-1])])
     rest = np.append(ahead[-1], times[len(first) :])
-    for grid, at, longest in ((ahead, slice(0, len(first)), sure), (rest, slice(len(first), None), np.inf)):
-        if len(grid) > 1:
+    found = np.full((len(times), x.shape[1], lanes), np.nan)
+    parts = ((ahead, np.searchsorted(ahead, first), slice(0, len(first)), sure),
+             (rest, np.arange(1, len(rest)), slice(len(first), None), np.inf))  # fmt: skip
+    for grid, rows, at, longest in parts:
+        if len(grid) > 1:  # a grid begins where the integrator stands
             _, states = ta.propagate_grid(np.tile(grid[:, None], lanes), max_delta_t=[longest] * lanes)
-            found[at] = states[: len(first)] if at.start == 0 else states[1:]
+            found[at] = states[rows]
         elif at.start == 0:
             found[at] = x.T
     return found.transpose(2, 0, 1)

@@ -1,0 +1,99 @@
+"""Whether stated intervals hold the truth: base parameters of simulated arms over 100 seeds, and FIGAROH beside.
+
+    python benchmarks/identification.py [--arms puma560,arm7] [--seeds 100] [--figaroh PYTHON]
+
+Logs are those of `tests/simulated_logs.py`: friction, encoders that count, noisy torques; seeds are 0, 1, 2, ... and
+none is picked. Counted is for how many the 95 % interval of each base parameter holds its true value, and the joint
+ellipsoid all of them. `--figaroh` names the Python of an environment with `pip install figaroh==1.0.2`, which is given
+the same log of the first seed and the same motion, differentiated and filtered by us, as its own examples do by theirs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT), str(ROOT / "tests")]
+
+import numpy as np  # noqa: E402
+from scipy.stats import binom  # noqa: E402
+from simulated_logs import ARMS, Arm, Coverage, coverage  # noqa: E402
+
+from symdyn.identification import identify  # noqa: E402
+from symdyn.scene.scene_files import write_text  # noqa: E402
+
+LEAST, MOST = 90, 99
+"""Seeds of 100 that are to hold."""
+
+
+def told(found: Coverage, seconds: float) -> None:
+    """Print what was counted."""
+    seeds, held = found.seeds, found.held
+    print(f"{found.arm}: {len(held)} base parameters, {seeds} seeds, {seconds / seeds:.2f} s of one core each")
+    print(f"  held on average {100 * held.mean() / seeds:.1f} %, least {held.min()}, most {held.max()} of {seeds}")
+    low, high = LEAST * seeds / 100, MOST * seeds / 100
+    outside = [f"{name} {k}" for name, k in zip(found.names, held, strict=True) if not low <= k <= high]
+    chance = len(held) * (binom.cdf(np.ceil(low) - 1, seeds, 0.95) + binom.sf(np.floor(high), seeds, 0.95))
+    print(f"  outside {low:g} to {high:g}: {', '.join(outside) or 'none'}; {chance:.1f} expected of exact intervals")
+    print(f"  joint ellipsoid: {found.joint} of {seeds}; (β - truth)/error has rms {found.ratio:.3f}")
+
+
+def beside(arm: Arm, python: str) -> None:
+    """Print how far predicted torques are off on a fresh motion, ours and FIGAROH's, from the same log."""
+    log = arm.log(0)
+    begin = time.perf_counter()
+    found = identify(arm.scene, log, friction=["viscous", "coulomb"])
+    ours = time.perf_counter() - begin
+    _, q, qd, qdd = arm.fourier(np.random.default_rng(99))
+    Y = arm.model.regressor(q, qd, qdd)
+    right = Y @ arm.model.prior
+    size = np.sqrt(np.mean(right**2, axis=0))
+    print(f"{arm.name}, one log, torques of a fresh motion, error in % of their rms, by joint")
+    print(f"  symdyn   {ours:5.2f} s   {percent(Y @ found.after - right, size)}")
+    motion = found.motions[0]
+    with TemporaryDirectory() as folder:
+        urdf = write_text(arm.scene, "urdf", lossy=True).text
+        urdf = urdf.replace('type="continuous"', 'type="revolute"')  # Pinocchio takes a continuous joint as cos and sin
+        urdf = urdf.replace("</joint>", '<limit lower="-9" upper="9" effort="999" velocity="99"/></joint>')
+        (Path(folder) / "arm.urdf").write_text(urdf)
+        arrays = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, "step": 1 / arm.rate}
+        arrays |= {"band": found.band, "q_new": q, "qd_new": qd, "qdd_new": qdd}
+        np.savez(Path(folder) / "log.npz", **arrays)
+        command = [python, str(Path(__file__).parent / "peers" / "figaroh_base.py"), folder]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            print(f"  FIGAROH: {done.stderr.strip().splitlines()[-1]}")
+            return
+        theirs = json.loads(done.stdout.strip().splitlines()[-1])
+        new = np.load(Path(folder) / "tau.npy")
+    print(f"  FIGAROH  {theirs['seconds']:5.2f} s   {percent(new - right, size)}   ({theirs['count']} parameters)")
+
+
+def percent(off: np.ndarray, size: np.ndarray) -> str:
+    """Return errors by joint."""
+    return " ".join(f"{100 * x:.2f}" for x in np.sqrt(np.mean(off**2, axis=0)) / size)
+
+
+def main() -> None:
+    """Run what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--arms", default="puma560,arm7", help=f"of {', '.join(ARMS)}")
+    parser.add_argument("--seeds", type=int, default=100)
+    parser.add_argument("--figaroh", metavar="PYTHON", help="of an environment that has it")
+    asked = parser.parse_args()
+    for name in asked.arms.split(","):
+        if asked.seeds:
+            begin = time.process_time()
+            told(coverage(ARMS[name], asked.seeds), time.process_time() - begin)
+        if asked.figaroh:
+            beside(ARMS[name], asked.figaroh)
+
+
+if __name__ == "__main__":
+    main()
