@@ -302,7 +302,12 @@ def _read(scene: Scene, name: str, said: Any, faults: Faults) -> Distribution | 
     if fault := kind.fault(arguments):
         faults.add(where, f"{said}: {fault}")
         return None
-    return Distribution(name, said, call["kind"], tuple(arguments.items()))
+    found = Distribution(name, said, call["kind"], tuple(arguments.items()))
+    with np.errstate(all="ignore"):
+        if (listed := found.values) is not None and not np.isfinite(listed).all():
+            faults.add(where, f"{said}: a value is beyond the largest double, 1.8e308; make them smaller")
+            return None
+    return found
 
 
 def _toleranced(scene: Scene, name: str, said: str, faults: Faults) -> Distribution | None:
