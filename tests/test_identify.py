@@ -329,3 +329,8 @@ def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str,
     """Those of one way were ignored by the others: `--parameters m1` fitted all parameters, `--excite` no friction."""
     assert main(["identify", str(EXAMPLES / "scara.toml"), *words]) == 1
     assert told in capsys.readouterr().err
+
+
+def test_currents_are_no_forces_and_the_way_out_is_told() -> None:
+    with pytest.raises(IdentifyError, match=r"tau\*: A is a current; .* torque constant .* docs/identify\.md"):
+        symdyn.identify(scara(), log(scara()), units={"tau*": "A"})

@@ -196,3 +196,28 @@ def test_the_same_estimates_give_the_same_bytes():
     first, second = (nearest_physical(known, known.map, estimate, covariance).values for _ in range(2))
 
     assert first.tobytes() == second.tobytes()
+
+
+@pytest.mark.parametrize(("moves", "noise"), [((0,), 1e-12), ((1,), 1e-9), ((0, 5), 1e-6)])
+def test_estimates_that_have_no_noise_and_few_joints_have_bodies(moves, noise):
+    """Standard errors of nearly nothing, some combinations not told, and two bodies that no body can be."""
+    scene = symdyn.example("puma560")
+    joints = tuple(replace(j, damping=quantity("0.5")) if k < 2 else j for k, j in enumerate(scene.joints))
+    known = unknowns(replace(scene, joints=joints))
+    t, n = np.arange(0, 10, 0.05), len(scene.coordinates)
+    q, qd, qdd = np.full((len(t), n), 0.3), np.zeros((len(t), n)), np.zeros((len(t), n))
+    for k in moves:
+        w = 2 + k
+        q[:, k], qd[:, k], qdd[:, k] = np.sin(w * t), w * np.cos(w * t), -w * w * np.sin(w * t)
+    rows = symdyn.lambdify(known.scene, "base_regressor")(q, qd, qdd).reshape(len(t) * n, -1)
+    scale = np.maximum(np.linalg.norm(rows, axis=0), 1e-9)
+    _, s, Vt = np.linalg.svd(rows / scale, full_matrices=False)
+    told = s > 1e-6 * s[0]
+    C = Vt[told] * scale
+    estimate = C @ known.map @ known.values
+
+    found = nearest_physical(known, C @ known.map, estimate, np.diag((noise / s[told]) ** 2))
+
+    assert found.told == told.sum() < len(known.base)
+    assert found.margins[[name not in found.kept for name in known.bodies]].min() > 0
+    assert found.missed < 0.2

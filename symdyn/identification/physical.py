@@ -65,6 +65,8 @@ class Physical:
         values: shape (p,), in the order of `unknowns.names`.
         distance: from the estimates, in the metric of their covariance: their Mahalanobis distance; 1 is one standard
             error. Zero: the estimates are those of bodies as they are.
+        missed: length of what is missed of the estimates by that of the estimates.
+        told: how many combinations were estimated.
         margins: smallest eigenvalue of the pseudo-inertia of every body by its trace, shape (bodies,); a third of a
             fourth is a ball, zero is a body without thickness, below zero is none. Lengths are in `length`.
         before: the same of the scene as declared.
@@ -77,6 +79,8 @@ class Physical:
     unknowns: Unknowns
     values: Array
     distance: float
+    missed: float
+    told: int
     margins: Array
     before: Array
     length: float
@@ -149,12 +153,14 @@ def nearest_physical(
     ]
     edge += _settled(unknowns, values, spread * np.abs(np.diag(metric)))
     off = weigh @ (values - prior) - target
-    margins = _margins(values, count, length)
+    size = float(np.linalg.norm(estimate))
     return Physical(
         unknowns,
         values,
         float(np.linalg.norm(off)),
-        margins,
+        float(np.linalg.norm(combinations @ values - estimate)) / size if size else 0.0,
+        len(estimate),
+        _margins(values, count, length),
         _margins(unknowns.values, count, length),
         length,
         tuple(one for k, one in enumerate(unknowns.bodies) if not felt[k]),
@@ -372,7 +378,10 @@ def _projected(cones: _Cones, best: Array, R: Array) -> Array:
         if "Infeasible" in status:
             advice = "no bodies have what is asked of them; ask less of masses and ellipsoids"
         else:
-            advice = "the estimates are too far from those of any body; look at units, friction and outliers of the log"
+            advice = (
+                "the solver of cones does not get through: standard errors of these estimates lie too far apart, as "
+                "those of a log with hardly any noise, or of units that are off; look at both, and at outliers"
+            )
         raise IdentifyError(f"{advice} (clarabel ends with {status})")
     found: Array = best + back @ np.array(solution.x)
     return found

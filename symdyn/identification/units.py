@@ -47,6 +47,9 @@ UNITS: dict[str, float] = {
 }
 """What a column may be in, and by which it becomes SI with radians."""
 
+CURRENTS = ("A", "mA")
+"""What a drive is often measured in, and no factor makes a force of that is the same for all drives."""
+
 NEAR, ALIKE = 0.1, 0.9
 """How near a ratio is to a factor of units, and the correlation from which two columns show the same thing."""
 
@@ -63,7 +66,13 @@ def in_si(table: Columns, units: Mapping[str, str], faults: Faults) -> Columns:
     for pattern, unit in units.items():
         factor = UNITS.get(unit)
         found = [name for name in (TIME, *values) if fnmatchcase(name, pattern)]
-        if factor is None:
+        if unit in CURRENTS:
+            faults.add(
+                "units",
+                f"{pattern}: {unit} is a current; a force it becomes by the torque constant and the gear ratio of its "
+                "drive, which a log alone does not tell: docs/identify.md, Currents in place of forces",
+            )
+        elif factor is None:
             faults.add("units", f"{pattern}: {unit} is no unit of a column; {choice(unit, UNITS)}")
         elif not found:
             faults.add("units", f"{pattern}: {table.source} has no such column; {choice(pattern, (TIME, *values))}")
