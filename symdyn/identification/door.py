@@ -158,7 +158,7 @@ def _fitted(model: LinearModel, moved: tuple[Motion, ...], band: float, hold_bac
         for one in stretches(mask, left, motion.t, motion.source, names)
     ]
     found.fits = _fits(model, moved, Ys, drawn, used, parts, regression)
-    found.notes = _told_of(found.outliers, out)
+    found.notes = [*_standing(model, moved), *_told_of(found.outliers, out)]
     return found
 
 
@@ -196,6 +196,14 @@ def _moving(model: LinearModel, motion: Motion) -> Flags:
     for j in model.jumps:
         used[:, j] = np.abs(motion.qd[:, j]) > SLOW * motion.noise[1, j]
     return used
+
+
+def _standing(model: LinearModel, moved: Sequence[Motion]) -> list[str]:
+    """Return a note on samples of joints that were left out as `_moving` says."""
+    left = 1 - np.concatenate([_moving(model, one) for one in moved]).mean(axis=0)
+    names = drive_names(model.scene)
+    parts = [f"{100 * left[j]:.2g} % of {names[j]}" for j in model.rows if left[j] > 0]
+    return [f"left out where a joint stands, where dry friction jumps: {', '.join(parts)}"] if parts else []
 
 
 def _drawn(model: LinearModel, motion: Motion, Y: Array) -> Array | None:

@@ -27,11 +27,12 @@ Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
 
 ORDER = 4
-EDGE = 1.0
+EDGE = 3.0
 """Periods of the band that are dropped at both ends of a log, where a filter knows one side only."""
 
-ABOVE, SHARE, ROOM = 30.0, 0.9999, 5.0
-"""How far motion stands above the floor of noise, its share of the power of accelerations, and room for harmonics."""
+ABOVE, SHARE, ROOM = 30.0, 0.9999, 20.0
+"""How far motion stands above the floor of noise, its share of the power of accelerations, and the width of the band
+over it: what lies above the harmonics of the motion is noise alone, and tells how large it is."""
 
 UNEVEN, TOLD = 1e-6, 0.05
 """Part of a step by which steps may differ and are called even, and by which they may and nothing is said."""

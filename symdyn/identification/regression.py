@@ -36,10 +36,7 @@ CLEAR, LOW = 9.0, 0.02
 """Gain of twice the logarithm of likelihood from which noise has one colour more; least variance, part of the mean."""
 
 SURE = 3.0
-"""Standard deviations from which a correlation of two joints is one."""
-
-MIXED = 0.05
-"""Part of a direction below which a parameter is there by noise."""
+"""Standard deviations from which a correlation of two joints is one, and a column part of what is not told."""
 
 BURIED = 0.25
 """Part of the information of a direction that noise of the motion may make, and it still counts as told."""
@@ -190,21 +187,20 @@ def _solved(
     weighted = Y * weights[:, None]
     scale = np.linalg.norm(weighted, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
-    _, s, Vt = np.linalg.svd(weighted / scale, full_matrices=True)
+    _, s, Vt = np.linalg.svd(weighted / scale, full_matrices=len(Y) < Y.shape[1])
     s = np.append(s, np.zeros(Y.shape[1] - len(s)))
     lost = s <= LEAST * s[0]
     untold = Vt[lost]
     if buried.size:
-        noise = (buried * weights[:, None] / scale) @ Vt.T
-        covered = ~lost & (np.sum(noise**2, axis=0) >= BURIED * s**2)
-        untold = np.vstack([untold, _cleared(Vt[covered])])
+        felt = Vt[~lost] / s[~lost, None]  # directions of which the rows tell as much
+        _, part, turned = np.linalg.svd((buried * weights[:, None] / scale) @ felt.T, full_matrices=False)
+        untold = np.vstack([untold, _cleared(turned[part**2 >= BURIED] @ felt, weighted / scale)])
     if not len(untold):
         inside = np.eye(Y.shape[1])
-    elif len(untold) < Y.shape[1]:
-        basis = np.linalg.svd(untold)[2]
-        untold, inside = basis[: len(untold)], basis[len(untold) :]
     else:
-        inside = np.zeros((0, Y.shape[1]))
+        _, sizes, basis = np.linalg.svd(untold)
+        rank = int(np.sum(sizes > LEAST * sizes[0]))
+        untold, inside = basis[:rank], basis[rank:]
     U, s, Wt = np.linalg.svd(weighted / scale @ inside.T, full_matrices=False)
     w = Wt.T @ ((U.T @ ((tau - Y @ kept) * weights)) / s)
     return kept + (w @ inside) / scale, U, untold, scale, float(s[0] / s[-1]) if len(s) else np.inf
@@ -212,19 +208,43 @@ def _solved(
 
 def echelon(rows: Array) -> Array:
     """Return rows of the same space, each with one column that the others lack; by QR with pivoting."""
+    return _echelon(rows)[0]
+
+
+def _echelon(rows: Array) -> tuple[Array, Indices]:
+    """Return rows of the same space, and the column that each has for itself."""
     from scipy.linalg import qr
 
     if not len(rows):
+        return rows, np.zeros(0, np.int64)
+    pivots = np.sort(qr(rows, mode="economic", pivoting=True)[2][: len(rows)])
+    return np.linalg.solve(rows[:, pivots], rows), pivots
+
+
+def _cleared(rows: Array, columns: Array) -> Array:
+    """Return directions that noise buries, without what chance mixes into them.
+
+    A column that is noise is, by chance, a little like every other one. What it truly shares with others is its
+    regression on them; of that stays what is sure against its standard error (White 1980).
+    """
+    if not len(rows):
         return rows
-    pivots = qr(rows, mode="economic", pivoting=True)[2][: len(rows)]
-    found = np.linalg.solve(rows[:, pivots], rows)
-    return np.asarray(found[np.argsort(pivots, kind="stable")])
-
-
-def _cleared(rows: Array) -> Array:
-    """Return directions without the small parts that noise mixes into them."""
-    rows = echelon(rows)
-    return np.where(np.abs(rows) > MIXED * np.abs(rows).max(axis=1, keepdims=True, initial=0), rows, 0.0)
+    rows = np.linalg.svd(rows, full_matrices=False)[2]
+    rows, pivots = _echelon(rows)
+    found = np.zeros_like(rows)
+    for row, pivot in zip(found, pivots, strict=True):
+        row[pivot] = 1.0
+        others = np.setdiff1d(np.arange(rows.shape[1]), pivots)
+        while len(others):
+            inverse = np.linalg.pinv(columns[:, others], rcond=LEAST)
+            shared = inverse @ columns[:, pivot]
+            off = columns[:, pivot] - columns[:, others] @ shared
+            sure = np.abs(shared) > SURE * np.linalg.norm(inverse * off, axis=1)
+            if sure.all():
+                row[others] = -shared
+                break
+            others = others[sure]
+    return found
 
 
 def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:
