@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.identification.directions import hidden
 from symdyn.identification.filtered import Flags, Indices
 
 ROUNDS = 8
@@ -36,10 +37,7 @@ CLEAR, LOW = 9.0, 0.02
 """Gain of twice the logarithm of likelihood from which noise has one colour more; least variance, part of the mean."""
 
 SURE = 3.0
-"""Standard deviations from which a correlation of two joints is one, and a column part of what is not told."""
-
-BURIED = 0.25
-"""Part of the information of a direction that noise of the motion may make, and it still counts as told."""
+"""Standard deviations from which a correlation of two joints is one."""
 
 
 @dataclass(frozen=True)
@@ -192,9 +190,8 @@ def _solved(
     lost = s <= LEAST * s[0]
     untold = Vt[lost]
     if buried.size:
-        felt = Vt[~lost] / s[~lost, None]  # directions of which the rows tell as much
-        _, part, turned = np.linalg.svd((buried * weights[:, None] / scale) @ felt.T, full_matrices=False)
-        untold = np.vstack([untold, _cleared(turned[part**2 >= BURIED] @ felt, weighted / scale)])
+        felt = Vt[~lost] / s[~lost, None]
+        untold = np.vstack([untold, hidden(felt, weighted / scale, buried * weights[:, None] / scale)])
     if not len(untold):
         inside = np.eye(Y.shape[1])
     else:
@@ -204,47 +201,6 @@ def _solved(
     U, s, Wt = np.linalg.svd(weighted / scale @ inside.T, full_matrices=False)
     w = Wt.T @ ((U.T @ ((tau - Y @ kept) * weights)) / s)
     return kept + (w @ inside) / scale, U, untold, scale, float(s[0] / s[-1]) if len(s) else np.inf
-
-
-def echelon(rows: Array) -> Array:
-    """Return rows of the same space, each with one column that the others lack; by QR with pivoting."""
-    return _echelon(rows)[0]
-
-
-def _echelon(rows: Array) -> tuple[Array, Indices]:
-    """Return rows of the same space, and the column that each has for itself."""
-    from scipy.linalg import qr
-
-    if not len(rows):
-        return rows, np.zeros(0, np.int64)
-    pivots = np.sort(qr(rows, mode="economic", pivoting=True)[2][: len(rows)])
-    return np.linalg.solve(rows[:, pivots], rows), pivots
-
-
-def _cleared(rows: Array, columns: Array) -> Array:
-    """Return directions that noise buries, without what chance mixes into them.
-
-    A column that is noise is, by chance, a little like every other one. What it truly shares with others is its
-    regression on them; of that stays what is sure against its standard error (White 1980).
-    """
-    if not len(rows):
-        return rows
-    rows = np.linalg.svd(rows, full_matrices=False)[2]
-    rows, pivots = _echelon(rows)
-    found = np.zeros_like(rows)
-    for row, pivot in zip(found, pivots, strict=True):
-        row[pivot] = 1.0
-        others = np.setdiff1d(np.arange(rows.shape[1]), pivots)
-        while len(others):
-            inverse = np.linalg.pinv(columns[:, others], rcond=LEAST)
-            shared = inverse @ columns[:, pivot]
-            off = columns[:, pivot] - columns[:, others] @ shared
-            sure = np.abs(shared) > SURE * np.linalg.norm(inverse * off, axis=1)
-            if sure.all():
-                row[others] = -shared
-                break
-            others = others[sure]
-    return found
 
 
 def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:
