@@ -90,7 +90,7 @@ def test_an_interval_is_as_wide_as_it_says() -> None:
 def test_rows_that_the_estimate_follows_say_nothing_about_noise() -> None:
     """Eight slow rows tell a parameter each, so that nothing of them is left: noise is that of the other rows, 1."""
     count, p = 60, 8
-    f = 0.05 * np.arange(count)
+    f = np.asarray(0.05 * np.arange(count), dtype=np.float64)
     tau = np.random.default_rng(1).normal(size=count)
     rows = Rows(np.eye(count, p), tau, np.zeros(count, int), f, np.arange(count))
     found = solve([f"b{k}" for k in range(p)], rows, np.zeros(p), 3.0, 1)

@@ -48,7 +48,7 @@ def _echelon(rows: Array) -> tuple[Array, Indices]:
     if not len(rows):
         return rows, np.zeros(0, np.int64)
     pivots = np.sort(qr(rows, mode="economic", pivoting=True)[2][: len(rows)])
-    return np.linalg.solve(rows[:, pivots], rows), pivots
+    return np.asarray(np.linalg.solve(rows[:, pivots], rows)), np.asarray(pivots, dtype=np.int64)
 
 
 def cleared(rows: Array, columns: Array) -> Array:
