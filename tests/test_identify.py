@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -387,3 +387,56 @@ def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str,
 def test_currents_are_no_forces_and_the_way_out_is_told() -> None:
     with pytest.raises(IdentifyError, match=r"tau\*: A is a current; .* torque constant .* docs/identify\.md"):
         symdyn.identify(scara(), log(scara()), units={"tau*": "A"})
+
+
+def test_rounding_of_a_joint_at_rest_tells_nothing() -> None:
+    """Rates of a constant column are rounding of filter and spline: they told an inertia of -3e7, friction of 5e11."""
+    data = noisy(log(scara()), 3, 0.01)
+    still = data | {"q2": np.full_like(data["t"], 0.3)}
+    found = symdyn.identify(scara(), still, friction=("viscous", "coulomb"))
+    moved = [k for k, told in enumerate(found.regression.told) if told]
+
+    assert not any("R2" in found.names[k] or found.names[k].endswith("v2") for k in moved)
+    np.testing.assert_allclose(
+        np.delete(found.after, moved), np.delete(np.nan_to_num(found.before), moved), rtol=0, atol=20
+    )
+    assert any("q2 never moves" in note for note in found.notes)
+
+
+def test_a_force_in_thousands_is_named_by_the_unit_of_its_joint() -> None:
+    data = noisy(log(scara()), 3, 0.01)
+    kinds = dict(zip(scara().drives, scara().joints, strict=True))
+    for drive, joint in kinds.items():
+        found = symdyn.identify(scara(), {**data, drive: data[drive] / 1000})
+        unit = "kN" if joint.type == "prismatic" else "kNm"
+        assert any(f"it looks like {unit}; --units {drive}={unit}" in note for note in found.notes), drive
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace(",", ";"), "semicolons stand between the names; write commas"),
+        (lambda text: text.replace(",", "\t"), "tabs stand between the names"),
+        (lambda text: "# monday\n" + text, 'the first row is "# monday"; .* remove what stands above'),
+        (lambda text: text.replace("t,", "time,", 1), "it has time, q1, .*; call the times, in s, t"),
+    ],
+)
+def test_a_file_of_another_make_says_how_to_write_it(tmp_path: Path, change: Callable[[str], str], words: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(change(symdyn.inverse(scara(), MOTION, np.linspace(0, 1, 51)).to_csv()))
+
+    with pytest.raises(IdentifyError, match=words):
+        symdyn.identify(scara(), str(file))
+
+
+def test_text_in_columns_that_nothing_reads_is_left_alone(tmp_path: Path) -> None:
+    """A column of states, "ok" in every row, made a log unreadable, though other columns are left alone."""
+    plain, other = tmp_path / "plain.csv", tmp_path / "other.csv"
+    plain.write_text(symdyn.inverse(scara(), MOTION, np.linspace(0, 10, 501)).to_csv())
+    head, *rows = plain.read_text().splitlines()
+    other.write_text("\n".join([f"{head},state", *(f"{row},ok" for row in rows)]))
+
+    assert symdyn.identify(scara(), str(other)).after.tobytes() == symdyn.identify(scara(), str(plain)).after.tobytes()
+    other.write_text("\n".join([head, *rows[:100], rows[100].replace(",", ",x", 1), *rows[101:]]))
+    with pytest.raises(IdentifyError, match="is not a finite number; leave the row out"):
+        symdyn.identify(scara(), str(other))

@@ -100,7 +100,8 @@ def _expected(model: LinearModel, logs: Sequence[Log], moved: Sequence[Motion]) 
     before = np.concatenate([model.regressor(one.q, one.qd, one.qdd) @ model.prior for one in moved])
     driven = [j for j in model.rows if model.scene.drives[j]]
     names = [drive_names(model.scene)[j] for j in driven]
-    return forces_off(logs[0].source, names, tau[:, driven], before[:, driven])
+    kinds = [velocity_units(model.scene)[j] for j in driven]
+    return forces_off(logs[0].source, names, kinds, tau[:, driven], before[:, driven])
 
 
 class _Fitted:

@@ -43,6 +43,9 @@ GAP = 4.0
 PERIODS = 4.0
 """Of the band that a part of a log lasts at least."""
 
+ROUNDED = 1e-12
+"""Part of its size to which a filter and a spline know a column that never moves: noise is never taken as less."""
+
 MOST = 5
 """Gaps of one log that are told one by one."""
 
@@ -82,11 +85,14 @@ def spectrum(x: Array, step: float) -> tuple[Array, Array]:
 
 
 def floor(x: Array, step: float) -> Array:
-    """Return the variance of white noise of the columns of x, shape (n,), from the upper half of their spectrum."""
+    """Return the variance of white noise of the columns of x, shape (n,), from the upper half of their spectrum.
+
+    It is not less than what rounding makes of a column: the rates of a joint at rest are nothing but that.
+    """
     frequency, power = spectrum(x, step)
     above = power[frequency >= 0.5 * frequency[-1]]
     found: Array = np.median(above, axis=0) / np.log(2.0)  # the median of an exponential distribution
-    return found
+    return np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2)
 
 
 def choose_band(logs: Iterable[Log]) -> float:

@@ -78,7 +78,7 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
         return tuple(data)
     faults = Faults("")
     try:
-        said = read_entries(data, "data", faults)
+        said = read_entries(data, "data", faults, known(scene))
     except SimulateError as error:
         raise IdentifyError(error.faults) from None
     for where, name, _ in said.texts:
@@ -99,10 +99,10 @@ def expected(scene: Scene) -> tuple[str, ...]:
     return (*scene.coordinates, *(drive for drive in scene.drives if drive))
 
 
-def known(scene: Scene) -> set[str]:
-    """Return all columns that are looked at."""
-    rates = [acceleration_name(name) for name in scene.velocities]
-    return {*scene.coordinates, *scene.velocities, *rates, *drive_names(scene)}
+def known(scene: Scene) -> tuple[str, ...]:
+    """Return all columns beside t that a log of a scene may have and that are read."""
+    rates = scene.velocities
+    return (*scene.coordinates, *rates, *(acceleration_name(name) for name in rates), *drive_names(scene))
 
 
 def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
