@@ -440,3 +440,13 @@ def test_text_in_columns_that_nothing_reads_is_left_alone(tmp_path: Path) -> Non
     other.write_text("\n".join([head, *rows[:100], rows[100].replace(",", ",x", 1), *rows[101:]]))
     with pytest.raises(IdentifyError, match="is not a finite number; leave the row out"):
         symdyn.identify(scara(), str(other))
+
+
+def test_a_log_counts_once_and_a_band_ends_where_samples_do() -> None:
+    """The same file twice made intervals narrower by a root of two; 5000 Hz was a band of 200 samples a s."""
+    data = noisy(log(scara()), 3, 0.01)
+
+    with pytest.raises(IdentifyError, match="is a log that is given already"):
+        symdyn.identify(scara(), [data, dict(data)])
+    with pytest.raises(IdentifyError, match="samples show no more than 100 Hz"):
+        symdyn.identify(scara(), data, band=5000)

@@ -71,6 +71,7 @@ def identify(
     if faults:
         raise IdentifyError(faults)
     logs = read_logs(scene, data, units)
+    _check_logs(logs, band)
     model = linear_model(scene, (friction,) if isinstance(friction, str) else tuple(friction))
     band = choose_band(logs) if band is None else band
     parts = [motions(log, band) for log in logs]
@@ -90,6 +91,22 @@ def identify(
         scene, model, logs, moved, band, found.regression, found.fits, tuple(found.outliers), lost, tuple(notes),
         found.predicted, found.used, found.held,
     )  # fmt: skip
+
+
+def _check_logs(logs: Sequence[Log], band: float | None) -> None:
+    """Raise IdentifyError for a log that counts twice, and for a band that samples cannot show."""
+    faults = []
+    for k, log in enumerate(logs):
+        if any(np.array_equal(log.t, one.t) and np.array_equal(log.tau, one.tau) for one in logs[:k]):
+            faults.append(f"{log.source}: is a log that is given already; twice the same tells no more, leave it out")
+        half = 0.5 / float(np.median(np.diff(log.t)))
+        if band is not None and band > half:
+            faults.append(
+                f"{log.source}: band = {band:.6g} Hz: samples show no more than {half:.6g} Hz, half of their rate; "
+                "give less, or leave it out"
+            )
+    if faults:
+        raise IdentifyError(faults)
 
 
 def _expected(model: LinearModel, logs: Sequence[Log], moved: Sequence[Motion]) -> list[str]:

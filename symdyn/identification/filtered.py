@@ -92,7 +92,8 @@ def floor(x: Array, step: float) -> Array:
     frequency, power = spectrum(x, step)
     above = power[frequency >= 0.5 * frequency[-1]]
     found: Array = np.median(above, axis=0) / np.log(2.0)  # the median of an exponential distribution
-    return np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2)
+    least: Array = np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2)
+    return least
 
 
 def choose_band(logs: Iterable[Log]) -> float:
