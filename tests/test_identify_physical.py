@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 import symdyn
 from symdyn.errors import IdentifyError
 from symdyn.identification import physical as subject
+from symdyn.identification.cones import matrix, pseudo_rows
 from symdyn.identification.physical import MARGIN, SPREAD, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
 from symdyn.scene.binding import bind
@@ -75,7 +76,7 @@ def _by_factors(known, estimate, covariance, start):
     p, count = len(known.values), len(known.bodies)
     length, sizes = subject._sizes(known)
     A, b = _squares(known, estimate, covariance, FAR)
-    back = [np.linalg.inv(subject._pseudo(k, p, length)[:, TEN * k : TEN * (k + 1)]) for k in range(count)]
+    back = [np.linalg.inv(pseudo_rows(k, p, length)[:, TEN * k : TEN * (k + 1)]) for k in range(count)]
     low = np.tril_indices(4)
 
     def values(x):
@@ -89,7 +90,7 @@ def _by_factors(known, estimate, covariance, start):
 
     x = start.values.copy()
     for k in range(count):
-        spd = subject._matrix(subject._pseudo(k, p, length) @ start.values) + 0.1 * sizes[k] * np.eye(4)
+        spd = matrix(pseudo_rows(k, p, length) @ start.values) + 0.1 * sizes[k] * np.eye(4)
         x[TEN * k : TEN * (k + 1)] = np.linalg.cholesky(spd)[low]
     ends = {"x_scale": "jac", "xtol": 1e-14, "ftol": 1e-14, "gtol": 1e-12, "max_nfev": 3000}
     return values(least_squares(lambda x: A @ (values(x) - subject.prior_of(known)) - b, x, **ends).x)
@@ -106,10 +107,10 @@ def test_nothing_that_bodies_can_have_is_nearer(name, noise):
     slope = 2 * A.T @ (A @ (found.values - subject.prior_of(known)) - b)
     length, sizes = subject._sizes(known)
     for k in range(len(known.bodies)):
-        rows = subject._pseudo(k, len(known.values), length)
+        rows = pseudo_rows(k, len(known.values), length)
         own = slice(TEN * k, TEN * (k + 1))
         upper = np.linalg.solve(rows[:, own].T, slope[own]) / [1 if i == j else 2 for i, j in subject.UPPER]
-        Z, P = subject._matrix(upper), subject._matrix(rows @ found.values) - 2 * MARGIN * sizes[k] * np.eye(4)
+        Z, P = matrix(upper), matrix(rows @ found.values) - 2 * MARGIN * sizes[k] * np.eye(4)
         tight = 1e-6 * (1 + np.abs(Z).max())
         assert np.linalg.eigvalsh(Z)[0] > -tight / sizes[k]
         assert np.linalg.eigvalsh(P)[0] > -1e-7 * sizes[k]
