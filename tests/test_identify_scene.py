@@ -255,7 +255,8 @@ def test_a_log_of_one_joint_without_noise_becomes_a_scene(arm, noise):
     assert made.physical.told == len(found.names) - len(found.regression.untold)
     assert made.physical.margins.min() > 0
     told, estimate, _ = told_combinations(found)
-    assert made.physical.missed == np.linalg.norm(told @ made.physical.base - estimate) / np.linalg.norm(estimate)
+    missed = np.linalg.norm(told @ made.physical.base - estimate) / np.linalg.norm(estimate)
+    assert made.physical.missed == pytest.approx(missed, rel=1e-6, abs=1e-12)
     assert made.physical.missed < 0.2
     hardly = [note for note in made.notes if "hardly any noise" in note]
     assert bool(hardly) == (noise == 0)

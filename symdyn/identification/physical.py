@@ -43,6 +43,9 @@ FLOOR = 1e-2
 SPREAD = 1.0
 """How far a body may be from the scene's own where data say so, in its own size: standard deviation of the prior."""
 
+NOTHING = 1e-9
+"""Shares in a combination below it, beside the largest, are rounding, and say nothing of a parameter's size."""
+
 SHARPEST = 1e-8
 """Relative standard error below which estimates are not believed: what a log in doubles can tell at best."""
 
@@ -226,7 +229,8 @@ def _metric(
             turned = half @ matrix(part[:, TEN * k + c]) @ half
             found[TEN * k : TEN * (k + 1), TEN * k + c] = triangle(turned)
     for c in range(TEN * count, p):
-        touching = [abs(e / row[c]) for e, row in zip(estimate, combinations, strict=True) if row[c]]
+        rows = zip(estimate, combinations, strict=True)
+        touching = [abs(e / row[c]) for e, row in rows if abs(row[c]) > NOTHING * np.abs(row).max()]
         found[c, c] = 1 / (max(abs(float(prior[c])), *touching, 0.0) or 1.0)
     return found
 
