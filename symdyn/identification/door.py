@@ -42,6 +42,15 @@ def identify(
 ) -> Identification:
     """Return the base parameters of a scene that measured motion and driving forces tell, with standard errors.
 
+    >>> import numpy as np
+    >>> import symdyn
+    >>> scene = symdyn.example("pendulum")
+    >>> motion, values = "q1=sin(t)+0.4*sin(2.7*t)", {"m": 1.2, "b": 0.03}
+    >>> log = symdyn.inverse(scene, motion, times=np.linspace(0, 10, 1001), values=values)
+    >>> found = symdyn.identify(scene, {"t": log.t, "q1": log["q1"], "tau1": log["tau1"]})
+    >>> [f"{name} = {value:.3f}" for name, value in zip(found.names, found.after, strict=True)]
+    ['mxR1 = 0.000', 'myR1 = -0.600', 'JxxR1 + JyyR1 = 0.300', 'b = 0.030']
+
     Args:
         scene: the mechanism; its own numbers are what parameters that the data do not tell keep.
         data: path of a CSV file with the columns t, coordinates and driving forces, as `simulate` writes them; arrays
