@@ -14,8 +14,9 @@ from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.study.design import DESIGNS
-from symdyn.study.distributions import DISTRIBUTIONS, TOLERANCE
+from symdyn.study.distributions import DISTRIBUTIONS
 from symdyn.study.door import sweep
+from symdyn.study.over import TOLERANCE
 from symdyn.study.store import SUFFIX
 from symdyn.study.study import Study
 

@@ -25,10 +25,10 @@ from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, words
 from symdyn.study.block import block as one_block
 from symdyn.study.design import read_design
-from symdyn.study.distributions import Over, read_over
 from symdyn.study.executors import executor
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.measured import unit_of
+from symdyn.study.over import Over, read_over
 from symdyn.study.places import At, at_places
 from symdyn.study.store import SUFFIX, check_store, opened, store_of
 from symdyn.study.study import Study
