@@ -31,6 +31,8 @@ INTERRUPTED = 130
 
 LOAD = "import sys, symdyn; print(symdyn.load(sys.argv[1], 'inverse_dynamics').compiled)"
 
+BOUND = "m1=1,m2=1,h1=1,h2=1,g=9.81"
+
 VERBS: dict[str, Sequence[str]] = {
     "generate": ("-m", "symdyn", "generate", str(EXAMPLES / "two_link.toml"), "--target", "c", "-o", "out"),
     "walkthrough": ("-m", "symdyn", "walkthrough", str(EXAMPLES / "pendulum.toml"), "-o", "out/lesson.html"),
@@ -38,8 +40,25 @@ VERBS: dict[str, Sequence[str]] = {
         *("-m", "symdyn", "simulate", str(EXAMPLES / "pendulum.toml"), "--until", "1", "--method", "dop853"),
         *("-o", "out/run.csv", "--plot", "out/run.svg"),
     ),
+    "identify": (
+        *("-m", "symdyn", "identify", str(EXAMPLES / "two_link.toml"), "given.csv", "--bind", BOUND),
+        *("-o", "out/fit.html", "-o", "out/fit.toml", "-o", "out/fit.csv", "--force"),
+    ),
+    "sweep": (
+        *("-m", "symdyn", "sweep", str(EXAMPLES / "pendulum.toml"), "--bind", "g=9.81", "--start", "q1=1"),
+        *("--over", "m=linspace(1,2,2000)", "--until", "2", "--measure", "max(abs(q1_dot))", "-o", "out/study.csv"),
+        *("--plot", "out/study.svg"),
+    ),
     "load": ("-c", LOAD, str(EXAMPLES / "two_link.toml")),
 }
+
+GIVEN: dict[str, Sequence[str]] = {
+    "identify": (
+        *("-m", "symdyn", "simulate", str(EXAMPLES / "two_link.toml"), "--bind", BOUND),
+        *("--forces", "M1=3*sin(2*t)", "M2=cos(5*t)", "--until", "4", "--every", "0.005", "-o", "given.csv"),
+    ),
+}
+"""What writes the files that a verb reads, in the folder where it runs."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +88,10 @@ def kills(verb: str, times: int, seed: int = 1) -> Outcome:
         folder = Path(place)
         for part in ("work/out", "cache", "tmp"):
             (folder / part).mkdir(parents=True, mode=0o700)
+        if verb in GIVEN:
+            assert _started(GIVEN[verb], folder).wait() == 0
         start = time.monotonic()
-        assert _started(verb, folder).wait() == 0, "an undisturbed run succeeds"
+        assert _started(VERBS[verb], folder).wait() == 0, "an undisturbed run succeeds"
         span = time.monotonic() - start
         whole = dict(_files(folder / "work"))
         statuses: Counter[int] = Counter()
@@ -81,7 +102,7 @@ def kills(verb: str, times: int, seed: int = 1) -> Outcome:
                 (folder / "cache").mkdir(mode=0o700)
             shutil.rmtree(folder / "work" / "out")
             (folder / "work" / "out").mkdir()
-            running = _started(verb, folder)
+            running = _started(VERBS[verb], folder)
             time.sleep(rng.uniform(0.0, 1.1 * span))
             how = SIGNALS[k % len(SIGNALS)]
             running.send_signal(how)
@@ -93,7 +114,7 @@ def kills(verb: str, times: int, seed: int = 1) -> Outcome:
             for name, data in _files(folder / "work"):
                 if data != whole.get(name) and not (kept and _is_closed(data)):
                     halves.append(f"{name} after {how.name}")
-        last = _started(verb, folder)
+        last = _started(VERBS[verb], folder)
         _, talk = last.communicate()
         assert last.returncode == 0, talk.decode()
         behind = [path for part in ("work", "cache") for path in (folder / part).rglob(".*")]
@@ -103,10 +124,10 @@ def kills(verb: str, times: int, seed: int = 1) -> Outcome:
         return Outcome(statuses, tuple(halves), left, tuple(tracebacks), talk.decode())
 
 
-def _started(verb: str, folder: Path) -> subprocess.Popen[bytes]:
+def _started(command: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
     places = {"SYMDYN_CACHE_DIR": str(folder / "cache"), "TMPDIR": str(folder / "tmp"), "PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
-        [sys.executable, *VERBS[verb]],
+        [sys.executable, *command],
         cwd=folder / "work",
         env=os.environ | places,
         stdout=subprocess.PIPE,

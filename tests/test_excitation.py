@@ -137,7 +137,7 @@ def test_scenes_that_cannot_be_moved_freely_are_refused_with_the_way_out(name: s
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["puma560", "arm7"])
-def test_arms_of_six_and_seven_axes_are_conditioned_better_than_published_motions(name: str) -> None:
+def test_arms_of_six_and_seven_axes_get_condition_numbers_below_fifteen_within_limits(name: str) -> None:
     found = excite(symdyn.example(name), starts=1)
 
     assert found.condition < 15

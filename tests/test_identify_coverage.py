@@ -29,8 +29,9 @@ def test_intervals_of_a_spatial_arm_hold_the_truth(name: str) -> None:
     found = coverage(ARMS[name], 100)
 
     assert 90 * len(found.held) <= found.held.sum() <= 99 * len(found.held)
-    assert np.all(found.held >= binom.ppf(1e-4, 100, 0.92))
-    assert 0.85 < found.ratio < 1.12
+    assert np.all(found.held >= binom.ppf(1e-4, 100, 0.95))
+    assert 0.95 < found.ratio < 1.05
+    assert 90 <= found.joint <= 99
 
 
 def test_a_log_of_a_seed_is_the_same_every_time() -> None:

@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 import symdyn
 from symdyn.errors import IdentifyError
 from symdyn.identification import physical as subject
+from symdyn.identification.cones import matrix, pseudo_rows
 from symdyn.identification.physical import MARGIN, SPREAD, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
 from symdyn.scene.binding import bind
@@ -75,7 +76,7 @@ def _by_factors(known, estimate, covariance, start):
     p, count = len(known.values), len(known.bodies)
     length, sizes = subject._sizes(known)
     A, b = _squares(known, estimate, covariance, FAR)
-    back = [np.linalg.inv(subject._pseudo(k, p, length)[:, TEN * k : TEN * (k + 1)]) for k in range(count)]
+    back = [np.linalg.inv(pseudo_rows(k, p, length)[:, TEN * k : TEN * (k + 1)]) for k in range(count)]
     low = np.tril_indices(4)
 
     def values(x):
@@ -89,7 +90,7 @@ def _by_factors(known, estimate, covariance, start):
 
     x = start.values.copy()
     for k in range(count):
-        spd = subject._matrix(subject._pseudo(k, p, length) @ start.values) + 0.1 * sizes[k] * np.eye(4)
+        spd = matrix(pseudo_rows(k, p, length) @ start.values) + 0.1 * sizes[k] * np.eye(4)
         x[TEN * k : TEN * (k + 1)] = np.linalg.cholesky(spd)[low]
     ends = {"x_scale": "jac", "xtol": 1e-14, "ftol": 1e-14, "gtol": 1e-12, "max_nfev": 3000}
     return values(least_squares(lambda x: A @ (values(x) - subject.prior_of(known)) - b, x, **ends).x)
@@ -106,10 +107,10 @@ def test_nothing_that_bodies_can_have_is_nearer(name, noise):
     slope = 2 * A.T @ (A @ (found.values - subject.prior_of(known)) - b)
     length, sizes = subject._sizes(known)
     for k in range(len(known.bodies)):
-        rows = subject._pseudo(k, len(known.values), length)
+        rows = pseudo_rows(k, len(known.values), length)
         own = slice(TEN * k, TEN * (k + 1))
         upper = np.linalg.solve(rows[:, own].T, slope[own]) / [1 if i == j else 2 for i, j in subject.UPPER]
-        Z, P = subject._matrix(upper), subject._matrix(rows @ found.values) - 2 * MARGIN * sizes[k] * np.eye(4)
+        Z, P = matrix(upper), matrix(rows @ found.values) - 2 * MARGIN * sizes[k] * np.eye(4)
         tight = 1e-6 * (1 + np.abs(Z).max())
         assert np.linalg.eigvalsh(Z)[0] > -tight / sizes[k]
         assert np.linalg.eigvalsh(P)[0] > -1e-7 * sizes[k]
@@ -196,3 +197,28 @@ def test_the_same_estimates_give_the_same_bytes():
     first, second = (nearest_physical(known, known.map, estimate, covariance).values for _ in range(2))
 
     assert first.tobytes() == second.tobytes()
+
+
+@pytest.mark.parametrize(("moves", "noise"), [((0,), 1e-12), ((1,), 1e-9), ((0, 5), 1e-6)])
+def test_estimates_that_have_no_noise_and_few_joints_have_bodies(moves, noise):
+    """Standard errors of nearly nothing, some combinations not told, and two bodies that no body can be."""
+    scene = symdyn.example("puma560")
+    joints = tuple(replace(j, damping=quantity("0.5")) if k < 2 else j for k, j in enumerate(scene.joints))
+    known = unknowns(replace(scene, joints=joints))
+    t, n = np.arange(0, 10, 0.05), len(scene.coordinates)
+    q, qd, qdd = np.full((len(t), n), 0.3), np.zeros((len(t), n)), np.zeros((len(t), n))
+    for k in moves:
+        w = 2 + k
+        q[:, k], qd[:, k], qdd[:, k] = np.sin(w * t), w * np.cos(w * t), -w * w * np.sin(w * t)
+    rows = symdyn.lambdify(known.scene, "base_regressor")(q, qd, qdd).reshape(len(t) * n, -1)
+    scale = np.maximum(np.linalg.norm(rows, axis=0), 1e-9)
+    _, s, Vt = np.linalg.svd(rows / scale, full_matrices=False)
+    told = s > 1e-6 * s[0]
+    C = Vt[told] * scale
+    estimate = C @ known.map @ known.values
+
+    found = nearest_physical(known, C @ known.map, estimate, np.diag((noise / s[told]) ** 2))
+
+    assert found.told == told.sum() < len(known.base)
+    assert found.margins[[name not in found.kept for name in known.bodies]].min() > 0
+    assert found.missed < 0.2

@@ -15,7 +15,7 @@ from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification import identify
 from symdyn.identification.named import fit_names
 from symdyn.identification.report import report
-from symdyn.identification.scene import body_of_ten, identified, with_parameters, written
+from symdyn.identification.scene import body_of_ten, identified, told_combinations, with_parameters, written
 from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
 from symdyn.scene.binding import bind
 from symdyn.scene.values.formula import quantity
@@ -25,8 +25,8 @@ from symdyn.scene.values.value import value_of
 pytestmark = pytest.mark.runs("cc")
 
 
-def _log(scene, seconds=8, noise=0.01):
-    """Return a log of a simulated motion: sums of sines, exact forces, noise."""
+def _log(scene, seconds=8, noise=0.01, joints=()):
+    """Return a log of a simulated motion: sums of sines of all joints or of these, exact forces, noise."""
     draw, n = np.random.default_rng(1), len(scene.coordinates)
     t = np.arange(0, seconds, 0.005)
     q, qd, qdd = np.zeros((3, len(t), n))
@@ -34,6 +34,8 @@ def _log(scene, seconds=8, noise=0.01):
         w, (a, b) = 2 * np.pi * k / seconds, draw.normal(size=(2, n)) / 2
         s, c = np.sin(w * t)[:, None], np.cos(w * t)[:, None]
         q, qd, qdd = q + a * s + b * c, qd + w * (a * c - b * s), qdd - w * w * (a * s + b * c)
+    for k in set(range(n)) - set(joints or range(n)):
+        q[:, k], qd[:, k], qdd[:, k] = 0.3, 0, 0
     tau = symdyn.lambdify(scene, "inverse_dynamics")(q, qd, qdd)
     tau = tau + noise * np.std(tau, axis=0) * draw.normal(size=tau.shape)
     named = {name: q[:, k] for k, name in enumerate(scene.coordinates)}
@@ -230,3 +232,32 @@ def test_without_the_solver_one_is_told_how_to_get_it(arm, found, monkeypatch):
 
     with pytest.raises(IdentifyError, match=r'needs clarabel: pip install "symdyn\[identify\]"'):
         identified(found)
+
+
+def test_a_total_mass_of_parameters_with_names_is_told_to_do_nothing(pendulums):
+    _, found = pendulums
+
+    free, held = identified(found), identified(found, total_mass=9)
+
+    assert (free.named.values == held.named.values).all()
+    assert next(note for note in held.notes if note not in free.notes).startswith("the total mass: of no effect")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("noise", [0, 0.05])
+def test_a_log_of_one_joint_without_noise_becomes_a_scene(arm, noise):
+    moved = _log(arm, noise=noise, joints=(0,))
+    found = identify(arm, moved)
+
+    made = identified(found)
+
+    assert found.untold
+    assert made.physical.told == len(found.names) - len(found.regression.untold)
+    assert made.physical.margins.min() > 0
+    told, estimate, _ = told_combinations(found)
+    missed = np.linalg.norm(told @ made.physical.base - estimate) / np.linalg.norm(estimate)
+    assert made.physical.missed == pytest.approx(missed, rel=1e-6, abs=1e-12)
+    assert made.physical.missed < 0.2
+    hardly = [note for note in made.notes if "hardly any noise" in note]
+    assert not (hardly and noise)
+    assert any(f"tell {made.physical.told} combinations" in note for note in made.notes)

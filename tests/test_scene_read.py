@@ -302,8 +302,8 @@ def test_a_chain_has_n_links(n):
     [
         (("x", "pumma"), r"no template \"pumma\"; did you mean puma\? \(there are rr, rrr"),
         (("x", "rr", 3), "n = 3 goes with the templates chain and n_four_bar only"),
-        (("x", "chain", 0), "1 to 1000"),
-        (("x", "chain", 1001), "1 to 1000"),
+        (("x", "chain", 0), "1 to 1024"),
+        (("x", "chain", 1025), "1 to 1024"),
         (("a b", "rr"), 'the name "a b" is not a plain identifier'),
     ],
 )

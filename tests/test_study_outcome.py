@@ -13,8 +13,8 @@ from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.study.design import Design, read_design
-from symdyn.study.distributions import read_over
 from symdyn.study.indices import indices
+from symdyn.study.over import read_over
 from symdyn.study.plots import PLOTS, draw, fitting, plot, swing
 from symdyn.study.study import Study
 

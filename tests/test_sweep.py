@@ -23,7 +23,8 @@ from symdyn.errors import SimulateError, StudyError, UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.study.design import DESIGNS, Design, read_design
-from symdyn.study.distributions import DISTRIBUTIONS, Distribution, read_over
+from symdyn.study.distributions import DISTRIBUTIONS, Distribution
+from symdyn.study.over import read_over
 from symdyn.study.study import ENDED, FAILED, NOT_MADE, STOPPED
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -200,6 +200,9 @@ def _status(options: argparse.Namespace) -> int:
     except SymdynError as fault:
         fail(fault)
         return 1
+    except MemoryError as fault:
+        fail(f"too little memory ({fault or 'this machine has no more'}); ask for less at once")
+        return 1
     except KeyboardInterrupt:
         fail("interrupted")
         return CTRL_C

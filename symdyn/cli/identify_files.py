@@ -89,6 +89,9 @@ FILES = {
 }
 """By ending."""
 
+MADE = frozenset((".html", ".toml", ".urdf"))
+"""Endings of files that tell of the identified scene."""
+
 
 def add_file_options(verb: argparse.ArgumentParser) -> None:
     """Add what is written, and how inertias are chosen there."""
@@ -114,6 +117,8 @@ def check_files(options: argparse.Namespace) -> None:
             faults.append(f"{path} exists; give another name, or --force to overwrite it")
     if options.total_mass is not None and not 0 < options.total_mass < float("inf"):
         faults.append(f"--total-mass: {options.total_mass:g} is no mass; give one above zero, kg")
+    if options.total_mass is not None and not {Path(name).suffix.lower() for name in options.output} & MADE:
+        faults.append("--total-mass: is of the identified scene; give a file for it, such as -o identified.toml")
     if faults:
         raise IdentifyError(faults)
 

@@ -14,8 +14,9 @@ from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.study.design import DESIGNS
-from symdyn.study.distributions import DISTRIBUTIONS, TOLERANCE
+from symdyn.study.distributions import DISTRIBUTIONS
 from symdyn.study.door import sweep
+from symdyn.study.over import TOLERANCE
 from symdyn.study.store import SUFFIX
 from symdyn.study.study import Study
 
@@ -144,10 +145,11 @@ def run(options: argparse.Namespace) -> int:
         if file.suffix == TABLE:
             study.to_csv(file)
         print_paths(file)
-    nothing = study.failed == len(study)
+    nothing = not any(study.known(name).size for name in study.measures) and study.complete
     tell(study, options, lambda: {} if nothing or study.left else tell_outcome(study, scene, options, asked))
     if nothing:
-        fail(f"no run has measures; run 0: {study.told.get(0, 'failed')}")
+        why = study.told.get(0, "failed" if study.failed else f"{', '.join(study.measures)} is no finite number")
+        fail(f"no run has measures; run 0: {why}")
         return 1
     return 0 if study.complete else CTRL_C
 
@@ -193,6 +195,10 @@ def tell(study: Study, options: argparse.Namespace, outcome: Callable[[], dict[s
     for count, what in ((study.failed, "failed, and have no measures"), (study.stopped, "ended before their time")):
         if count:
             say(f"{count} of {len(study)} runs {what}")
+    for name in study.measures:
+        ended = len(study) - study.left - study.failed
+        if count := ended - study.known(name).size:
+            say(f"{name} is no finite number in {count} of {ended} runs that ended, which are left out of the summary")
     for number, words in list(study.told.items())[:FAILED]:
         values = ", ".join(
             f"{name} = {value:.6g}" for name, value in zip(study.names, study.values[number], strict=True)

@@ -42,6 +42,15 @@ def identify(
 ) -> Identification:
     """Return the base parameters of a scene that measured motion and driving forces tell, with standard errors.
 
+    >>> import numpy as np
+    >>> import symdyn
+    >>> scene = symdyn.example("pendulum")
+    >>> motion, values = "q1=sin(t)+0.4*sin(2.7*t)", {"m": 1.2, "b": 0.03}
+    >>> log = symdyn.inverse(scene, motion, times=np.linspace(0, 10, 1001), values=values)
+    >>> found = symdyn.identify(scene, {"t": log.t, "q1": log["q1"], "tau1": log["tau1"]})
+    >>> [f"{name} = {value:.3f}" for name, value in zip(found.names, found.after, strict=True)]
+    ['mxR1 = 0.000', 'myR1 = -0.600', 'JxxR1 + JyyR1 = 0.300', 'b = 0.030']
+
     Args:
         scene: the mechanism; its own numbers are what parameters that the data do not tell keep.
         data: path of a CSV file with the columns t, coordinates and driving forces, as `simulate` writes them; arrays
@@ -71,6 +80,7 @@ def identify(
     if faults:
         raise IdentifyError(faults)
     logs = read_logs(scene, data, units)
+    _check_logs(logs, band)
     model = linear_model(scene, (friction,) if isinstance(friction, str) else tuple(friction))
     band = choose_band(logs) if band is None else band
     parts = [motions(log, band) for log in logs]
@@ -92,6 +102,22 @@ def identify(
     )  # fmt: skip
 
 
+def _check_logs(logs: Sequence[Log], band: float | None) -> None:
+    """Raise IdentifyError for a log that counts twice, and for a band that samples cannot show."""
+    faults = []
+    for k, log in enumerate(logs):
+        if any(np.array_equal(log.t, one.t) and np.array_equal(log.tau, one.tau) for one in logs[:k]):
+            faults.append(f"{log.source}: is a log that is given already; twice the same tells no more, leave it out")
+        half = 0.5 / float(np.median(np.diff(log.t)))
+        if band is not None and band > half:
+            faults.append(
+                f"{log.source}: band = {band:.6g} Hz: samples show no more than {half:.6g} Hz, half of their rate; "
+                "give less, or leave it out"
+            )
+    if faults:
+        raise IdentifyError(faults)
+
+
 def _expected(model: LinearModel, logs: Sequence[Log], moved: Sequence[Motion]) -> list[str]:
     """Return notes on driving forces that are far from what the scene expects of the motion."""
     if not np.isfinite(model.prior).all():
@@ -100,7 +126,8 @@ def _expected(model: LinearModel, logs: Sequence[Log], moved: Sequence[Motion]) 
     before = np.concatenate([model.regressor(one.q, one.qd, one.qdd) @ model.prior for one in moved])
     driven = [j for j in model.rows if model.scene.drives[j]]
     names = [drive_names(model.scene)[j] for j in driven]
-    return forces_off(logs[0].source, names, tau[:, driven], before[:, driven])
+    kinds = [velocity_units(model.scene)[j] for j in driven]
+    return forces_off(logs[0].source, names, kinds, tau[:, driven], before[:, driven])
 
 
 class _Fitted:
@@ -158,7 +185,7 @@ def _fitted(model: LinearModel, moved: tuple[Motion, ...], band: float, hold_bac
         for one in stretches(mask, left, motion.t, motion.source, names)
     ]
     found.fits = _fits(model, moved, Ys, drawn, used, parts, regression)
-    found.notes = _told_of(found.outliers, out)
+    found.notes = [*_standing(model, moved), *_told_of(found.outliers, out)]
     return found
 
 
@@ -196,6 +223,14 @@ def _moving(model: LinearModel, motion: Motion) -> Flags:
     for j in model.jumps:
         used[:, j] = np.abs(motion.qd[:, j]) > SLOW * motion.noise[1, j]
     return used
+
+
+def _standing(model: LinearModel, moved: Sequence[Motion]) -> list[str]:
+    """Return a note on samples of joints that were left out as `_moving` says."""
+    left = 1 - np.concatenate([_moving(model, one) for one in moved]).mean(axis=0)
+    names = drive_names(model.scene)
+    parts = [f"{100 * left[j]:.2g} % of {names[j]}" for j in model.rows if left[j] > 0]
+    return [f"left out where a joint stands, where dry friction jumps: {', '.join(parts)}"] if parts else []
 
 
 def _drawn(model: LinearModel, motion: Motion, Y: Array) -> Array | None:

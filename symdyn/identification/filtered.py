@@ -27,11 +27,12 @@ Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
 
 ORDER = 4
-EDGE = 1.0
+EDGE = 3.0
 """Periods of the band that are dropped at both ends of a log, where a filter knows one side only."""
 
-ABOVE, SHARE, ROOM = 30.0, 0.9999, 5.0
-"""How far motion stands above the floor of noise, its share of the power of accelerations, and room for harmonics."""
+ABOVE, SHARE, ROOM = 30.0, 0.9999, 20.0
+"""How far motion stands above the floor of noise, its share of the power of accelerations, and the width of the band
+over it: what lies above the harmonics of the motion is noise alone, and tells how large it is."""
 
 UNEVEN, TOLD = 1e-6, 0.05
 """Part of a step by which steps may differ and are called even, and by which they may and nothing is said."""
@@ -41,6 +42,9 @@ GAP = 4.0
 
 PERIODS = 4.0
 """Of the band that a part of a log lasts at least."""
+
+ROUNDED = 1e-12
+"""Part of its size to which a filter and a spline know a column that never moves: noise is never taken as less."""
 
 MOST = 5
 """Gaps of one log that are told one by one."""
@@ -81,11 +85,15 @@ def spectrum(x: Array, step: float) -> tuple[Array, Array]:
 
 
 def floor(x: Array, step: float) -> Array:
-    """Return the variance of white noise of the columns of x, shape (n,), from the upper half of their spectrum."""
+    """Return the variance of white noise of the columns of x, shape (n,), from the upper half of their spectrum.
+
+    It is not less than what rounding makes of a column: the rates of a joint at rest are nothing but that.
+    """
     frequency, power = spectrum(x, step)
     above = power[frequency >= 0.5 * frequency[-1]]
     found: Array = np.median(above, axis=0) / np.log(2.0)  # the median of an exponential distribution
-    return found
+    least: Array = np.maximum(found, (ROUNDED * np.abs(x).max(axis=0)) ** 2)
+    return least
 
 
 def choose_band(logs: Iterable[Log]) -> float:

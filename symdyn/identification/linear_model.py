@@ -203,8 +203,8 @@ def _jumps(scene: Scene) -> tuple[int, ...]:
 def _check(scene: Scene) -> None:
     if not any(scene.drives):
         raise IdentifyError(
-            f'{scene.name}: no joint has a drive, so no force is measured; name one, as in drive = "tau1", or take '
-            "--by output-error, which fits motions alone"
+            f'{scene.name}: no joint has a drive, so no force is measured; name one, as in drive = "tau1", or fit '
+            "motions alone, by output error: --by output-error, in Python symdyn.identification.output_error"
         )
     if scene.inputs:
         names = ", ".join(one.name for one in scene.inputs)

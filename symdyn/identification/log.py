@@ -21,8 +21,8 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.units import in_si, looks_off
 from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.values.names import nearest
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.names import listed, nearest
+from symdyn.scene.values.table import Faults, shorten
 from symdyn.simulation.prescribed.entries import read_entries
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -30,6 +30,12 @@ from symdyn.simulation.prescribed.numbers_in_time import Columns
 
 SHORTEST = 20
 """Rows that a log needs at least, so that something can be filtered."""
+
+SHORTEST_STEP, LONGEST_STEP = 1e-15, 1e15
+"""Between which samples are apart, s: what is beyond has no spectrum in doubles."""
+
+LARGEST = 1e30
+"""Size of what is measured, in SI: squares of it and of its derivatives are doubles."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +78,7 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
         return tuple(data)
     faults = Faults("")
     try:
-        said = read_entries(data, "data", faults)
+        said = read_entries(data, "data", faults, known(scene))
     except SimulateError as error:
         raise IdentifyError(error.faults) from None
     for where, name, _ in said.texts:
@@ -93,6 +99,12 @@ def expected(scene: Scene) -> tuple[str, ...]:
     return (*scene.coordinates, *(drive for drive in scene.drives if drive))
 
 
+def known(scene: Scene) -> tuple[str, ...]:
+    """Return all columns beside t that a log of a scene may have and that are read."""
+    rates = scene.velocities
+    return (*scene.coordinates, *rates, *(acceleration_name(name) for name in rates), *drive_names(scene))
+
+
 def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
     """Return one log, None after a fault."""
     source = table.source or "data"
@@ -100,12 +112,21 @@ def _log(scene: Scene, table: Columns, faults: Faults) -> Log | None:
     if missing:
         there = [name for name in table.values if name not in expected(scene)]
         meant = [f"{name} (did you mean {near}?)" if (near := nearest(name, there)) else name for name in missing]
-        have = ", ".join((TIME, *table.values)) or "nothing"
+        have = listed([shorten(name) for name in (TIME, *table.values)])
         need = ", ".join((TIME, *expected(scene)))
         faults.add(source, f"has no column {', '.join(meant)}; {scene.name} needs {need}, and it has {have}")
     if len(table.t) < SHORTEST:
         faults.add(source, f"has {len(table.t)} rows; at least {SHORTEST} are needed, some hundred are better")
     if missing or len(table.t) < SHORTEST:
+        return None
+    before = len(faults.lines)
+    step = float(np.median(np.diff(table.t)))
+    if not SHORTEST_STEP < step < LONGEST_STEP:
+        faults.add(source, f"samples are {step:.3g} s apart, as no log's are; --units t=ms says that t is in ms")
+    for name in [name for name in table.values if name in known(scene)]:
+        if (most := float(np.abs(table.values[name]).max())) > LARGEST:
+            faults.add(source, f"{name} goes to {most:.3g}, as nothing does that is measured; leave such rows out")
+    if len(faults.lines) > before:
         return None
     notes: list[str] = []
     qd = _some(table.values, scene.velocities, source, notes)

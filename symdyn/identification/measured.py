@@ -59,7 +59,7 @@ def read_measured(
     logs = [data] if not isinstance(data, (list, tuple)) else data
     tables = list[Columns]()
     for one in logs:
-        said = read_entries(one, "data", faults)
+        said = read_entries(one, "data", faults, (*known, *drive_names(scene), *(given.name for given in scene.inputs)))
         tables += said.tables
         if said.texts or said.functions:
             faults.add("data", "formulas and functions measure nothing; give a .csv file, arrays by name, or a table")

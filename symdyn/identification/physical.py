@@ -26,16 +26,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symdyn.algebra.numeric import Array
 from symdyn.errors import IdentifyError
-from symdyn.extras import install
+from symdyn.identification.cones import UPPER, Cones, matrix, projected, pseudo_rows, triangle
 from symdyn.identification.unknowns import TEN, Unknowns
-
-Array = NDArray[Any]
 
 MARGIN = 1e-6
 """Smallest eigenvalue of a pseudo-inertia that is looked for, in sizes of the body."""
@@ -46,14 +43,11 @@ FLOOR = 1e-2
 SPREAD = 1.0
 """How far a body may be from the scene's own where data say so, in its own size: standard deviation of the prior."""
 
-TOLERANCES = (1e-10, 1e-8, 1e-6)
-"""Of the solver, one after the other where it does not get as far."""
+NOTHING = 1e-9
+"""Shares in a combination below it, beside the largest, are rounding, and say nothing of a parameter's size."""
 
 SHARPEST = 1e-8
 """Relative standard error below which estimates are not believed: what a log in doubles can tell at best."""
-
-UPPER = tuple((i, j) for j in range(4) for i in range(j + 1))
-"""Entries of a symmetric 4 by 4 matrix, column by column, as clarabel wants its triangle."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +59,8 @@ class Physical:
         values: shape (p,), in the order of `unknowns.names`.
         distance: from the estimates, in the metric of their covariance: their Mahalanobis distance; 1 is one standard
             error. Zero: the estimates are those of bodies as they are.
+        missed: length of what is missed of the estimates by that of the estimates.
+        told: how many combinations were estimated.
         margins: smallest eigenvalue of the pseudo-inertia of every body by its trace, shape (bodies,); a third of a
             fourth is a ball, zero is a body without thickness, below zero is none. Lengths are in `length`.
         before: the same of the scene as declared.
@@ -77,6 +73,8 @@ class Physical:
     unknowns: Unknowns
     values: Array
     distance: float
+    missed: float
+    told: int
     margins: Array
     before: Array
     length: float
@@ -128,10 +126,10 @@ def nearest_physical(
     felt = [bool(np.any(combinations[:, TEN * k : TEN * (k + 1)])) for k in range(count)]
     if total_mass is not None:
         felt = [True] * count
-    cones = _Cones(len(best))
+    cones = Cones(len(best))
     for k in range(count):
         if felt[k]:
-            cones.positive_definite(_pseudo(k, len(best), length), 2 * MARGIN * sizes[k])
+            cones.positive_definite(pseudo_rows(k, len(best), length), 2 * MARGIN * sizes[k])
     for row in unknowns.signs:
         cones.not_negative(row, 0.0)
     for name, (centre, axes) in (inside or {}).items():
@@ -140,7 +138,7 @@ def nearest_physical(
         cones.equal(_masses(count, len(best)), total_mass)
     values = best
     if not cones.hold(best):
-        values = _projected(cones, best, R)
+        values = projected(cones, best, R)
     for k in range(count):
         if not felt[k]:
             values[TEN * k : TEN * (k + 1)] = unknowns.values[TEN * k : TEN * (k + 1)]
@@ -149,12 +147,14 @@ def nearest_physical(
     ]
     edge += _settled(unknowns, values, spread * np.abs(np.diag(metric)))
     off = weigh @ (values - prior) - target
-    margins = _margins(values, count, length)
+    size = float(np.linalg.norm(estimate))
     return Physical(
         unknowns,
         values,
         float(np.linalg.norm(off)),
-        margins,
+        float(np.linalg.norm(combinations @ values - estimate)) / size if size else 0.0,
+        len(estimate),
+        _margins(values, count, length),
         _margins(unknowns.values, count, length),
         length,
         tuple(one for k, one in enumerate(unknowns.bodies) if not felt[k]),
@@ -222,63 +222,30 @@ def _metric(
     p, count = len(prior), len(unknowns.bodies)
     found = np.zeros((p, p))
     for k in range(count):
-        part = _pseudo(k, p, length)
-        w, V = np.linalg.eigh(_matrix(part @ prior))
+        part = pseudo_rows(k, p, length)
+        w, V = np.linalg.eigh(matrix(part @ prior))
         half = V @ np.diag(np.maximum(np.abs(w), FLOOR * sizes[k]) ** -0.5) @ V.T
         for c in range(TEN):
-            turned = half @ _matrix(part[:, TEN * k + c]) @ half
-            found[TEN * k : TEN * (k + 1), TEN * k + c] = _triangle(turned)
+            turned = half @ matrix(part[:, TEN * k + c]) @ half
+            found[TEN * k : TEN * (k + 1), TEN * k + c] = triangle(turned)
     for c in range(TEN * count, p):
-        touching = [abs(e / row[c]) for e, row in zip(estimate, combinations, strict=True) if row[c]]
+        rows = zip(estimate, combinations, strict=True)
+        touching = [abs(e / row[c]) for e, row in rows if abs(row[c]) > NOTHING * np.abs(row).max()]
         found[c, c] = 1 / (max(abs(float(prior[c])), *touching, 0.0) or 1.0)
     return found
-
-
-def _pseudo(k: int, p: int, length: float) -> Array:
-    """Return the triangle of the pseudo-inertia of body k as rows, shape (10, p); lengths in rho."""
-    m, x, y, z, xx, yy, zz, xy, xz, yz = range(TEN * k, TEN * (k + 1))
-    rows = np.zeros((TEN, p))
-    square = length**2
-    for at, (i, j) in enumerate(UPPER):
-        if i == j == 3:
-            rows[at, m] = 1
-        elif j == 3:
-            rows[at, (x, y, z)[i]] = 1 / length
-        elif i == j:
-            for other in (xx, yy, zz):
-                rows[at, other] = (-0.5 if other == (xx, yy, zz)[i] else 0.5) / square
-        else:
-            rows[at, {(0, 1): xy, (0, 2): xz, (1, 2): yz}[i, j]] = -1 / square
-    return rows
-
-
-def _matrix(upper: Array) -> Array:
-    """Return a symmetric 4 by 4 matrix from its upper triangle."""
-    found = np.zeros((4, 4))
-    for (i, j), x in zip(UPPER, upper, strict=True):
-        found[i, j] = found[j, i] = x
-    return found
-
-
-def _triangle(matrix: Array) -> Array:
-    """Return the upper triangle with the length that the matrix has: off the diagonal times the root of two."""
-    return np.array([matrix[i, j] * (1 if i == j else sqrt(2)) for i, j in UPPER])
 
 
 def _margins(values: Array, count: int, length: float) -> Array:
     found = []
     for k in range(count):
-        w = np.linalg.eigvalsh(_matrix(_pseudo(k, len(values), length) @ values))
+        w = np.linalg.eigvalsh(matrix(pseudo_rows(k, len(values), length) @ values))
         total = float(np.abs(w).sum())
         found.append(float(w[0]) / total if total else 0.0)
     return np.array(found)
 
 
 def _least(values: Array, k: int, length: float) -> float:
-    return float(np.linalg.eigvalsh(_matrix(_pseudo(k, len(values), length) @ values))[0])
-
-
-# The cones
+    return float(np.linalg.eigvalsh(matrix(pseudo_rows(k, len(values), length) @ values))[0])
 
 
 def _masses(count: int, p: int) -> Array:
@@ -298,81 +265,9 @@ def _inside(unknowns: Unknowns, name: str, centre: Sequence[float], axes: Sequen
     if len(centre) != 3 or len(axes) != 3 or not all(a > 0 for a in axes):
         raise IdentifyError(f"inside: {name}: give a centre of three numbers and three half axes above zero, m")
     k, c, a = unknowns.bodies.index(name), np.array(centre, float), np.array(axes, float)
-    rows = _pseudo(k, len(unknowns.values), 1.0)
+    rows = pseudo_rows(k, len(unknowns.values), 1.0)
     at = {place: rows[n] for n, place in enumerate(UPPER)}
     found: Array = at[3, 3] * (1 - float(((c / a) ** 2).sum()))
     for i in range(3):
         found = found - at[i, i] / a[i] ** 2 + at[i, 3] * (2 * c[i] / a[i] ** 2)
-    return found
-
-
-class _Cones:
-    """What values must satisfy: rows G pi + c in a product of cones."""
-
-    def __init__(self, count: int) -> None:
-        self.zero: list[tuple[Array, float]] = []
-        self.above: list[tuple[Array, float]] = []
-        self.definite: list[tuple[Array, float]] = []
-        self.count = count
-
-    def equal(self, row: Array, value: float) -> None:
-        self.zero.append((row, value))
-
-    def not_negative(self, row: Array, least: float) -> None:
-        self.above.append((row, least))
-
-    def positive_definite(self, rows: Array, least: float) -> None:
-        """Take the triangle of a matrix, none of whose eigenvalues is to be below `least`."""
-        self.definite.append((rows, least))
-
-    def hold(self, values: Array) -> bool:
-        """Tell whether values satisfy all of it."""
-        return (
-            all(abs(row @ values - value) <= 1e-9 * abs(value) for row, value in self.zero)
-            and all(row @ values >= least for row, least in self.above)
-            and all(np.linalg.eigvalsh(_matrix(rows @ values))[0] >= least for rows, least in self.definite)
-        )
-
-    def stacked(self) -> tuple[Array, Array]:
-        """Return G and c."""
-        every = [*self.zero, *self.above]
-        rows = [row[None, :] for row, _ in every]
-        more = [np.array([-value]) for _, value in every]
-        scale = _triangle(np.ones((4, 4)))
-        for triangle, least in self.definite:
-            rows.append(scale[:, None] * triangle)
-            more.append(-least * _triangle(np.eye(4)))
-        return np.vstack(rows), np.concatenate(more)
-
-
-def _projected(cones: _Cones, best: Array, R: Array) -> Array:
-    """Return what the cones hold nearest to `best`, by |R (pi - best)|."""
-    try:
-        import clarabel
-    except ImportError:
-        raise IdentifyError(
-            f"these estimates are those of no body; finding ones near them needs clarabel: {install('identify')}"
-        ) from None
-    from scipy.sparse import csc_matrix, identity
-
-    G, c = cones.stacked()
-    back = np.linalg.solve(R, np.eye(cones.count))
-    kinds = [(clarabel.ZeroConeT, len(cones.zero)), (clarabel.NonnegativeConeT, len(cones.above))]
-    shapes = [kind(n) for kind, n in kinds if n] + [clarabel.PSDTriangleConeT(4) for _ in cones.definite]
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    for tolerance in TOLERANCES:
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-        problem = (identity(cones.count, format="csc"), np.zeros(cones.count), csc_matrix(-G @ back), G @ best + c)
-        solution = clarabel.DefaultSolver(*problem, shapes, settings).solve()
-        status = str(solution.status)
-        if status in ("Solved", "AlmostSolved"):
-            break
-    else:
-        if "Infeasible" in status:
-            advice = "no bodies have what is asked of them; ask less of masses and ellipsoids"
-        else:
-            advice = "the estimates are too far from those of any body; look at units, friction and outliers of the log"
-        raise IdentifyError(f"{advice} (clarabel ends with {status})")
-    found: Array = best + back @ np.array(solution.x)
     return found

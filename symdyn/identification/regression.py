@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.identification.directions import hidden
 from symdyn.identification.filtered import Flags, Indices
 
 ROUNDS = 8
@@ -37,12 +38,6 @@ CLEAR, LOW = 9.0, 0.02
 
 SURE = 3.0
 """Standard deviations from which a correlation of two joints is one."""
-
-MIXED = 0.05
-"""Part of a direction below which a parameter is there by noise."""
-
-BURIED = 0.25
-"""Part of the information of a direction that noise of the motion may make, and it still counts as told."""
 
 
 @dataclass(frozen=True)
@@ -190,41 +185,22 @@ def _solved(
     weighted = Y * weights[:, None]
     scale = np.linalg.norm(weighted, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
-    _, s, Vt = np.linalg.svd(weighted / scale, full_matrices=True)
+    _, s, Vt = np.linalg.svd(weighted / scale, full_matrices=len(Y) < Y.shape[1])
     s = np.append(s, np.zeros(Y.shape[1] - len(s)))
     lost = s <= LEAST * s[0]
     untold = Vt[lost]
     if buried.size:
-        noise = (buried * weights[:, None] / scale) @ Vt.T
-        covered = ~lost & (np.sum(noise**2, axis=0) >= BURIED * s**2)
-        untold = np.vstack([untold, _cleared(Vt[covered])])
+        felt = Vt[~lost] / s[~lost, None]
+        untold = np.vstack([untold, hidden(felt, weighted / scale, buried * weights[:, None] / scale)])
     if not len(untold):
         inside = np.eye(Y.shape[1])
-    elif len(untold) < Y.shape[1]:
-        basis = np.linalg.svd(untold)[2]
-        untold, inside = basis[: len(untold)], basis[len(untold) :]
     else:
-        inside = np.zeros((0, Y.shape[1]))
+        _, sizes, basis = np.linalg.svd(untold)
+        rank = int(np.sum(sizes > LEAST * sizes[0]))
+        untold, inside = basis[:rank], basis[rank:]
     U, s, Wt = np.linalg.svd(weighted / scale @ inside.T, full_matrices=False)
     w = Wt.T @ ((U.T @ ((tau - Y @ kept) * weights)) / s)
     return kept + (w @ inside) / scale, U, untold, scale, float(s[0] / s[-1]) if len(s) else np.inf
-
-
-def echelon(rows: Array) -> Array:
-    """Return rows of the same space, each with one column that the others lack; by QR with pivoting."""
-    from scipy.linalg import qr
-
-    if not len(rows):
-        return rows
-    pivots = qr(rows, mode="economic", pivoting=True)[2][: len(rows)]
-    found = np.linalg.solve(rows[:, pivots], rows)
-    return np.asarray(found[np.argsort(pivots, kind="stable")])
-
-
-def _cleared(rows: Array) -> Array:
-    """Return directions without the small parts that noise mixes into them."""
-    rows = echelon(rows)
-    return np.where(np.abs(rows) > MIXED * np.abs(rows).max(axis=1, keepdims=True, initial=0), rows, 0.0)
 
 
 def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:

@@ -33,6 +33,9 @@ from symdyn.shown import Shown
 DIGITS = 10
 """Significant digits that identified numbers are written with."""
 
+HARDLY = 1e4
+"""Standard errors between estimates and bodies that no noise of a real log makes."""
+
 NOTHING = 1e-9
 """Part of the largest entry of its kind below which an entry of a body is zero."""
 
@@ -70,7 +73,8 @@ def identified(
 
     Args:
         found: what `identify` returned.
-        total_mass: of all bodies together, kg; None leaves it to the data.
+        total_mass: of all bodies together, kg; None leaves it to the data. It and `inside` are of bodies that were
+            declared by numbers: with parameters that have names they do nothing, which is told.
         inside: for bodies by name, an ellipsoid that holds all of their mass: centre and half axes along the body
             axes, m.
         spread: how far a body may be from the scene's own, in its own size, where data are weak.
@@ -86,7 +90,16 @@ def identified(
     if inertial_names(scene):
         named = fit_names(scene, *told, added)
         values = {name: float(x) for name, x in zip(named.names, named.values, strict=True)}
-        return Identified(with_parameters(scene, values), values, None, named, tuple(_named_notes(scene, named)))
+        notes = _named_notes(scene, named)
+        if total_mass is not None or inside:
+            asked = " and ".join(
+                ["the total mass"] * (total_mass is not None) + ["ellipsoids of bodies"] * bool(inside)
+            )
+            notes.append(
+                f"{asked}: of no effect, since masses are made of parameters with names; what is known of these is "
+                "bound (--bind m1=2), or masses are declared as numbers"
+            )
+        return Identified(with_parameters(scene, values), values, None, named, tuple(notes))
     known = unknowns(scene, added)
     combinations, estimate, covariance = told
     physical = nearest_physical(known, combinations @ known.map, estimate, covariance, total_mass, inside, spread)
@@ -226,7 +239,7 @@ def _of(body: Body) -> list[Quantity]:
 
 
 def _physical_notes(found: Physical) -> list[str]:
-    count, notes = len(found.unknowns.base), list[str]()
+    count, notes = found.told, list[str]()
     moved = [name for name in found.unknowns.bodies if name not in found.kept]
     if moved:
         notes.append(
@@ -238,8 +251,10 @@ def _physical_notes(found: Physical) -> list[str]:
     if found.projected and found.distance > 0.1:
         notes.append(
             f"the estimates themselves are those of no body; the nearest that bodies can have are {found.distance:.3g} "
-            f"standard errors away, all {count} together"
+            f"standard errors away, all {count} together, and miss {100 * found.missed:.2g} % of them"
         )
+        if found.distance > HARDLY and found.missed < 1:
+            notes.append("standard errors of a log with hardly any noise: that many of them say little of the bodies")
     if found.at_limit:
         notes.append(f"{listed(found.at_limit)}: at the edge of what can be: data are weak there, or a model is wrong")
     return notes

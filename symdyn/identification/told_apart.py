@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.identification.directions import echelon
 from symdyn.identification.filtered import Motion
 from symdyn.identification.linear_model import LinearModel
-from symdyn.identification.regression import echelon
 from symdyn.scene import Scene
 
 SMALL = 1e-3

@@ -47,6 +47,9 @@ UNITS: dict[str, float] = {
 }
 """What a column may be in, and by which it becomes SI with radians."""
 
+CURRENTS = ("A", "mA")
+"""What a drive is often measured in, and no factor makes a force of that is the same for all drives."""
+
 NEAR, ALIKE = 0.1, 0.9
 """How near a ratio is to a factor of units, and the correlation from which two columns show the same thing."""
 
@@ -57,13 +60,23 @@ FAR = 2.0
 """Times a limit, from which a coordinate is beyond what its joint can do."""
 
 
+LONG = 20.0
+"""m of travel from which a joint without limits is asked whether it is in millimetres."""
+
+
 def in_si(table: Columns, units: Mapping[str, str], faults: Faults) -> Columns:
     """Return columns in SI with radians, those that `units` say, by name or pattern such as "q*", in another unit."""
     t, values = table.t, dict(table.values)
     for pattern, unit in units.items():
         factor = UNITS.get(unit)
         found = [name for name in (TIME, *values) if fnmatchcase(name, pattern)]
-        if factor is None:
+        if unit in CURRENTS:
+            faults.add(
+                "units",
+                f"{pattern}: {unit} is a current; a force it becomes by the torque constant and the gear ratio of its "
+                "drive, which a log alone does not tell: docs/identify.md, Currents in place of forces",
+            )
+        elif factor is None:
             faults.add("units", f"{pattern}: {unit} is no unit of a column; {choice(unit, UNITS)}")
         elif not found:
             faults.add("units", f"{pattern}: {table.source} has no such column; {choice(pattern, (TIME, *values))}")
@@ -106,22 +119,30 @@ def looks_off(scene: Scene, source: str, t: Array, q: Array, qd: Array | None, f
                 f"{source}: {scene.coordinates[k]} ranges over {np.ptp(q[:, k]):.4g} rad, "
                 f"{np.ptp(q[:, k]) / 2 / pi:.3g} turns; if that are degrees, {_way(scene.coordinates[k], 'deg')}"
             )
+        if kind == "m" and k not in _limits(scene) and float(np.ptp(q[:, k])) > LONG:
+            notes.append(
+                f"{source}: {scene.coordinates[k]} ranges over {np.ptp(q[:, k]):.4g} m; if that are millimetres, "
+                f"{_way(scene.coordinates[k], 'mm')}"
+            )
     step = float(np.median(np.diff(t)))
     if step >= 0.5:
         notes.append(f"{source}: samples are {step:.4g} s apart; if that are milliseconds, {_way(TIME, 'ms')}")
     return notes
 
 
-def forces_off(source: str, drives: Sequence[str], tau: Array, expected: Array) -> list[str]:
-    """Return notes on driving forces that are a thousand times, or a thousandth of, what the scene expects."""
+def forces_off(source: str, drives: Sequence[str], kinds: Sequence[str], tau: Array, expected: Array) -> list[str]:
+    """Return notes on driving forces that are a thousand times, or a thousandth of, what the scene expects.
+
+    `kinds` are the units of their velocities, rad or m.
+    """
     notes = []
     for j, drive in enumerate(drives):
         ratio = _ratio(tau[:, j], expected[:, j])
-        for factor, units in ((1000.0, "mNm or mN"), (1e-3, "kNm or kN")):
+        turns = kinds[j] == "rad"
+        for factor, unit in ((1000.0, "mNm" if turns else "mN"), (1e-3, "kNm" if turns else "kN")):
             if ratio is not None and 0.5 < abs(ratio) / factor < 2:
-                unit = units.split()[0]
                 notes.append(
-                    f"{source}: {drive} is {abs(ratio):.4g} times what the scene expects: it looks like {units}; "
+                    f"{source}: {drive} is {abs(ratio):.4g} times what the scene expects: it looks like {unit}; "
                     f"{_way(drive, unit)}"
                 )
         if ratio is not None and ratio < -0.2:

@@ -13,12 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra.numeric import Array, Floats
 from symdyn.dynamics.roads.base_columns import base_columns, base_values
 from symdyn.dynamics.roads.linear_forces import linear
 from symdyn.dynamics.roads.workspace import Workspace
@@ -28,8 +26,6 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.ten_parameters import INERTIAL
 from symdyn.scene.values.quantity import Quantity, express
-
-Array = NDArray[Any]
 
 TEN = len(INERTIAL)
 

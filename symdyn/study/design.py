@@ -166,6 +166,10 @@ class Design:
         last = self.count if last is None else min(last, self.count)
         lengths = [0 if one.values is None else len(one.values) for one in self.over]
         u = np.clip(DESIGNS[self.kind].points(lengths, self.count, self.seed, first, last), LEAST, MOST)
+        with np.errstate(all="ignore"):  # what is beyond doubles is infinite, and such a run fails and is told
+            return self._of(u)
+
+    def _of(self, u: Array) -> Array:
         low, width, others = self._straight
         if low.size:
             found = u * width  # all columns in one go: with forty of them this is most of what a set costs
@@ -183,7 +187,7 @@ class Design:
             return np.empty(0), np.empty(0), list(enumerate(self.over))
         ends = [dict(one.arguments) if one.kind == "uniform" else {"low": 0.0, "high": 0.0} for one in self.over]
         low, high = (np.array([one[key] for one in ends]) for key in ("low", "high"))
-        return low, high - low, [(k, one) for k, one in enumerate(self.over) if one.kind != "uniform"]
+        return low, np.subtract(high, low), [(k, one) for k, one in enumerate(self.over) if one.kind != "uniform"]
 
 
 def read_design(

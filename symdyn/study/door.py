@@ -25,10 +25,10 @@ from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, words
 from symdyn.study.block import block as one_block
 from symdyn.study.design import read_design
-from symdyn.study.distributions import Over, read_over
 from symdyn.study.executors import executor
-from symdyn.study.job import Job, Measured, read_measured
+from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.measured import unit_of
+from symdyn.study.over import Over, read_over
 from symdyn.study.places import At, at_places
 from symdyn.study.store import SUFFIX, check_store, opened, store_of
 from symdyn.study.study import Study
@@ -215,6 +215,7 @@ def prepared(
         for name in set(table) & set(parts[part]):
             faults.add(part.replace("_", " "), f"{name} is varied; leave it out here")
     measures = tuple(_checked(scene, one, faults) for one in read_measured(measure, faults))
+    check_names(measures, names, faults)
     read = Forces()
     if not scene.free_parameters or not faults.lines:
         with noted(faults):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -10,8 +11,13 @@ from typing import Any
 from symdyn.scene import Scene
 from symdyn.scene.formats.toml_writer import write_text
 from symdyn.scene.units import coordinate_units, velocity_units
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.table import Faults, shorten
 from symdyn.study.design import Design
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+ENDED = "ended"
+"""The column behind all others of a table: how a run ended."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +103,21 @@ def read_measured(measure: str | Sequence[str], faults: Faults) -> tuple[Measure
     found: dict[str, Measured] = {}
     for text in [measure] if isinstance(measure, str) else measure:
         name, equals, formula = (part.strip() for part in str(text).partition("="))
-        one = Measured(name, formula) if equals else Measured(text.strip(), text.strip())
+        plain = " ".join(str(text).split())
+        one = Measured(name, formula) if equals else Measured(plain, plain)
+        if equals and not NAME.fullmatch(name):
+            faults.add("measure", f'"{shorten(name)}" is no name of a column; give letters and digits, peak={formula}')
         if one.name in found:
             faults.add("measure", f"{one.name} is given twice")
         found[one.name] = one
     if not found:
         faults.add("measure", 'nothing is measured; give such as "max(abs(q1))"')
     return tuple(found.values())
+
+
+def check_names(measures: Sequence[Measured], names: Sequence[str], faults: Faults) -> None:
+    """Add a fault for every measure whose column would have the name of another column."""
+    for one in measures:
+        if one.name in names or one.name == ENDED:
+            what = "how a run ended" if one.name == ENDED else "what is varied"
+            faults.add("measure", f"{one.name} is the column of {what}; give it another name, peak={one.formula}")

@@ -21,8 +21,8 @@ from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula, words
 from symdyn.simulation.prescribed.numbers_in_time import read_columns
 from symdyn.study.design import read_design
-from symdyn.study.distributions import Over, read_over
-from symdyn.study.job import Job, Measured, read_measured
+from symdyn.study.job import Job, Measured, check_names, read_measured
+from symdyn.study.over import Over, read_over
 from symdyn.study.place_block import TIME, Called, called
 
 At: TypeAlias = str | Path | Mapping[str, Any] | None
@@ -73,6 +73,7 @@ def at_places(
     varied = read_over(scene, over, [name for name in letters if name not in moving], faults)
     planned = read_design(varied, design, count, seed, faults)
     measures = read_measured(measure, faults)
+    check_names(measures, [one.name for one in varied], faults)
     if block is not None and block < 1:
         faults.add("block", f"{block} is no number of sets; give 1 or more")
     close(faults)

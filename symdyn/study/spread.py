@@ -15,7 +15,8 @@ from symdyn.scene import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, shorten
 from symdyn.simulation.feedback.gains import state_names
-from symdyn.study.distributions import Distribution, read_over
+from symdyn.study.distributions import Distribution
+from symdyn.study.over import read_over
 
 POINTS = 100_000
 """Probabilities that moments of a distribution are taken over: midpoints of as many equal parts."""

@@ -12,6 +12,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -33,6 +34,12 @@ SUFFIX = ".zarr"
 
 LARGEST = 2**28
 """Bytes of an array that is read into memory; of a larger one slices are read when they are asked for."""
+
+LARGEST_HERE = 5 * 10**8
+"""Numbers that a sweep without a store may have; they are held in memory."""
+
+KINDS = {"values": "float64", "measures": "float64", "codes": "uint8"}
+"""Arrays of a group, and what they are made of: plain numbers alone, so that nothing read from a disk is executed."""
 
 
 class Store(Protocol):
@@ -100,8 +107,9 @@ class OnDisk:
         return tuple(k for k, first in enumerate(starts) if not self._whole(codes, first))
 
     def _whole(self, codes: Any, first: int) -> bool:
+        where = slice(first, first + self.block)
         try:
-            return NOT_MADE not in codes[first : first + self.block]
+            return NOT_MADE not in codes[where] and all(len(self.group[one][where]) for one in ("values", "measures"))
         except Exception:  # a chunk that a power cut has spoilt, told by whatever decodes it
             return False
 
@@ -128,11 +136,17 @@ class OnDisk:
     def study(self, notes: tuple[str, ...] = (), wall: float = 0.0) -> Study:
         """Return what is there."""
         about = dict(self.about["job"]) | {"symdyn": self.about["symdyn"]}
-        measures = Columns(self.group["measures"], tuple(self.about["measures"]))
         told = dict(sorted(self.told.items()))
+        try:
+            measures = Columns(self.group["measures"], tuple(self.about["measures"]))
+            values, codes = _read(self.group["values"]), np.asarray(self.group["codes"][:])
+        except Exception as fault:  # of many kinds, by which library decodes a chunk; or there is too little memory
+            raise StudyError(
+                f"{self.path}: a block cannot be read ({fault}); the command that made it makes what is spoilt again"
+            ) from None
         return Study(
-            self.about["scene"], tuple(self.about["names"]), self.about["units"], _read(self.group["values"]), measures,
-            np.asarray(self.group["codes"][:]), told, about, notes, wall,
+            self.about["scene"], tuple(self.about["names"]), self.about["units"], values, measures, codes, told, about,
+            notes, wall,
         )  # fmt: skip
 
 
@@ -190,11 +204,15 @@ def store_of(job: Job, path: Path | None) -> tuple[Store, tuple[str, ...]]:
         StudyError: a store of other numbers, or one that cannot be made.
     """
     if path is None:
+        count, columns = job.design.count, len(job.design.names) + len(job.measures)
+        if count * columns > LARGEST_HERE:
+            raise StudyError(
+                f"{count} runs of {columns} columns do not fit into memory; keep them on disk, -o FILE{SUFFIX}"
+            )
         return InMemory(job), ()
     check_store(path)
     if not path.exists():
         _make(job, path)
-        return OnDisk(path, _opened(path, "r+")), ()
     store = OnDisk(path, _opened(path, "r+"))
     there, here = _flat(store.about["job"]), _flat(job.told)
     if there != here:
@@ -213,7 +231,7 @@ def _make(job: Job, path: Path) -> None:
     aside = None
     try:
         aside = Path(tempfile.mkdtemp(prefix=".symdyn-", dir=path.parent))
-        group = zarr().create_group(str(aside / path.name))
+        group = zarr().create_group(zarr().storage.LocalStore(aside / path.name))
         rows = min(job.block, count)
         for name, shape, kind, fill in (
             ("values", (count, len(job.design.names)), "f8", np.nan),
@@ -237,7 +255,8 @@ def _make(job: Job, path: Path) -> None:
         )
         (aside / path.name).rename(path)
     except OSError as fault:
-        raise StudyError(f"{path}: cannot write there ({fault.strerror or fault}); give another file") from None
+        if not path.exists():  # else another process made it in the meantime
+            raise StudyError(f"{path}: cannot write there ({fault.strerror or fault}); give another file") from None
     finally:
         if aside is not None:
             shutil.rmtree(aside, ignore_errors=True)
@@ -252,13 +271,42 @@ def _opened(path: Path, mode: str) -> Any:
     if not path.exists():
         raise StudyError(f"{path}: there is no such store; symdyn sweep ... -o {path.name} makes one")
     with _told(path):
-        group = zarr().open_group(str(path), mode=mode)
+        group = zarr().open_group(zarr().storage.LocalStore(path, read_only=mode == "r"), mode=mode, zarr_format=3)
         about = dict(group.attrs)
-        if about.get("format") != FORMAT or not {"values", "measures", "codes"} <= set(group.array_keys()):
+        if about.get("format") != FORMAT or not {*KINDS} <= set(group.array_keys()):
             raise StudyError(f"{path} is no sweep of symdyn; give another file")
         if about.get("version") != FORMAT_VERSION:
             raise StudyError(f"{path} is of another version of symdyn ({about.get('symdyn')}); read it with that one")
+        if wrong := _wrong(about, group):
+            raise StudyError(f"{path} is a spoilt sweep ({wrong}); give another file, or delete this one")
         return group
+
+
+def _wrong(about: Mapping[str, Any], group: Any) -> str:
+    """Return what in a group does not fit, "" for nothing: somebody may have changed it, or it is none of ours."""
+    words = {"names": list, "measures": list, "units": dict, "told": dict, "job": dict, "scene": str, "symdyn": str}
+    for key, kind in (words | {"scene_toml": str}).items():
+        if not isinstance(about.get(key), kind):
+            return f"it does not say {key}"
+    names, measures, units, job = about["names"], about["measures"], about["units"], about["job"]
+    if not all(isinstance(one, str) and one.isprintable() for one in (about["scene"], *names, *measures)):
+        return "a name is none"
+    if names != job.get("names") or not isinstance(job.get("measures"), dict) or measures != list(job["measures"]):
+        return "its columns are not those of its job"
+    if not all(isinstance(units.get(one), str) for one in (*names, *measures)):
+        return "a column has no unit"
+    if not all(one.isdecimal() and isinstance(said, str) for one, said in about["told"].items()):
+        return "what it tells of runs is no text"
+    if sha256(about["scene_toml"].encode()).hexdigest() != job.get("scene_sha256"):
+        return "its scene is not the one that its hash is of"
+    count, rows = job.get("count"), group["codes"].chunks[0]
+    if not isinstance(count, int) or not 1 <= rows <= count:
+        return "it has no blocks"
+    for name, numbers in KINDS.items():
+        array, columns = group[name], {"values": (len(names),), "measures": (len(measures),)}.get(name, ())
+        if str(array.dtype) != numbers or array.shape != (count, *columns) or array.chunks != (rows, *columns):
+            return f"{name} has another shape or kind of numbers than its job"
+    return ""
 
 
 @contextmanager

@@ -103,6 +103,26 @@ def _sweep(rng: Random) -> tuple[list[str], dict[str, bytes]]:
     return words, {}
 
 
+def _identify(rng: Random) -> tuple[list[str], dict[str, bytes]]:
+    """Return a log, whole or spoilt, or what is asked of an exciting motion."""
+    if chance(rng, 0.15):
+        limits = rng.choice(("q1=-1..1", "q1_dot=..2", "tau1=-5..5", "q1=1..-1", "q1=..", str(rng.choice(NASTY))))
+        return ["--excite", "--starts", "1", "--terms", "1", "--period", "1", "--every", "0.1", "--box", limits], {}
+    names = tuple(rng.sample(("q1", "q2", "x", "theta", "q1_dot", "tau1", "tau2", "F", "M1"), rng.choice((2, 4, 9))))
+    rows = rng.choice((3, 19, 20, 40, 80))
+    step = rng.choice((0.01, 0.1, 1, 10))
+    lines = [",".join(("t", *names))]
+    for k in range(rows):
+        lines.append(",".join(str(round(x, 6)) for x in (step * k, *(rng.uniform(-1, 1) for _ in names))))
+    content = scribble(rng, ("\n".join(lines) + "\n").encode(), rng.choice((0, 0, 1, 3)))
+    words = ["log.csv", "--friction", rng.choice(("all", "viscous", "coulomb,offset", ",", str(rng.choice(NASTY))))]
+    words += ["--units", rng.choice(("t=ms", "q*=deg", "q1=", "*=deg", str(rng.choice(NASTY))))] * chance(rng, 0.2)
+    words += ["--band", rng.choice(("1", "0.01", "1e9", "-1", "nan"))] * chance(rng, 0.3)
+    words += ["-o", rng.choice(("a.csv", "a.html", "a.toml", "a.urdf", "a.xyz"))] * chance(rng, 0.4)
+    words += ["--by", "output-error"] * chance(rng, 0.1)
+    return words, {"log.csv": content}
+
+
 def _over_time(option: str) -> Callable[[Random], tuple[list[str], dict[str, bytes]]]:
     """Return what draws laws over time: formulas, a TOML file or a table."""
 
@@ -136,6 +156,7 @@ VERBS: Mapping[str, Verb] = {
     "simulate": Verb(1.2, more=_over_time("--forces"), fixed=("--until", "0.02")),
     "inverse": Verb(1, more=_over_time("--motion"), fixed=("--until", "0.2", "--every", "0.1")),
     "sweep": Verb(0.6, more=_sweep, fixed=("--until", "0.02")),
+    "identify": Verb(0.3, more=_identify),
     "verify": Verb(0.1, fixed=("--functions", "gravity_forces")),
 }
 """`bench` and `stress` run for minutes by their nature: their command lines are tried by `_line` alone."""
@@ -143,7 +164,7 @@ VERBS: Mapping[str, Verb] = {
 LINES = 18.0
 """Weight of command lines that are wrong or for small scenes, of all verbs."""
 
-DEAR = ("simulate", "inverse", "sweep", "info", "generate", "walkthrough", "verify")
+DEAR = ("simulate", "inverse", "sweep", "identify", "info", "generate", "walkthrough", "verify")
 """Verbs that are tried on scenes that are read more often than not."""
 
 

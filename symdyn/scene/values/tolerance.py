@@ -37,7 +37,8 @@ UNITS: Mapping[str, tuple[str, float]] = {  # unit: what it measures, and how ma
 LONGEST = 60
 
 _TEXT = re.compile(
-    r"(?:±|\+-|\+/-)?\s*(?P<number>\d+\.?\d*(?:[eE][+-]?\d{1,3})?|\.\d+(?:[eE][+-]?\d{1,3})?)\s*(?P<unit>.*)"
+    r"(?:±|\+-|\+/-)?\s*(?P<number>\d+\.?\d*(?:[eE][+-]?\d{1,3})?|\.\d+(?:[eE][+-]?\d{1,3})?)\s*(?P<unit>.*)",
+    re.ASCII,
 )
 
 

@@ -101,8 +101,8 @@ class Measure:
         """Return the measure of every run, shape (N,), NaN where it has no value; sums by formula inside."""
         graph = Graph()
         known: dict[object, Array] = {graph.symbol(name): value for name, value in parameters.items()}
-        known |= {graph.symbol(letter): FOLDS[fold].of(sums[inside]) for letter, fold, inside in self.folds}
         with np.errstate(all="ignore"):
+            known |= {graph.symbol(letter): FOLDS[fold].of(sums[inside]) for letter, fold, inside in self.folds}
             (found,) = evaluate([express(self.formula, graph)], Batches(), known)  # type: ignore[arg-type]
         return np.asarray(found, dtype=np.float64)
 
@@ -115,7 +115,8 @@ def sums_of(t: Array, y: Array) -> Sums:
     def at(k: Array) -> Array:
         return np.where(missing, np.nan, t[k])
 
-    area, squares = (((x[..., :-1] + x[..., 1:]) / 2 * dt).sum(axis=-1) for x in (y, y**2))
+    with np.errstate(all="ignore"):
+        area, squares = (((x[..., :-1] + x[..., 1:]) / 2 * dt).sum(axis=-1) for x in (y, y**2))
     span = np.full(y.shape[:-1], t[-1] - t[0])
     return Sums(y[..., 0], y[..., -1], y.min(axis=-1), y.max(axis=-1), at(low), at(high), area, squares, span)
 
@@ -147,7 +148,7 @@ def read_measure(
             faults.add(where, f'"{said}" folds what is a number already: {inner[1]}(...) inside {match[1]}(...)')
             return None
         formula = read_inside(scene, inside, where, faults, more)
-        letter = _letter(scene, len(folds))
+        letter = _letter(scene, len(folds), said)
         if formula is not None:
             folds.append((letter, match[1], formula))
         left, rest = f"{left}{rest[: match.start()]}{letter}", rest[close + 1 :]
@@ -198,9 +199,14 @@ def _listed() -> str:
     return ", ".join(FOLDS)
 
 
-def _letter(scene: Scene, k: int) -> str:
-    """Return a letter that the scene has not."""
-    taken = {*(one.name for one in scene.parameters), *(one.name for one in scene.outputs), *letters(scene)}
+def _letter(scene: Scene, k: int, text: str) -> str:
+    """Return a letter that neither the scene nor the text has."""
+    taken = {
+        *(one.name for one in scene.parameters),
+        *(one.name for one in scene.outputs),
+        *letters(scene),
+        *re.findall(r"\w+", text),
+    }
     letter = _LETTER.format(k + 1)
     while letter in taken:
         letter = f"{letter}_"

@@ -7,6 +7,7 @@ Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynam
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -133,7 +134,7 @@ def _sure_step(ta: Any) -> float:
     orders = np.arange(4, len(norms))[:, None]
     with np.errstate(all="ignore"):
         radius = np.nanmin((np.maximum(1.0, norms[0]) / norms[4:]) ** (1.0 / orders), initial=np.inf)
-    return float(radius) / np.e**2 if radius > 0 else 1e-6
+    return float(radius) / math.e**2 if radius > 0 else 1e-6
 
 
 WAY = Way(

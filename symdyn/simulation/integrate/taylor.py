@@ -257,7 +257,7 @@ def _sure_step(ta: Any) -> float:
     orders = np.arange(4, len(norms))
     with np.errstate(divide="ignore"):
         radius = np.min((size / norms[4:]) ** (1.0 / orders))
-    return float(radius) / np.e**2
+    return float(radius) / math.e**2
 
 
 SHORTEST = 1e-200

@@ -13,7 +13,7 @@ Every mistake is told once, by the name that it was given under.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from numbers import Real
@@ -60,14 +60,14 @@ class Said:
     functions: list[tuple[str, Callable[..., Any]]] = field(default_factory=list)
 
 
-def read_entries(entries: Entries, what: str, faults: Faults) -> Said:
-    """Return what entries say; `what` is the option, "forces" or "motion"."""
+def read_entries(entries: Entries, what: str, faults: Faults, needed: Collection[str] | None = None) -> Said:
+    """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `read_columns`."""
     found, plain = Said(), list[str]()
     alone = isinstance(entries, (str, Path, Mapping)) or callable(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
         with noted(faults):
             if isinstance(entry, (str, Path)):
-                _words(str(entry), what, found, plain, faults)
+                _words(str(entry), what, found, plain, faults, needed)
             elif _is_table(entry):
                 found.tables.append(_table(entry, what))
             elif isinstance(entry, Mapping):
@@ -82,11 +82,13 @@ def read_entries(entries: Entries, what: str, faults: Faults) -> Said:
     return found
 
 
-def _words(entry: str, what: str, found: Said, plain: list[str], faults: Faults) -> None:
+def _words(
+    entry: str, what: str, found: Said, plain: list[str], faults: Faults, needed: Collection[str] | None
+) -> None:
     """Sort what a shell says: a file, or name=formula."""
     suffix = "" if "=" in entry else Path(entry).suffix.lower()
     if suffix == ".csv":
-        found.tables.append(read_columns(Path(entry)))
+        found.tables.append(read_columns(Path(entry), needed))
     elif suffix == ".toml":
         found.texts += [(entry, name, text) for name, text in _toml(Path(entry), what, faults)]
     else:

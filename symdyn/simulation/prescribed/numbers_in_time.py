@@ -9,7 +9,7 @@ import csv
 import io
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -43,8 +43,12 @@ class Columns:
     every: bool = False
 
 
-def read_columns(path: Path) -> Columns:
+def read_columns(path: Path, needed: Collection[str] | None = None) -> Columns:
     """Return the columns of a CSV file.
+
+    Args:
+        path: of the file.
+        needed: columns that have to be numbers; others that are not are left out. None: all have to be.
 
     Raises:
         SimulateError: with every fault of the file, one line each.
@@ -56,14 +60,15 @@ def read_columns(path: Path) -> Columns:
         raise SimulateError(f"{path}: is no CSV: {error}") from None
     names = [cell.strip() for cell in rows[0]] if rows else []
     if TIME not in names:
-        faults.add("", "has no column t; the first row must name the columns, such as t,q1,q2")
+        faults.add("", f"has no column t; {_first_row(names)}")
     for name in [name for name, count in Counter(names).items() if count > 1][:MOST]:
         faults.add("", f"has the column {name} twice")
     if len(rows) < 3:
         faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
     close(faults)
     try:
-        table = np.array([_numbers(row, names, number, faults) for number, row in enumerate(rows[1:], start=2)])
+        must = set(names if needed is None else {TIME, *needed})
+        table = np.array([_numbers(row, names, number, must, faults) for number, row in enumerate(rows[1:], start=2)])
         t = table[:, names.index(TIME)]
         for k in np.nonzero(np.diff(t) <= 0)[0]:
             faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
@@ -72,7 +77,21 @@ def read_columns(path: Path) -> Columns:
     if len(faults.lines) > MOST:
         faults.lines[MOST:] = [f"{path}: and {len(faults.lines) - MOST} faults more"]
     close(faults)
-    return Columns(str(path), t, {name: table[:, k] for k, name in enumerate(names) if name != TIME})
+    told = {name: table[:, k] for k, name in enumerate(names) if name != TIME}
+    return Columns(str(path), t, {name: x for name, x in told.items() if name in must or np.isfinite(x).all()})
+
+
+def _first_row(names: Sequence[str]) -> str:
+    """Return what is wrong with a first row that does not name t, in words."""
+    text = ",".join(names)
+    if text.startswith("#"):
+        return f'the first row is "{text:.40}"; the first row must name the columns, so remove what stands above them'
+    for sign, called in ((";", "semicolons"), ("\t", "tabs")):
+        if sign in text:
+            return f"{called} stand between the names; write commas between columns, and points in numbers"
+    usual = "the first row must name the columns, such as t,q1,q2"
+    here = ", ".join(names[:MOST]) + (", ..." if len(names) > MOST else "")
+    return f"{usual}; it has {here}; call the times, in s, t" if names else usual
 
 
 def columns_of(source: str, times: Any, values: Mapping[str, Any], every: bool = False) -> Columns:
@@ -118,8 +137,8 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
-def _numbers(row: list[str], names: list[str], number: int, faults: Faults) -> list[Any]:
-    """Return the cells of a row as numbers, NaN after a fault."""
+def _numbers(row: list[str], names: list[str], number: int, must: Collection[str], faults: Faults) -> list[Any]:
+    """Return the cells of a row as numbers, NaN where one is none, which is a fault of columns that must be."""
     where = f"row {number}"
     if len(row) != len(names):
         faults.add(where, f"has {counted(len(row), 'cell')}; the header names {counted(len(names), 'column')}")
@@ -130,8 +149,8 @@ def _numbers(row: list[str], names: list[str], number: int, faults: Faults) -> l
             value = float(cell)
         except ValueError:
             value = np.nan
-        if not np.isfinite(value):
-            faults.add(where, f'{name} = "{cell.strip()}" is not a finite number')
+        if not np.isfinite(value) and name in must:
+            faults.add(where, f'{name} = "{cell.strip()}" is not a finite number; leave the row out')
         found.append(value)
     return found
 
