@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import signal
 import sys
+import time
+import weakref
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +39,7 @@ def kept(cache) -> int:
     return len([path for path in cache.iterdir() if path.name.startswith("two_link")])
 
 
+@pytest.mark.long
 def test_each_kind_of_code_is_compiled_when_it_is_first_needed(cache):
     arm = symdyn.load(ARM, ["inverse_dynamics", "mass_matrix"])
     assert kept(cache) == 0
@@ -48,6 +55,7 @@ def test_each_kind_of_code_is_compiled_when_it_is_first_needed(cache):
     assert kept(cache) == 5
 
 
+@pytest.mark.long
 def test_asked_for_at_once_nothing_is_left_to_compile(cache):
     arm = symdyn.load(ARM, "inverse_dynamics", at_once=True)
     assert kept(cache) == 4
@@ -69,15 +77,65 @@ def test_bits_are_those_of_the_first_call_in_any_order(cache):
 def test_help_and_names_work_before_any_call(cache):
     arm = symdyn.load(ARM, "mass_matrix")
     assert "shape (..., 2, 2); kg m^2" in arm.mass_matrix.__doc__
+    assert kept(cache) == 0
     values = dict(zip(("m1", "m2", "h1", "h2", "g"), PARAMS.tolist(), strict=True))
     fresh = symdyn.load(ARM, "mass_matrix")
     assert fresh.mass_matrix([0.0, 1.0], **values).shape == (2, 2)
 
 
+@pytest.mark.long
 def test_prepared_parameters_reach_functions_that_are_compiled_apart(cache):
     arm, plain = symdyn.load(ARM, "inverse_dynamics", prepare=True), symdyn.load(ARM, "inverse_dynamics")
     found = arm.inverse_dynamics(*STATES, arm.prepare(PARAMS))
     np.testing.assert_allclose(found, plain.inverse_dynamics(*STATES, PARAMS), rtol=1e-12, atol=1e-12)
+
+
+def counting(folder: Path, seconds: float = 0) -> str:
+    """Return a compiler that is slow with the arm and notes each time that it compiles it."""
+    compiler = folder / "cc"
+    noted = f'case "$*" in *two_link*.c*) echo 1 >>{folder}/times; sleep {seconds};; esac\n'
+    compiler.write_text(f'#!/bin/sh\n{noted}exec {find_compiler().command[0]} "$@"\n')
+    compiler.chmod(0o700)
+    return str(compiler)
+
+
+@pytest.mark.long
+def test_threads_that_call_first_together_compile_once(cache, tmp_path):
+    call = symdyn.load(ARM, "inverse_dynamics", compiler=counting(tmp_path, 0.1)).inverse_dynamics
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda _: call(*STATES, PARAMS).tobytes(), range(8)))
+    assert len(set(found)) == 1
+    assert (tmp_path / "times").read_text().split() == ["1", "1"]  # one state, many
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+@pytest.mark.long
+def test_a_child_forked_while_a_thread_compiles_compiles_for_itself(cache, tmp_path):
+    call = symdyn.load(ARM, "inverse_dynamics", compiler=counting(tmp_path, 0.5)).inverse_dynamics
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(call, *STATES[:, 0], PARAMS)
+        while not (tmp_path / "times").exists():
+            time.sleep(0.01)
+        child = os.fork()
+        if child == 0:
+            os._exit(0 if np.isfinite(call(*STATES[:, 0], PARAMS)).all() else 1)
+        assert np.isfinite(first.result()).all()
+    patience = time.monotonic() + 30
+    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
+        if time.monotonic() > patience:
+            os.kill(child, signal.SIGKILL)
+        time.sleep(0.01)
+    assert os.waitstatus_to_exitcode(ended[1]) == 0
+
+
+def test_nothing_is_left_of_functions_that_nobody_holds(cache):
+    arm = symdyn.load(ARM, "inverse_dynamics")
+    arm.inverse_dynamics(*STATES, PARAMS)
+    held = weakref.ref(arm.inverse_dynamics.call)
+    del arm
+    gc.collect()
+    assert held() is None
 
 
 def failing(folder: Path, when: str) -> str:

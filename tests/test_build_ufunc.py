@@ -57,16 +57,6 @@ def test_core_dimensions_are_frozen_and_both_types_have_a_loop(compiled):
     assert compiled.matrix.types == ["fff->f", "ddd->d"]
 
 
-def test_lean_modules_have_doubles_alone_and_the_same_values(program, compiled):
-    sources = emit(program, "ufunc", option="lean")
-    lean = build_extension(sources)[1]
-    q, qd, params = states(every_op(), "matrix", 20)
-
-    assert lean.matrix.types == ["ddd->d"]
-    assert not any("_rows(" in text or "f32" in text for text in sources.values())
-    close(lean.matrix(q, qd, params), compiled.matrix(q, qd, params))
-
-
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("count", COUNTS)
 def test_batches_of_any_length_agree_with_the_numpy_module(name, count, compiled, plain):

@@ -15,11 +15,12 @@ import hashlib
 import itertools
 import os
 import stat
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+from symdyn.build.lock import Lock
 
 SEAL = b"\nsymdyn, whole: "
 """Between a library and its hash."""
@@ -63,7 +64,7 @@ def load_entry(path: Path, load: Callable[[str], Any]) -> Any:
         return _LOADED[digest]
 
 
-_LOCK = threading.Lock()
+_LOCK = Lock()
 
 _LOADED: dict[bytes, Any] = {}
 """By hash; a loaded library stays for as long as the process."""

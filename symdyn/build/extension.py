@@ -17,7 +17,7 @@ from symdyn.build.dialects import Needs
 from symdyn.build.library import Kind, load
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources
-from symdyn.emit.targets.ufunc import LEAN, UFUNC
+from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import MissingCompiler
 
 INCLUDE = Path(sysconfig.get_path("include"))
@@ -31,8 +31,6 @@ def build_extension(
     machine: str = "native",
 ) -> tuple[Path, ModuleType]:
     """Return the extension module of sources that `emit(program, "ufunc")` made, and its file.
-
-    That it is compiled soon is worth more to lean ones than the last tenth of speed: -O1 in place of -O3.
 
     Args:
         sources: of target "ufunc".
@@ -51,7 +49,6 @@ def build_extension(
         headers=(python_headers(), np.get_include()),
         libraries=python_libraries(),
         loose=sys.platform == "darwin",
-        soon=sources.option == LEAN,
     )
     path, module = load(
         sources.texts,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ctypes
 import sys
-import threading
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -22,6 +21,7 @@ from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.extension import imported, python_headers, python_libraries
 from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.lock import Lock
 from symdyn.build.runners import or_warn, run_python
 from symdyn.emit import emit
 from symdyn.emit.targets.later import RUNTIME, Code, Entry, code, fits_float, runtime, runtime_templates
@@ -32,7 +32,7 @@ class Makers:
     """What makes ufuncs of C, compiled by one compiler.
 
     Attributes:
-        compiler, machine: as for `symdyn.build.build`.
+        asked: the compiler that was asked for, as for `symdyn.build.build`.
         module: the extension module that all have in common.
     """
 
@@ -42,7 +42,8 @@ class Makers:
         Raises:
             BuildError: no headers of Python, no compiler, or its own words when it refuses.
         """
-        self.compiler, self.machine = compiler, machine
+        self.asked = compiler
+        self._compiler = find_compiler(compiler, machine)
         suffix = EXTENSION_SUFFIXES[0]
         needs = Needs(
             headers=(python_headers(), np.get_include()),
@@ -50,8 +51,7 @@ class Makers:
             loose=sys.platform == "darwin",
         )
         kind = Kind(suffix, needs, (sys.version, suffix, np.__version__), partial(imported, RUNTIME))
-        found = find_compiler(compiler, machine)
-        self.module: ModuleType = load(runtime_templates(), found, PATIENCE, kind, runtime)[1]
+        self.module: ModuleType = load(runtime_templates(), self._compiler, PATIENCE, kind, runtime)[1]
 
     def places(self, made: Code, soon: bool = False) -> list[int]:
         """Return where the entries of code are in memory, compiled unless they are in the cache.
@@ -61,7 +61,7 @@ class Makers:
         """
         symbols = tuple(one.symbol for one in made.entries)
         kind = Kind(SUFFIX, Needs(exports=symbols, soon=soon), ("entries",), ctypes.CDLL)
-        library = load(made.files, find_compiler(self.compiler, self.machine), PATIENCE, kind)[1]
+        library = load(made.files, self._compiler, PATIENCE, kind)[1]
         return [ctypes.cast(getattr(library, one), ctypes.c_void_p).value or 0 for one in symbols]
 
     def ufunc(self, entry: Entry, place: int, floats: bool, later: Callable[[str, bool], int] | None) -> np.ufunc:
@@ -72,15 +72,54 @@ class Makers:
         return made
 
 
+class Places:
+    """Where the code of one function is in memory, compiled when it is first asked for.
+
+    A ufunc holds on to it, and it to none, so that both end with whoever calls it.
+    """
+
+    def __init__(self, makers: Makers, program: Program) -> None:
+        """Take a program of one function."""
+        self.makers, self.program = makers, program
+        self._lock = Lock()
+        self._found: dict[tuple[str, bool], int] = {}
+
+    def __call__(self, real: str, rows: bool) -> int:
+        """Return where the code of a kind is, 0 where rows are computed state by state.
+
+        Raises:
+            BuildError: the code for one state cannot be compiled.
+        """
+        with self._lock:
+            if (real, rows) not in self._found:
+                made = partial(self._compiled, code(self.program, real, rows))
+                self._found[real, rows] = (or_warn(made, self.makers.asked) or 0) if rows else made()
+        return self._found[real, rows]
+
+    def ufunc(self) -> np.ufunc | None:
+        """Return the function, compiled for one state in double; None where an operand is empty.
+
+        Raises:
+            BuildError: it cannot be compiled.
+        """
+        made = code(self.program)
+        if not made.entries:
+            return None
+        self._found["double", False] = place = self._compiled(made)
+        return self.makers.ufunc(made.entries[0], place, fits_float(self.program), self)
+
+    def _compiled(self, made: Code) -> int:
+        return self.makers.places(made)[0]
+
+
 class Later:
     """A function of a program, compiled when it is first called; the NumPy module's where that cannot be done."""
 
     def __init__(self, makers: Makers, program: Program, name: str) -> None:
         """Take one of the program's functions by name."""
         (routine,) = (one for one in program.routines if one.function.name == name)
-        self._makers, self._program = makers, replace(program, routines=(routine,))
-        self._lock = threading.RLock()
-        self._places: dict[tuple[str, bool], int] = {}
+        self._places = Places(makers, replace(program, routines=(routine,)))
+        self._lock = Lock()
         self._found: Callable[..., Any] | None = None
 
     def __call__(self, *values: Any, **named: Any) -> Any:
@@ -95,21 +134,13 @@ class Later:
         """
         with self._lock:
             if self._found is None:
-                self._found = or_warn(self._ufunc, self._makers.compiler) or plain(self._program)[0]
+                self._found = or_warn(self._places.ufunc, self._places.makers.asked) or plain(self._places.program)[0]
         return self._found
 
-    def place(self, real: str, rows: bool) -> int:
-        """Return where the code of a kind is in memory, 0 where rows are computed state by state.
-
-        Raises:
-            BuildError: the code for one state cannot be compiled.
-        """
-        with self._lock:
-            if (real, rows) not in self._places:
-                made = partial(self._makers.places, code(self._program, real, rows))
-                found = or_warn(made, self._makers.compiler) if rows else made()
-                self._places[real, rows] = found[0] if found else 0
-        return self._places[real, rows]
+    def doc(self) -> str | None:
+        """Return what `help` says, for which nothing is compiled."""
+        entries = code(self._places.program).entries
+        return entries[0].doc if entries else self.found().__doc__
 
     def everything(self) -> None:
         """Compile all of it now.
@@ -120,14 +151,7 @@ class Later:
         found = self.found()
         for kind in getattr(found, "types", ()):
             for rows in (False, True):
-                self.place({"f": "float", "d": "double"}[kind[0]], rows)
-
-    def _ufunc(self) -> np.ufunc | None:
-        made = code(self._program)
-        if not made.entries:
-            return None
-        self._places["double", False] = place = self._makers.places(made)[0]
-        return self._makers.ufunc(made.entries[0], place, fits_float(self._program), self.place)
+                self._places({"f": "float", "d": "double"}[kind[0]], rows)
 
 
 def compile_all(calls: Iterable[Callable[..., Any]]) -> None:

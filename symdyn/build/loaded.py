@@ -154,7 +154,7 @@ def loaded(
     for call, routine in zip(found, program.routines, strict=True):
         name = routine.function.name
         one = numeric_function(scene, name, routine, call, free, (_one_loaded, (*settings, name)))
-        calls[name] = makers.module.named(one, call.found) if makers and isinstance(call, Later) else one
+        calls[name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
     told = {name: call.told for name, call in calls.items()}
     return Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
 

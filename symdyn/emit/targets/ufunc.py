@@ -26,33 +26,28 @@ CODES: Mapping[str, str] = {"float": "NPY_FLOAT", "double": "NPY_DOUBLE"}
 MODULE = "_ufunc"
 """What the extension module adds to the name of the scene."""
 
-DOUBLES, LEAN = "doubles", "lean"
-"""Options: without float, and without entries for rows either, which takes compilers most of their time."""
+DOUBLES = "doubles"
+"""Option: without float."""
 
 
 def _write(draft: Draft) -> dict[str, Contents]:
     """Return the extension module's source, then the C that it calls."""
     page = draft.page
     usable = tuple(f for f in page.functions if 0 not in (*f.shape, *(a.length for a in f.arguments)))
-    names = tuple(function.name for function in usable)
     files: dict[str, Contents] = {}
     loops = []
     for name, tag in TAGS.items():
-        if draft.option in (DOUBLES, LEAN) and name != draft.real.name:
+        if draft.option == DOUBLES and name != draft.real.name:
             continue
         renamed = replace(draft.program, scene=replace(draft.program.scene, name=f"{draft.stem}_{tag}"))
-        batch = "" if draft.option == LEAN else BATCH
         try:
-            code = C.draft(renamed, REALS[name], page.command, batch)
+            code = C.draft(renamed, REALS[name], page.command, BATCH)
         except EmitError:
             if name == draft.real.name:
                 raise
             continue  # a constant is too large for float: NumPy then casts to double
         files |= C.write(code)
-        rows = names if batch else ()  # which have an entry for them
-        loops.append(
-            {"name": name, "tag": tag, "code": CODES[name], "stem": code.stem, "loop": f"walk_{tag}", "rows": rows}
-        )
+        loops.append({"name": name, "tag": tag, "code": CODES[name], "stem": code.stem, "loop": f"walk_{tag}"})
     values = {
         "about": draft.about,
         "module": f"{draft.stem}{MODULE}",
@@ -112,10 +107,7 @@ UFUNC = Target(
     title="ufunc",
     text="C for a Python extension of NumPy ufuncs, double and float in one, which says how to build it",
     reals=(C.reals[0],),
-    options={
-        DOUBLES: "double alone, compiled in half the time",
-        LEAN: "double alone and state by state, compiled in a tenth of the time",
-    },
+    options={DOUBLES: "double alone, compiled in half the time"},
     files={
         f"{{stem}}{MODULE}.c": str,
         **{name.replace("{stem}", f"{{stem}}_{tag}"): kind for tag in TAGS.values() for name, kind in C.files.items()},
