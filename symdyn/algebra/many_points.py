@@ -1,9 +1,9 @@
 """Several points of several prime fields at once: one walk through a graph instead of one a point.
 
 By the Chinese remainder theorem a number mod p₁ p₂ … is one of each field, and +, -, × and ÷ of such numbers are those
-of all fields together. So point j of all primes is one number, and a node's value is a tuple of as many numbers as there
-are points a prime. What is no field operation (sines, roots, what is uninterpreted) is taken apart, asked of each field,
-and put together again: the values are those of the fields one by one, to the last digit.
+of all fields together. So point j of all primes is one number, and a node's value is a tuple of as many numbers as
+there are points a prime. What is no field operation (sines, roots, what is uninterpreted) is taken apart, asked of each
+field, and put together again: the values are those of the fields one by one, to the last digit.
 """
 
 from __future__ import annotations

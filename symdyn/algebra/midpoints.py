@@ -14,7 +14,7 @@ from typing import Any
 from flint import arb
 
 from symdyn.algebra.balls import FUNCTIONS_OF_BALLS, Balls
-from symdyn.graph import Expr, Op
+from symdyn.graph import Expr
 
 BITS_A_DIGIT = 3.3219280948873626
 SPARE_BITS = 3
