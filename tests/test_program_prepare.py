@@ -269,22 +269,17 @@ def test_a_wrong_prepare_fails_the_certificate(where, monkeypatch):
     if where == "graph":
         monkeypatch.setattr(certificate_room, "prepare_program", wrong)
     else:
-        made = built_apart
+        built = certificate_room.Building.modules
         monkeypatch.setattr(
             certificate_room.Building,
             "modules",
-            lambda self, notes, targets: made(wrong(lower_again()), self.real, notes, targets),
+            lambda self, *rest: built(certificate_room.Building(wrong(lower_again()), self.real), *rest),
         )
     certificate = certify(two_link(), ("mass_matrix",), prepare=True)
     assert not certificate.passed
     differ = [f.claim for f in certificate.findings if f.verdict == DIFFERENT]
     assert ("mass_matrix: after prepare = program" in differ) == (where == "graph")
     assert any(not a.passed for a in certificate.accuracy)
-
-
-def built_apart(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return what a building of another program makes, from before it was replaced."""
-    return BUILT(certificate_room.Building(program, real), notes, targets)
 
 
 def lower_again() -> Program:

@@ -79,7 +79,7 @@ class ManyPoints:
             elif op is Op.NEG:
                 known[node] = tuple([-x % m for x in known[args[0]]])
             elif op is Op.DIV:
-                known[node] = tuple([self._quotient(*both) for both in zip(*map(known.get, args), strict=True)])  # type: ignore[arg-type]
+                known[node] = tuple([self._quotient(*both) for both in zip(*map(known.get, args), strict=True)])
             else:
                 known[node] = self._each(node)
 

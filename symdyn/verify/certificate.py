@@ -149,9 +149,8 @@ def certify(
         progress("writing files")
         building.begin(targets)
         progress("proving over finite fields")
-        claims = on_unit_sphere(
-            scene, [claim for claim in claims if claim.left]
-        )  # k_C of one coordinate has no entries
+        there = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
+        claims = on_unit_sphere(scene, there)
         fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
         progress("reading files back")
         written = written_of(building, targets, asked, notes, seed)
