@@ -128,7 +128,7 @@ class RunningErrors:
 
     def div(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a / b; raise ZeroDivisionError where b may be zero for all that is known of it."""
-        if abs(b.value) <= b.error:
+        if not abs(b.value) > b.error:
             raise ZeroDivisionError("a divisor is all rounding error")
         value = a.value / b.value
         return self._rounded(value, (a.error + abs(value) * b.error) / abs(b.value))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf, isfinite, isnan
 from statistics import median
 from typing import Any
 
@@ -104,6 +104,8 @@ def _case(
             continue
         ulp = 2 * ROUNDOFF[real] * max(float(abs(entry.value)) for entry in found) or TINIEST[real]
         allowed = [ALLOWED * float(entry.error) + TINIEST[real] for entry in found]
+        if any(map(isnan, allowed)):
+            continue  # a slope is defined nowhere near: nothing can be compared with what it allows
         return _Case(inputs, [entry.value for entry in found], allowed, ulp)
     return None
 
