@@ -269,8 +269,12 @@ def test_a_wrong_prepare_fails_the_certificate(where, monkeypatch):
     if where == "graph":
         monkeypatch.setattr(certificate_room, "prepare_program", wrong)
     else:
-        made = certificate_room.modules_of
-        monkeypatch.setattr(certificate_room, "modules_of", lambda program, *rest: made(wrong(lower_again()), *rest))
+        built = certificate_room.Building.modules
+        monkeypatch.setattr(
+            certificate_room.Building,
+            "modules",
+            lambda self, *rest: built(certificate_room.Building(wrong(lower_again()), self.real), *rest),
+        )
     certificate = certify(two_link(), ("mass_matrix",), prepare=True)
     assert not certificate.passed
     differ = [f.claim for f in certificate.findings if f.verdict == DIFFERENT]

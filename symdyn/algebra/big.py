@@ -14,13 +14,15 @@ and Stability of Numerical Algorithms (2002), section 3.3.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mpmath import MPContext
 
 from symdyn.graph import Arithmetic, Expr, Op
+
+if TYPE_CHECKING:
+    from symdyn.algebra.midpoints import Midpoints
 
 LARGEST = 1_000_000  # bits
 
@@ -68,8 +70,7 @@ class BigFloats(Arithmetic):
         return self.context.mpf(value)
 
 
-@dataclass(frozen=True)
-class Bounded:
+class Bounded(NamedTuple):
     """A value, and a bound of the error of the same computation in the analysed arithmetic."""
 
     value: Any
@@ -79,7 +80,7 @@ class Bounded:
 SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/dx|, …)
     Op.SIN: lambda c, z, x: (abs(c.cos(x)),),
     Op.COS: lambda c, z, x: (abs(c.sin(x)),),
-    Op.SQRT: lambda c, z, x: (abs(1 / (2 * z)) if z else c.inf,),
+    Op.SQRT: lambda c, z, x: (abs(1 / (2 * z)) if z != 0 else c.inf,),
     Op.EXP: lambda c, z, x: (abs(z),),
     Op.LOG: lambda c, z, x: (abs(1 / x),),
     Op.TANH: lambda c, z, x: (abs(1 - z * z),),
@@ -92,7 +93,7 @@ SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/
 class RunningErrors:
     """Big floats that know how far a shorter arithmetic may be off."""
 
-    def __init__(self, numbers: BigFloats, roundoff: Any, function_roundoff: Any) -> None:
+    def __init__(self, numbers: BigFloats | Midpoints, roundoff: Any, function_roundoff: Any) -> None:
         """Analyse an arithmetic over exact enough numbers, by the roundoffs u of an operation and v of a function."""
         self.numbers = numbers
         self.u = numbers.context.mpf(roundoff)
@@ -112,19 +113,22 @@ class RunningErrors:
 
     def add(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a + b."""
-        return self._rounded(a.value + b.value, a.error + b.error)
+        value = a.value + b.value
+        return Bounded(value, a.error + b.error + self.u * abs(value))
 
     def sub(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a - b."""
-        return self._rounded(a.value - b.value, a.error + b.error)
+        value = a.value - b.value
+        return Bounded(value, a.error + b.error + self.u * abs(value))
 
     def mul(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a b."""
-        return self._rounded(a.value * b.value, abs(b.value) * a.error + abs(a.value) * b.error)
+        value = a.value * b.value
+        return Bounded(value, abs(b.value) * a.error + abs(a.value) * b.error + self.u * abs(value))
 
     def div(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a / b; raise ZeroDivisionError where b may be zero for all that is known of it."""
-        if abs(b.value) <= b.error:
+        if not abs(b.value) > b.error:
             raise ZeroDivisionError("a divisor is all rounding error")
         value = a.value / b.value
         return self._rounded(value, (a.error + abs(value) * b.error) / abs(b.value))
@@ -137,7 +141,7 @@ class RunningErrors:
         """Return node.op(args)."""
         value = self.numbers.function(node, [arg.value for arg in args])
         slopes = SLOPES[node.op](self.numbers.context, value, *(arg.value for arg in args))
-        carried = sum(slope * arg.error for slope, arg in zip(slopes, args, strict=True) if arg.error)
+        carried = sum(slope * arg.error for slope, arg in zip(slopes, args, strict=True) if arg.error != 0)
         return Bounded(value, carried + self.v * abs(value))
 
     def _rounded(self, value: Any, carried: Any) -> Bounded:

@@ -15,7 +15,7 @@ from fractions import Fraction
 from math import log, log10
 
 from symdyn.algebra.finite_field import Needs, lowest_bit
-from symdyn.graph import Expr, Op, evaluate, linear_form, reachable
+from symdyn.graph import Expr, Op, arithmetic, linear_form, reachable
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
@@ -148,14 +148,59 @@ class Bound:
 
 def bound(left: Sequence[Expr], right: Sequence[Expr], wanted: Needs) -> Bound:
     """Return the bound for the differences left[i] - right[i]."""
-    algebra = Degrees(wanted)
-    sides = []
-    for outputs in (left, right):
-        order = reachable(outputs)
-        symbols = {node: Degree(1) for node in order if node.op is Op.SYMBOL}
-        sides.append(evaluate(outputs, algebra, symbols, order))
-    totals = [algebra.total(algebra.sub(a, b)) for a, b in zip(*sides, strict=True)]
-    collisions = len(algebra.hashed) ** 2 * max(algebra.hashed, default=0)
-    degree = max((total.numerator for total in totals), default=0) + collisions
-    height = max((total.bits for total in totals), default=0.0) * wanted.order  # the norm to the rationals
-    return Bound(degree, height)
+    return Bounds(wanted).of(left, right)
+
+
+class Bounds:
+    """Bounds of many differences: what was found of a node is kept, and a divisor of several of them is one."""
+
+    def __init__(self, wanted: Needs) -> None:
+        """Start without nodes."""
+        self._algebra = Degrees(wanted)
+        self._known: dict[Expr, Degree] = {}
+        self._below: dict[Expr, int] = {}  # bit k: list k of `_hashed` is of a node below
+        self._hashed: list[list[int]] = []
+
+    def of(self, left: Sequence[Expr], right: Sequence[Expr]) -> Bound:
+        """Return the bound for the differences left[i] - right[i]."""
+        algebra, wanted = self._algebra, self._algebra.needs
+        both = zip(self._evaluated(left), self._evaluated(right), strict=True)
+        totals = [algebra.total(algebra.sub(a, b)) for a, b in both]
+        hashed = [degree for side in (left, right) for degree in self._hashed_below(side)]
+        collisions = len(hashed) ** 2 * max(hashed, default=0)
+        degree = max((total.numerator for total in totals), default=0) + collisions
+        height = max((total.bits for total in totals), default=0.0) * wanted.order  # the norm to the rationals
+        return Bound(degree, height)
+
+    def _evaluated(self, outputs: Sequence[Expr]) -> list[Degree]:
+        algebra, known, below = self._algebra, self._known, self._below
+        apply = arithmetic(algebra)
+        for node in reachable(outputs, known):
+            if node in known:
+                continue
+            op, args = node.op, [known[arg] for arg in node.args]
+            under = 0
+            for arg in node.args:
+                under |= below[arg]
+            if op in apply:
+                known[node] = apply[op](*args)
+            elif op is Op.SYMBOL:
+                known[node] = Degree(1)
+            elif op is Op.CONSTANT:
+                known[node] = algebra.constant(node.value)  # type: ignore[arg-type]
+            elif op is Op.PI:
+                known[node] = algebra.pi()
+            else:
+                algebra.hashed = []
+                known[node] = algebra.function(node, args)
+                if algebra.hashed:
+                    under |= 1 << len(self._hashed)
+                    self._hashed.append(algebra.hashed)
+            below[node] = under
+        return [known[node] for node in outputs]
+
+    def _hashed_below(self, outputs: Sequence[Expr]) -> list[int]:
+        under = 0
+        for node in outputs:
+            under |= self._below[node]
+        return [degree for k, degrees in enumerate(self._hashed) if under >> k & 1 for degree in degrees]

@@ -19,7 +19,7 @@ roots exist; they have 127 bits, and more where angles are divided finely.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -174,7 +174,7 @@ class FiniteField:
             return (unit + inverse) * self._half % self.p
         return (inverse - unit) * self._half * self._i % self.p  # 1/i = -i
 
-    def unit(self, angle: Expr, values: dict[Expr, int]) -> int:
+    def unit(self, angle: Expr, values: Mapping[Expr, int]) -> int:
         """Return the unit that stands for exp(i angle), given the values of the nodes before it."""
         form = linear_form(angle)
         unit = pow(self._root, int(form.turns * (self._order // 2)), self.p)
@@ -229,6 +229,17 @@ def evaluate_over_field(
         Redraw: the point is unlucky.
     """
     return evaluate(outputs, _AtPoint(field, values), values, order, values)
+
+
+def function_over_field(field: FiniteField, node: Expr, args: Sequence[int], values: Mapping[Expr, int]) -> int:
+    """Return the value of a function in `field`, a sine from its angle's atoms, whose `values` are known.
+
+    Raises:
+        Redraw: the point is unlucky.
+    """
+    if node.op in (Op.SIN, Op.COS):
+        return field.circular(node.op, field.unit(node.args[0], values))
+    return field.function(node, args)
 
 
 class _AtPoint:

@@ -58,6 +58,7 @@ class Runner:
         usual: whether `verify` leaves out what `load` does, since compiling it takes longer than it tells.
         asked: whether `verify` measures it only where it is asked for by name: its runtime is heavy or seldom there,
             or it takes longer than it tells.
+        aside: whether a compiler of its own process does the work, so that it may run while others go on.
     """
 
     run: Callable[[Sources], Any]
@@ -66,6 +67,7 @@ class Runner:
     measured: str
     usual: bool
     asked: bool
+    aside: bool = False
 
 
 def run_python(sources: Sources) -> Any:
@@ -83,7 +85,7 @@ def run_python(sources: Sources) -> Any:
 
 RUNNERS: dict[str, Runner] = {
     NUMPY.name: Runner(run_python, batches=True, many="", measured="", usual=False, asked=False),
-    C.name: Runner(build, batches=True, many=BATCH, measured="", usual=False, asked=False),
+    C.name: Runner(build, batches=True, many=BATCH, measured="", usual=False, asked=False, aside=True),
     UFUNC.name: Runner(
         lambda sources: build_extension(sources)[1],
         batches=True,
@@ -91,6 +93,7 @@ RUNNERS: dict[str, Runner] = {
         measured=DOUBLES,
         usual=True,
         asked=False,
+        aside=True,
     ),
     CASADI.name: Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True),
     HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True),
@@ -99,8 +102,8 @@ RUNNERS: dict[str, Runner] = {
     JSON.name: Runner(run_json, batches=False, many="", measured="", usual=False, asked=True),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
-    CPP.name: Runner(run_cpp, batches=True, many=BATCH, measured="", usual=False, asked=True),
-    RUST.name: Runner(run_rust, batches=True, many=BATCH, measured="", usual=False, asked=True),
+    CPP.name: Runner(run_cpp, batches=True, many=BATCH, measured="", usual=False, asked=True, aside=True),
+    RUST.name: Runner(run_rust, batches=True, many=BATCH, measured="", usual=False, asked=True, aside=True),
 }
 
 

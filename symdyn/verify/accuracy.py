@@ -10,14 +10,16 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf, isfinite, isnan
 from statistics import median
 from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
+from symdyn.algebra.big import Bounded, RunningErrors
+from symdyn.algebra.midpoints import Midpoints
 from symdyn.dynamics import Function
-from symdyn.graph import evaluate
+from symdyn.graph import Expr, evaluate, reachable
 from symdyn.program import Program
 from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample, values_of
 
@@ -61,56 +63,63 @@ def measure(
         seed: of the states.
         real: "double" or "float", of the modules.
     """
-    numbers = BigFloats(DIGITS)
-    numbers.context.trap_complex = True
-    analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real])
-    found = []
-    for routine in program.routines:
-        function = routine.function
-        if not function.entries:
-            continue
-        rng = random.Random(f"{seed}:{function.name}")
-        cases = [case for k in range(states) if (case := _case(function, rng, analysis, real, k)) is not None]
-        found += [
-            _compare(function, name, getattr(module, function.name), cases, numbers, real)
-            for name, module in modules.items()
-            if hasattr(module, function.name)
-        ]
+    numbers, found = Midpoints(DIGITS), []
+    with numbers:
+        analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real])
+        for routine in program.routines:
+            function = routine.function
+            if not function.entries:
+                continue
+            rng, order = random.Random(f"{seed}:{function.name}"), reachable(function.entries)
+            tried = (_case(function, order, rng, analysis, real, k) for k in range(states))
+            cases = [case for case in tried if case is not None]
+            found += [
+                _compare(function, name, getattr(module, function.name), cases, numbers, real)
+                for name, module in modules.items()
+                if hasattr(module, function.name)
+            ]
     return found
 
 
 @dataclass(frozen=True)
 class _Case:
-    """A state, and the exact result with its error bounds."""
+    """A state, the exact result, the error that each entry is allowed, and an ulp of the largest entry."""
 
     inputs: list[Array]
-    exact: list[Bounded]
+    exact: list[Any]
+    allowed: list[float]
+    ulp: float
 
 
-def _case(function: Function, rng: random.Random, analysis: RunningErrors, real: str, k: int) -> _Case | None:
+def _case(
+    function: Function, order: Sequence[Expr], rng: random.Random, analysis: RunningErrors, real: str, k: int
+) -> _Case | None:
     """Return a case at the next state where the function is real, trying ever wider ranges; None if there is none."""
     for draw in range(DRAWS):
         inputs = sample(function.arguments, rng, real, WIDER[draw * len(WIDER) // DRAWS])
         values = values_of(function, inputs, lambda value: analysis.exact(analysis.numbers.number(value)))
         try:
-            return _Case(inputs, evaluate(function.entries, analysis, values))
+            found: list[Bounded] = evaluate(function.entries, analysis, values, order)
         except (ValueError, ZeroDivisionError, OverflowError):
             continue
+        ulp = 2 * ROUNDOFF[real] * max(float(abs(entry.value)) for entry in found) or TINIEST[real]
+        allowed = [ALLOWED * float(entry.error) + TINIEST[real] for entry in found]
+        if any(map(isnan, allowed)):
+            continue  # a slope is defined nowhere near: nothing can be compared with what it allows
+        return _Case(inputs, [entry.value for entry in found], allowed, ulp)
     return None
 
 
 def _compare(
-    function: Function, module: str, call: Callable[..., Any], cases: Sequence[_Case], numbers: BigFloats, real: str
+    function: Function, module: str, call: Callable[..., Any], cases: Sequence[_Case], numbers: Midpoints, real: str
 ) -> Accuracy:
     errors, worst = [0.0] if not cases else [], 0.0
     for case in cases:
-        got = np.ravel(call(*case.inputs))
-        ulp = 2 * ROUNDOFF[real] * max(float(abs(entry.value)) for entry in case.exact) or TINIEST[real]
+        got = np.ravel(call(*case.inputs)).tolist()
         largest = 0.0
-        for value, entry in zip(got, case.exact, strict=True):
-            finite = bool(np.isfinite(value))
-            error = float(abs(numbers.number(float(value)) - entry.value)) if finite else float("inf")
-            worst = max(worst, error / (ALLOWED * float(entry.error) + TINIEST[real]))
+        for value, exact, allowed in zip(got, case.exact, case.allowed, strict=True):
+            error = float(abs(numbers.number(value) - exact)) if isfinite(value) else inf
+            worst = max(worst, error / allowed)
             largest = max(largest, error)
-        errors.append(largest / ulp)
+        errors.append(largest / case.ulp)
     return Accuracy(function.name, module, real, len(cases), median(errors), max(errors), worst, worst <= 1)

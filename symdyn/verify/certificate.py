@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from symdyn.build import RUNNERS
-from symdyn.build.loaded import is_large
 from symdyn.dynamics import (
     Equations,
     Function,
@@ -25,8 +24,8 @@ from symdyn.dynamics import (
     there,
     wanted_on,
 )
-from symdyn.emit import TARGETS, emit
-from symdyn.errors import BuildError, EmitError, MissingProgram
+from symdyn.emit import TARGETS
+from symdyn.errors import EmitError
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -36,6 +35,7 @@ from symdyn.scene import Scene, SceneLike, express, scene_of
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
+from symdyn.verify.building import Building
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
 from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
@@ -145,13 +145,17 @@ def certify(
     claims += _composed_claims(program, code)
     if prepare and code is program:
         notes.append("nothing to prepare: no function has a free parameter")
-    progress("proving over finite fields")
-    claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
-    fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
-    progress("reading files back")
-    written = written_of(code, real, targets, asked, notes, seed)
-    progress("building")
-    modules, refused = modules_of(code, real, notes, targets)
+    with Building(code, real) as building:
+        progress("writing files")
+        building.begin(targets)
+        progress("proving over finite fields")
+        there = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
+        claims = on_unit_sphere(scene, there)
+        fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
+        progress("reading files back")
+        written = written_of(building, targets, asked, notes, seed)
+        progress("building")
+        modules, refused = building.modules(notes, targets)
     blocks: tuple[Blocks, ...] = ()
     if asked:
         progress("running blocks of states at every length")
@@ -286,25 +290,9 @@ def wanted_targets(targets: Sequence[str] | None, real: str) -> tuple[str, ...]:
 
 def modules_of(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
     """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
-    modules: dict[str, Any] = {}
-    small = tuple(one for one in program.routines if not (one.function.request and is_large(one.function.request)))
-    usual = replace(program, routines=small)
-    for name in targets:
-        target = TARGETS[name]
-        if name not in RUNNERS:
-            notes.append(f"{target.title} was not measured: nothing runs it here")
-            continue
-        runner = RUNNERS[name]
-        part = usual if runner.usual else program
-        if not part.routines:
-            continue
-        try:
-            modules[name] = runner.run(emit(part, name, real, option=runner.measured))
-        except MissingProgram as fault:
-            notes.append(f"{target.title} was not measured: {fault}")
-        except BuildError as fault:
-            return modules, str(fault)
-    return modules, ""
+    with Building(program, real) as building:
+        building.begin(targets)
+        return building.modules(notes, targets)
 
 
 def finite(value: Any) -> Any:

@@ -12,12 +12,12 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
-from symdyn.algebra.degree import Bound, bound
+from symdyn.algebra.degree import Bound, Bounds
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, needs
+from symdyn.algebra.midpoints import RealBalls, bits_of
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
-from symdyn.verify.points import MAX_DRAWS, FieldPoints, NumberPoints, field_values
+from symdyn.verify.points import MAX_DRAWS, FieldPoints, FirstPoints, NumberPoints, field_values
 from symdyn.verify.roots import Roots, conjugated, radicands, signed
 
 PROVED = "proved"
@@ -26,7 +26,6 @@ DIFFERENT = "different"
 UNDEFINED = "defined nowhere"
 
 DIGITS = 50
-SAFETY = 1e3  # times the first-order bound of the rounding error
 SURE = -6.0  # log10 of the chance of error from which a claim is not called proved
 ROOTS = 1 << 20  # tells points that roots are looked at from points that claims are
 TRIALS = 6  # numerical points, half of them the mirror images of the others
@@ -102,24 +101,36 @@ def prove(
         points: how many points over each.
         positive: names of symbols that are assumed positive where a claim is checked numerically.
     """
-    rooted = [_radicands(claim) for claim in claims]
+    rooted = _rooted(claims)
     exact = [claim for claim, roots in zip(claims, rooted, strict=True) if roots is not None]
     wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
     fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
-    over_fields, in_numbers = FieldPoints(wanted), NumberPoints(_numbers(), positive)
+    seeds = [[hash_seed(seed, k, point, point) for k in range(primes)] for point in range(points)]
+    first, over_fields = FirstPoints(wanted, fields.primes, seeds), FieldPoints(wanted)
+    numbers, bounds = RealBalls(bits_of(DIGITS)), Bounds(wanted)
+    in_numbers = NumberPoints(numbers, positive)
     known: dict[Sides, Roots | None] = {}
     findings = []
     for claim, sides in zip(claims, rooted, strict=True):
         if sides is not None and sides not in known:
             known[sides] = _roots(sides, fields, wanted)
         roots = None if sides is None else known[sides]
-        flags = None if roots is None else _agreement(claim, fields, over_fields, roots)
+        flags = None if roots is None else _agreement(claim, fields, first, over_fields, roots)
         limit = None
         if roots is not None and flags is not None and all(flags):
-            limit = conjugated(claim.widened(bound(claim.left, claim.right, wanted)), roots.count)
+            limit = conjugated(claim.widened(bounds.of(claim.left, claim.right)), roots.count)
         error = limit.error_log10(wanted, primes, points) if limit else 0.0
-        findings.append(_judge(claim, flags, limit.degree if limit else 0, error, in_numbers))
+        with numbers:
+            findings.append(_judge(claim, flags, limit.degree if limit else 0, error, in_numbers))
     return fields, findings
+
+
+def _rooted(claims: Sequence[Claim]) -> list[Sides | None]:
+    """Return for every claim what `_radicands` does; most scenes have no root, which one look at all claims tells."""
+    every = _by_graph([node for claim in claims for node in (*claim.left, *claim.right)])
+    if not any(node.op is Op.SQRT for entries in every for node in reachable(entries)):
+        return [()] * len(claims)
+    return [_radicands(claim) for claim in claims]
 
 
 def _radicands(claim: Claim) -> Sides | None:
@@ -145,8 +156,15 @@ def _roots(sides: Sides, fields: Fields, wanted: Needs) -> Roots | None:
     return most
 
 
-def _agreement(claim: Claim, fields: Fields, places: FieldPoints, roots: Roots) -> list[bool] | None:
+def _agreement(
+    claim: Claim, fields: Fields, first: FirstPoints, places: FieldPoints, roots: Roots
+) -> list[bool] | None:
     """Return which entries agree at all points of all fields; None if no point was found at which all is defined."""
+    if roots.signs == 1:
+        try:
+            return _at_first(claim, first)
+        except Redraw:
+            pass  # one of them is unlucky: points are drawn one by one
     agree: list[bool] = []
     for k, prime in enumerate(fields.primes):
         draws = iter(range(MAX_DRAWS << roots.count))
@@ -157,6 +175,23 @@ def _agreement(claim: Claim, fields: Fields, places: FieldPoints, roots: Roots) 
             for left, right in drawn:
                 same = [a == b for a, b in zip(left, right, strict=True)]
                 agree = [x and y for x, y in zip(agree or same, same, strict=True)]
+    return agree
+
+
+def _at_first(claim: Claim, first: FirstPoints) -> list[bool]:
+    """Return which entries agree at all first points.
+
+    Raises:
+        Redraw: one is unlucky.
+    """
+    left, right = first.values(claim.left), first.values(claim.right)
+    if type(claim).compared is Claim.compared:
+        return [a == b for a, b in zip(left, right, strict=True)]
+    agree: list[bool] = []
+    for field, j, k in first.places:
+        one, other = claim.compared(first.at(left, j, k), first.at(right, j, k), field, 0, bool)
+        same = [a == b for a, b in zip(one, other, strict=True)]
+        agree = [x and y for x, y in zip(agree or same, same, strict=True)]
     return agree
 
 
@@ -229,34 +264,27 @@ def _by_graph(outputs: Sequence[Expr]) -> list[list[Expr]]:
     return list(groups.values())
 
 
-def _numbers() -> RunningErrors:
-    numbers = BigFloats(DIGITS)
-    numbers.context.trap_complex = True  # the root of a negative number is no value
-    roundoff = 10.0 ** (1 - DIGITS)
-    return RunningErrors(numbers, roundoff, roundoff)
-
-
 def _first_difference(claim: Claim, places: NumberPoints, trials: int) -> int:
-    """Return the first entry that differs at random points, by more than rounding to 50 digits explains, -1 if none.
+    """Return the first entry that differs at random points, whatever rounding to 50 digits did, -1 if none.
 
     Raises:
         VerifyError: no point was found at which both sides are real.
     """
-    algebra, draws = places.algebra, iter(range(MAX_DRAWS))
+    algebra, draws, zero = places.algebra, iter(range(MAX_DRAWS)), places.algebra.number(0.0)
     for _ in range(trials):
-        left, right = claim.compared(*_next_point(claim, places, draws), algebra, Bounded(0, 0), _certain)
+        left, right = claim.compared(*_next_point(claim, places, draws), algebra, zero, _certain)
         for i, (a, b) in enumerate(zip(left, right, strict=True)):
-            if not abs(a.value - b.value) <= SAFETY * (a.error + b.error):
+            if not a.overlaps(b):
                 return i
     return -1
 
 
-def _certain(number: Bounded) -> Any:
-    """Return the size of a number, 0 where it is no more than its rounding error."""
-    return abs(number.value) if abs(number.value) > SAFETY * number.error else 0
+def _certain(number: Any) -> Any:
+    """Return the size of a number, 0 where it cannot be told from zero."""
+    return 0 if number.contains(0) else abs(number).mid()
 
 
-def _next_point(claim: Claim, places: NumberPoints, draws: Iterator[int]) -> tuple[list[Bounded], list[Bounded]]:
+def _next_point(claim: Claim, places: NumberPoints, draws: Iterator[int]) -> tuple[list[Any], list[Any]]:
     """Return the values of both sides at the next point where they are real."""
     for draw in draws:
         try:

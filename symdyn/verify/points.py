@@ -6,14 +6,49 @@ import random
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from symdyn.algebra.big import Bounded, RunningErrors
-from symdyn.algebra.finite_field import FiniteField, Needs, evaluate_over_field
+from symdyn.algebra.finite_field import FiniteField, Needs, evaluate_over_field, function_over_field
+from symdyn.algebra.many_points import ManyPoints, Residues
+from symdyn.algebra.midpoints import RealBalls
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 MAX_DRAWS = 200
 SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
 KEPT = 40  # points that are kept, of fields and of numbers; claims with few roots are looked at fewer
 HELD = 300_000  # values that are kept at all points together; with more all are forgotten, for the sake of memory
+
+
+class FirstPoints:
+    """The first points that are drawn over all fields, which hardly ever are unlucky: looked at together."""
+
+    def __init__(self, wanted: Needs, primes: Sequence[int], seeds: Sequence[Sequence[int]]) -> None:
+        """Start without values; `seeds` are those of point j of every prime, for each j."""
+        fields = [[FiniteField(p, seed, wanted) for p, seed in zip(primes, row, strict=True)] for row in seeds]
+        self._points = ManyPoints(fields, _drawn_from, function_over_field)
+        self._most = HELD // (len(primes) * len(seeds))
+
+    @property
+    def places(self) -> list[tuple[FiniteField, int, int]]:
+        """Every field with the numbers of its point and of its prime, prime by prime."""
+        fields = self._points.fields
+        return [(fields[j][k], j, k) for k in range(len(fields[0])) for j in range(len(fields))]
+
+    def values(self, outputs: Sequence[Expr]) -> list[Residues]:
+        """Return the values of nodes of one graph.
+
+        Raises:
+            Redraw: a point is unlucky.
+        """
+        if len(self._points.known) > self._most:
+            self._points.known.clear()
+        return self._points.values(outputs)
+
+    def at(self, values: Sequence[Residues], j: int, k: int) -> list[int]:
+        """Return values at one of `places`."""
+        return [self._points.at(value, j, k) for value in values]
+
+
+def _drawn_from(field: FiniteField, name: str) -> int:
+    return random.Random(f"{field.seed}:{name}").randrange(field.p)
 
 
 class FieldPoints:
@@ -68,13 +103,13 @@ def field_values(outputs: Sequence[Expr], field: FiniteField, known: dict[Expr, 
 class NumberPoints:
     """Points in numbers: they come as pairs x and -x, in ever wider ranges, at last all positive."""
 
-    def __init__(self, algebra: RunningErrors, positive: Collection[str]) -> None:
+    def __init__(self, algebra: RealBalls, positive: Collection[str]) -> None:
         """Start without points; symbols named in `positive` are never drawn negative."""
         self.algebra = algebra
         self._positive = positive
-        self._known: dict[int, dict[Expr, Bounded]] = {}
+        self._known: dict[int, dict[Expr, Any]] = {}
 
-    def values(self, outputs: Sequence[Expr], draw: int) -> list[Bounded]:
+    def values(self, outputs: Sequence[Expr], draw: int) -> list[Any]:
         """Return the values of nodes of one graph at a point.
 
         Raises:
@@ -83,14 +118,12 @@ class NumberPoints:
         known = self._known.setdefault(draw, {}) if draw < KEPT else {}
         _forget(self._known.values())
         order = reachable(outputs, known)
-        fresh = [node for node in order if node not in known]
-        known |= {node: self._drawn(node, draw) for node in fresh if node.op is Op.SYMBOL}
-        known |= zip(fresh, evaluate(fresh, self.algebra, known, order), strict=True)
-        return [known[node] for node in outputs]
+        known |= {node: self._drawn(node, draw) for node in order if node.op is Op.SYMBOL and node not in known}
+        return evaluate(outputs, self.algebra, known, order, known)
 
     def _drawn(self, symbol: Expr, draw: int) -> Any:
         rng = random.Random(f"{draw // 2}:{symbol.value}")
         signed = draw < MAX_DRAWS // 2 and symbol.value not in self._positive
         sign = rng.choice((-1, 1)) * (-1) ** draw if signed else 1
         width = SPREAD[draw // 8 % len(SPREAD)]
-        return self.algebra.exact(self.algebra.numbers.number(sign * rng.uniform(0.25, width)))
+        return self.algebra.number(sign * rng.uniform(0.25, width))

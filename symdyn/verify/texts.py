@@ -6,21 +6,20 @@ from collections.abc import Sequence
 
 from symdyn.algebra.finite_field import Redraw
 from symdyn.build import RUNNERS
-from symdyn.emit import TARGETS, Sources, emit
+from symdyn.emit import TARGETS, Sources
 from symdyn.emit.code.identifiers import stem
 from symdyn.errors import MissingProgram
-from symdyn.program import Program
+from symdyn.verify.building import Building
 from symdyn.verify.written import READERS, Files, Written, languages, printed, prove_texts
 
 
 def written_of(
-    program: Program, real: str, targets: Sequence[str], asked: bool, notes: list[str], seed: int
+    building: Building, targets: Sequence[str], asked: bool, notes: list[str], seed: int
 ) -> tuple[Written, ...]:
     """Return what is known of the files of `targets`; notes say which are not read and why.
 
     Args:
-        program: what is written.
-        real: number type of the files.
+        building: what is written, with which number type.
         targets: keys of `TARGETS`; those that nothing reads are left out.
         asked: whether they were asked for by name: then files with each option are proved too.
         notes: added to.
@@ -30,7 +29,7 @@ def written_of(
     if not targets:
         return ()
     try:
-        numbers = printed(program, real, seed)
+        numbers = printed(building.program, building.real, seed)
     except Redraw:
         notes.append("files were not proved: no point was found at which all functions are defined")
         return ()
@@ -39,9 +38,7 @@ def written_of(
         measured = RUNNERS[name].measured if name in RUNNERS else ""
         for option in dict.fromkeys((measured, "", *TARGETS[name].options) if asked else (measured,)):
             try:
-                found += prove_texts(
-                    numbers, files_of(emit(program, name, real, option=option)), languages(name, option)
-                )
+                found += prove_texts(numbers, files_of(building.written(name, option)), languages(name, option))
             except MissingProgram as fault:
                 notes.append(f"files of {TARGETS[name].title} were not proved: {fault}")
                 break

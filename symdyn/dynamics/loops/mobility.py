@@ -16,6 +16,7 @@ Theory 40 (2005), for where counting fails.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass, replace
 
@@ -132,20 +133,105 @@ def _idle(numbers: Numbers, seen: Assembly, empty: Container[int]) -> list[str]:
 
 
 def idle_motions(numbers: Numbers, G: Array, q: Array) -> list[tuple[str, Array]]:
-    """Return motions of bodies on loops while all else and every drive rests: words, and velocities (nv,); G of q."""
-    scene, jacobians = numbers.scene, _body_jacobians(numbers, q)
+    """Return motions of bodies on loops while all else and every drive rests: words, and velocities (nv,); G of q.
+
+    What moves one body alone is a matter of the joints that it hangs and carries by, and of those that share their
+    velocities: everything else rests by itself.
+    """
+    scene, tree = numbers.scene, numbers.tree
     on_loops = {name: None for joint in scene.loops for name in _between(numbers, joint)}
-    driven = [k for k, drive in enumerate(scene.drives) if drive]
+    homes = [tree.home[body.name][0] for body in scene.bodies]
+    bodies, columns, joints = Counter(homes), _moved_by(numbers, q), _joints(numbers, {0, *homes})
+    sharing = _sharing(joints)
     found = []
     for name in on_loops:
-        others = [J for other, J in jacobians.items() if other != name]
-        rest = np.vstack([G, *others, np.eye(numbers.state.n)[driven]])
-        for way in free_motions(rest):
-            twist = jacobians[name] @ way
-            if np.abs(twist).max() > NOTHING:
+        home = tree.home[name][0]
+        if not home or bodies[home] > 1:
+            continue  # it is fixed to the ground, or to another body, which rests
+        near = _near(home, joints, sharing)
+        local = sorted({k for one in near for k in joints[one].velocities})
+        twists = {one: _twists(numbers, one, local, columns) for one in (home, *near)}
+        rows = G[:, local]
+        driven = [row for row, k in enumerate(local) if scene.drives[k]]
+        others = [twists[one] for one in near if one != home]
+        rest = np.vstack([rows[np.abs(rows).max(axis=1, initial=0.0) > 0], *others, np.eye(len(local))[driven]])
+        for part in free_motions(rest):
+            twist = twists[home] @ part
+            if np.abs(twist).max(initial=0.0) > NOTHING:
                 how = "spins about the line of its joints" if np.abs(twist[:3]).max() > NOTHING else "slides"
+                way = np.zeros(numbers.state.n)
+                way[local] = part
                 found.append((f"{name} {how}", way))
     return found
+
+
+@dataclass(frozen=True)
+class _Between:
+    """What is between the frame of a body and the next one inwards that carries a body: velocities, and that frame."""
+
+    velocities: frozenset[int]
+    inner: int
+
+
+def _joints(numbers: Numbers, carrying: Container[int]) -> dict[int, _Between]:
+    """Return what is inwards of every frame that carries a body, by frame; the ground is 0."""
+    tree, found = numbers.tree, {}
+    for frame in tree.outward():
+        if frame in carrying:
+            inner, velocities = frame, set[int]()
+            while inner == frame or inner not in carrying:
+                velocities |= {k for k, _ in tree.A[inner]}
+                inner = tree.parent[inner]
+            found[frame] = _Between(frozenset(velocities), inner)
+    return found
+
+
+def _sharing(joints: dict[int, _Between]) -> dict[tuple[str, int], list[int]]:
+    """Return the frames that a frame carries, ("carried", frame), and those that a velocity moves, ("moved", k)."""
+    found: dict[tuple[str, int], list[int]] = {}
+    for frame, joint in joints.items():
+        found.setdefault(("carried", joint.inner), []).append(frame)
+        for k in joint.velocities:
+            found.setdefault(("moved", k), []).append(frame)
+    return found
+
+
+def _near(home: int, joints: dict[int, _Between], sharing: dict[tuple[str, int], list[int]]) -> list[int]:
+    """Return the frames whose joints have a say when one moves alone: its own, those it carries, and who shares."""
+    near: set[int] = set()
+    more = [home, *sharing.get(("carried", home), ())]
+    while more:
+        one = more.pop()
+        if one not in near:
+            near.add(one)
+            more += [other for k in joints[one].velocities for other in sharing["moved", k]]
+    return sorted(near)
+
+
+def _moved_by(numbers: Numbers, q: Array) -> list[list[tuple[int, Array]]]:
+    """Return for every frame what a unit of each velocity adds to its twist, from that of its parent.
+
+    Twists are angular first, at the ground's origin; frame 0 is the ground.
+    """
+    tree = numbers.tree
+    entries = []
+    for T, (z, s) in zip(tree_placements(tree), tree.S, strict=True):
+        turned = apply(T.R, z)
+        entries += [*turned, *add(apply(T.R, s), cross(T.p, turned))]
+    axes = numbers.at(entries, q).reshape(-1, 6)
+    shares = iter(numbers.at([x for row in tree.A for _, x in row], q))
+    return [[(k, next(shares) * axis) for k, _ in row] for axis, row in zip(axes, tree.A, strict=True)]
+
+
+def _twists(numbers: Numbers, frame: int, velocities: list[int], moved: list[list[tuple[int, Array]]]) -> Array:
+    """Return the twist of a frame for unit velocities, shape (6, len(velocities))."""
+    J, wanted = np.zeros((6, len(velocities))), {k: column for column, k in enumerate(velocities)}
+    while frame:
+        for k, axis in moved[frame]:
+            if k in wanted:
+                J[:, wanted[k]] += axis
+        frame = numbers.tree.parent[frame]
+    return J
 
 
 def _between(numbers: Numbers, joint: Joint) -> list[str]:
@@ -154,26 +240,6 @@ def _between(numbers: Numbers, joint: Joint) -> list[str]:
     inner, outer = tree.paths(tree.home[joint.parent][0], tree.home[joint.child][0])
     moves = {*inner, *outer}
     return [body.name for body in numbers.scene.bodies if tree.home[body.name][0] in moves]
-
-
-def _body_jacobians(numbers: Numbers, q: Array) -> dict[str, Array]:
-    """Return for every body its twist (angular first, at the ground's origin) for unit velocities, shape (6, nv)."""
-    tree = numbers.tree
-    entries = []
-    for T, (z, s) in zip(tree_placements(tree), tree.S, strict=True):
-        turned = apply(T.R, z)
-        entries += [*turned, *add(apply(T.R, s), cross(T.p, turned))]
-    axes = numbers.at(entries, q).reshape(-1, 6)
-    shares = numbers.at([x for row in tree.A for _, x in row], q)
-    moves = [np.zeros((6, tree.n))]
-    at = 0
-    for i in tree.outward():
-        J = moves[tree.parent[i]].copy()
-        for k, _ in tree.A[i]:
-            J[:, k] += shares[at] * axes[i]
-            at += 1
-        moves.append(J)
-    return {body.name: moves[tree.home[body.name][0]] for body in numbers.scene.bodies}
 
 
 # Words

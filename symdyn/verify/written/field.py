@@ -8,12 +8,13 @@ a certificate without divided angles.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from hashlib import blake2b
 from math import lcm
 
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime
+from symdyn.algebra.many_points import ManyPoints, Residues
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 PRIMES = POINTS = 2
@@ -21,9 +22,6 @@ MAX_DRAWS = 200
 
 Operation = tuple[int, ...]
 """Which operation, and of what."""
-
-Values = tuple[tuple[int, ...], ...]
-"""What entries are at every point of every field, a tuple a point."""
 
 
 class Uninterpreted(FiniteField):
@@ -44,23 +42,11 @@ class Uninterpreted(FiniteField):
         Raises:
             Redraw: one is not defined at this point.
         """
-        return tuple(evaluate(outputs, self, *self._known(outputs)))
+        order = reachable(outputs)
+        symbols = {node: self.symbol(str(node.value)) for node in order if node.op is Op.SYMBOL}
+        return tuple(evaluate(outputs, self, symbols, order))
 
-    def operations(self, outputs: Sequence[Expr]) -> frozenset[Operation]:
-        """Return all operations below nodes of one graph, by the values they are of, whatever the sign of the result.
-
-        Raises:
-            Redraw: one is not defined at this point.
-        """
-        known, order = self._known(outputs)
-        evaluate(outputs, self, known, order, known)
-        return frozenset(
-            self._operation(node.op, [known[one] for one in node.args])
-            for node in order
-            if node.args and node.op is not Op.NEG
-        )
-
-    def _operation(self, op: Op, values: Sequence[int]) -> Operation:
+    def operation(self, op: Op, values: Sequence[int]) -> Operation:
         """Return an operation as rounding knows it: a + b is b + a, and -(-a - b); a b is (-b) a."""
         if op in (Op.ADD, Op.SUB):
             a, b = values[0], values[1] if op is Op.ADD else -values[1] % self.p
@@ -70,37 +56,82 @@ class Uninterpreted(FiniteField):
             return op, *(sorted(sizes) if op is Op.MUL else sizes)
         return op, *values
 
-    def _known(self, outputs: Sequence[Expr]) -> tuple[dict[Expr, int], list[Expr]]:
-        """Return the values of the symbols below, and the order of evaluation."""
-        order = reachable(outputs)
-        return {node: self.symbol(str(node.value)) for node in order if node.op is Op.SYMBOL}, order
-
 
 def denominator(outputs: Iterable[Expr]) -> int:
     """Return the common denominator of the constants below some nodes."""
     return lcm(1, *(node.value.denominator for node in reachable(outputs) if isinstance(node.value, Fraction)))
 
 
-def points(outputs: Sequence[Expr], seed: int) -> tuple[tuple[Uninterpreted, ...], Values]:
-    """Return fields at points where all `outputs` are defined, two points over each of two primes, and their values.
+class Everywhere:
+    """Nodes at two points over each of two primes: their values, and their operations, each looked at once."""
+
+    def __init__(self, fields: Sequence[Sequence[Uninterpreted]]) -> None:
+        """Start without values; `fields` are those of point j of every prime, for each j."""
+        self._first = fields[0][0]
+        self._points = ManyPoints(fields, _symbol, _function)
+        self._operations: dict[Expr, Operation] = {}
+
+    def values(self, outputs: Sequence[Expr]) -> list[Residues]:
+        """Return the values of nodes of one graph.
+
+        Raises:
+            Redraw: one is not defined at one of the points.
+        """
+        return self._points.values(outputs)
+
+    def operations(self, outputs: Sequence[Expr]) -> frozenset[Operation]:
+        """Return all operations below nodes of one graph, by the values they are of at the first point.
+
+        Whatever the sign of the result. The nodes have values.
+        """
+        found = self._operations
+        below = [node for node in reachable(outputs) if node.args and node.op is not Op.NEG]
+        for node in below:
+            if node not in found:
+                values = [self._points.at(self._points.known[one], 0, 0) for one in node.args]
+                found[node] = self._first.operation(node.op, values)
+        return frozenset([found[node] for node in below])
+
+
+def _symbol(field: FiniteField, name: str) -> int:
+    assert isinstance(field, Uninterpreted), "fields of files are uninterpreted"
+    return field.symbol(name)
+
+
+def _function(field: FiniteField, node: Expr, args: Sequence[int], _: Mapping[Expr, int]) -> int:
+    return field.function(node, args)
+
+
+def everywhere(outputs: Sequence[Expr], seed: int) -> Everywhere:
+    """Return fields at points where all `outputs` are defined, two points over each of two primes.
 
     Raises:
         Redraw: there are no such points.
     """
     wanted = Needs(1, 1, 1, (), denominator(outputs))
+    primes = [draw_prime(seed + k, wanted) for k in range(PRIMES)]
+
+    def drawn(prime: int, draws: int) -> Iterator[Uninterpreted]:
+        return (Uninterpreted(prime, seed * MAX_DRAWS + draw, wanted) for draw in range(draws))
+
+    first = Everywhere(list(zip(*(drawn(prime, POINTS) for prime in primes), strict=True)))
+    try:
+        first.values(outputs)
+    except Redraw:
+        defined = [_defined(outputs, drawn(prime, MAX_DRAWS)) for prime in primes]
+        return Everywhere(list(zip(*defined, strict=True)))
+    return first
+
+
+def _defined(outputs: Sequence[Expr], fields: Iterable[Uninterpreted]) -> list[Uninterpreted]:
+    """Return the first fields at whose points nodes are defined."""
     found = []
-    for k in range(PRIMES):
-        prime = draw_prime(seed + k, wanted)
-        fields = (Uninterpreted(prime, seed * MAX_DRAWS + draw, wanted) for draw in range(MAX_DRAWS))
-        for _ in range(POINTS):
-            found.append(_next(outputs, fields))
-    return tuple(field for field, _ in found), tuple(values for _, values in found)
-
-
-def _next(outputs: Sequence[Expr], fields: Iterable[Uninterpreted]) -> tuple[Uninterpreted, tuple[int, ...]]:
     for field in fields:
         try:
-            return field, field.values(outputs)
+            field.values(outputs)
         except Redraw:
             continue
+        found.append(field)
+        if len(found) == POINTS:
+            return found
     raise Redraw

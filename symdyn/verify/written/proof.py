@@ -9,9 +9,9 @@ from hashlib import sha256
 from pathlib import PurePath
 
 from symdyn.algebra.finite_field import Redraw
-from symdyn.graph import Graph
+from symdyn.algebra.many_points import Residues
 from symdyn.program import Program
-from symdyn.verify.written.field import Operation, Uninterpreted, points
+from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
 from symdyn.verify.written.syntax import fixed_text, letters, parse
@@ -60,20 +60,22 @@ class Printed:
     Attributes:
         program: what is printed.
         real: the type.
-        fields: fields at points.
-        values: of the entries of each function there: a tuple a point.
+        graph: of its entries, and of what is read of files: what stands in several of them is one node.
+        places: points of fields.
+        values: of the entries of each function there.
         operations: all operations of each function, by what they are of at the first point.
     """
 
     program: Program
     real: str
-    fields: tuple[Uninterpreted, ...]
-    values: tuple[tuple[tuple[int, ...], ...], ...]
+    graph: Verbatim
+    places: Everywhere
+    values: tuple[tuple[Residues, ...], ...]
     operations: tuple[frozenset[Operation], ...]
 
-    def wanted(self, names: Sequence[str], graph: Graph) -> tuple[Wanted, ...]:
-        """Return the functions that files must hold, called `names`, with symbols of a graph as arguments' entries."""
-        found = []
+    def wanted(self, names: Sequence[str]) -> tuple[Wanted, ...]:
+        """Return the functions that files must hold, called `names`; entries of arguments are symbols of the graph."""
+        graph, found = self.graph, []
         for name, routine in zip(names, self.program.routines, strict=True):
             given = routine.function.arguments
             arguments = {one.name: tuple(graph.symbol(str(symbol.value)) for symbol in one.symbols) for one in given}
@@ -91,14 +93,14 @@ def printed(program: Program, real: str, seed: int = 1) -> Printed:
     graph = Verbatim()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
     entries = verbatim(program.outputs, rounded, graph)
-    fields, values = points(entries, seed)
+    places = everywhere(entries, seed)
     found, operations, first = [], [], 0
     for routine in program.routines:
         last = first + len(routine.function.entries)
-        found.append(tuple(at_point[first:last] for at_point in values))
-        operations.append(fields[0].operations(entries[first:last]))
+        found.append(tuple(places.values(entries[first:last])))
+        operations.append(places.operations(entries[first:last]))
         first = last
-    return Printed(program, real, fields, tuple(found), tuple(operations))
+    return Printed(program, real, graph, places, tuple(found), tuple(operations))
 
 
 @dataclass(frozen=True)
@@ -173,9 +175,8 @@ def read_text(program: Printed, files: Files, source: bytes, language: Language 
     if language is None:
         return Reading((), ()), source
     letters(source)
-    graph = Verbatim()
     root = parse(language.grammar, language.plain(source))
-    text = Text(root, source, files.stem, program.real, program.wanted(files.functions, graph), graph)
+    text = Text(root, source, files.stem, program.real, program.wanted(files.functions), program.graph)
     try:
         reading = language.read(text)
     except RecursionError:
@@ -190,15 +191,14 @@ def read_text(program: Printed, files: Files, source: bytes, language: Language 
 def _difference(program: Printed, files: Files, read: Read) -> str:
     """Return where a function of a file is another one than that of the program, "" if nowhere."""
     number = files.functions.index(read.function)
-    for field, wanted in zip(program.fields, program.values[number], strict=True):
-        try:
-            values = field.values(read.entries)
-        except Redraw:
-            return f"{read.name}, line {min(read.lines, default=0)}: divides by zero"
-        for place, (mine, theirs) in enumerate(zip(values, wanted, strict=True)):
-            if mine != theirs:
-                return f"{read.name}, entry {place}, line {read.lines[place]}: is another function"
-    if program.fields[0].operations(read.entries) != program.operations[number]:
+    try:
+        values = program.places.values(read.entries)
+    except Redraw:
+        return f"{read.name}, line {min(read.lines, default=0)}: divides by zero"
+    for place, (mine, theirs) in enumerate(zip(values, program.values[number], strict=True)):
+        if mine != theirs:
+            return f"{read.name}, entry {place}, line {read.lines[place]}: is another function"
+    if program.places.operations(read.entries) != program.operations[number]:
         return f"{read.name}, line {min(read.lines, default=0)}: is the same function by other operations"
     return ""
 

@@ -1,0 +1,86 @@
+"""Files of a certificate, each written once, and compilers at work while proofs run.
+
+A compiler is a process of its own, so that what it takes is the longer of two times and not their sum. Modules come out
+in the order of the targets, as if one had been built after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from types import TracebackType
+from typing import Any
+
+from symdyn.build import RUNNERS
+from symdyn.build.loaded import is_large
+from symdyn.emit import TARGETS, Sources, emit
+from symdyn.errors import BuildError, MissingProgram
+from symdyn.program import Program
+
+
+class Building:
+    """The files of a program, and the modules that they make."""
+
+    def __init__(self, program: Program, real: str) -> None:
+        """Start with nothing written."""
+        self.program, self.real = program, real
+        small = [one for one in program.routines if not (one.function.request and is_large(one.function.request))]
+        whole = len(small) == len(program.routines)
+        self._usual = program if whole else replace(program, routines=tuple(small))
+        self._written: dict[tuple[bool, str, str], Sources] = {}
+        self._begun: dict[str, Future[Any]] = {}
+        self._threads = ThreadPoolExecutor(max(1, sum(runner.aside for runner in RUNNERS.values())))
+
+    def __enter__(self) -> Building:
+        """Return it; what was begun ends before the block does."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Wait for the compilers."""
+        self._threads.shutdown(cancel_futures=True)
+
+    def written(self, target: str, option: str, part: Program | None = None) -> Sources:
+        """Return the files of a target, of the whole program or a part of it."""
+        key = (part is None or part is self.program, target, option)
+        if key not in self._written:
+            self._written[key] = emit(part or self.program, target, self.real, option=option)
+        return self._written[key]
+
+    def begin(self, targets: Sequence[str]) -> None:
+        """Let compilers start on what a certificate measures of targets."""
+        for name in targets:
+            if name in RUNNERS and RUNNERS[name].aside and self._part(name).routines and name not in self._begun:
+                try:
+                    sources = self.written(name, RUNNERS[name].measured, self._part(name))
+                except (MissingProgram, BuildError):
+                    continue  # the same words come again where they are waited for
+                self._begun[name] = self._threads.submit(RUNNERS[name].run, sources)
+
+    def modules(self, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
+        """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
+        modules: dict[str, Any] = {}
+        for name in targets:
+            target = TARGETS[name]
+            if name not in RUNNERS:
+                notes.append(f"{target.title} was not measured: nothing runs it here")
+                continue
+            if not self._part(name).routines:
+                continue
+            try:
+                modules[name] = self._module(name)
+            except MissingProgram as fault:
+                notes.append(f"{target.title} was not measured: {fault}")
+            except BuildError as fault:
+                return modules, str(fault)
+        return modules, ""
+
+    def _part(self, name: str) -> Program:
+        return self._usual if RUNNERS[name].usual else self.program
+
+    def _module(self, name: str) -> Any:
+        if name in self._begun:
+            return self._begun[name].result()
+        return RUNNERS[name].run(self.written(name, RUNNERS[name].measured, self._part(name)))
