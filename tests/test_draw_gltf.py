@@ -20,7 +20,7 @@ from test_draw_files import pixels
 import symdyn
 from symdyn.draw import film
 from symdyn.draw.places import places
-from symdyn.draw.pose import values_of
+from symdyn.draw.positions import values_of
 from symdyn.draw.solids import ball, box, cylinder
 from symdyn.errors import DrawError
 from symdyn.scene import GROUND, JOINTS, Scene, read

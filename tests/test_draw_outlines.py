@@ -12,7 +12,7 @@ from browser import chromium, opened
 import symdyn
 from symdyn.draw.pictures import watched
 from symdyn.draw.places import places
-from symdyn.draw.pose import pose
+from symdyn.draw.positions import pose
 from symdyn.draw.standing import standing
 from symdyn.errors import SceneError
 from symdyn.scene import OUTLINES, Scene, body, read_text, revolute, scene, write_text

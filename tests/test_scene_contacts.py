@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from symdyn.cli import main
-from symdyn.draw.free_body import acting_on
+from symdyn.draw.free_bodies import acting_on
 from symdyn.draw.ground import pushes
 from symdyn.draw.pictures import drawing
 from symdyn.draw.places import places
-from symdyn.draw.pose import pose
+from symdyn.draw.positions import pose
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.emit.print.equations_text import equations_text

@@ -64,6 +64,11 @@ def load_entry(path: Path, load: Callable[[str], Any]) -> Any:
         return _LOADED[digest]
 
 
+def read_entry(path: Path) -> bytes:
+    """Return the bytes that were sealed; errors as of `load_entry`."""
+    return _read(path)[0][:-LENGTH]
+
+
 _LOCK = Lock()
 
 _LOADED: dict[bytes, Any] = {}

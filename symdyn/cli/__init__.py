@@ -134,6 +134,15 @@ def _digits(text: str) -> int:
     raise argparse.ArgumentTypeError(f"{text} is no number of digits; give 1 to {MOST}, or all")
 
 
+class Version(argparse.Action):
+    """Prints the version, which is looked up then: that takes longer than to read a command line."""
+
+    def __call__(self, *_: Any) -> NoReturn:
+        """Print, and end."""
+        print(f"symdyn {version()}")
+        sys.exit(0)
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of all verbs."""
     top = Parser(
@@ -141,7 +150,7 @@ def parser() -> argparse.ArgumentParser:
         description="Equations of motion of mechanisms: printed, generated as NumPy and C, and proved.",
         epilog="Start with: symdyn new arm --template rr && symdyn equations arm.toml",
     )
-    top.add_argument("--version", action="version", version=f"symdyn {version()}")
+    top.add_argument("--version", action=Version, nargs=0, help="show program's version number and exit")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
     for verb, does in VERBS.items():
         verbs.add_parser(verb, help=does).verb = verb

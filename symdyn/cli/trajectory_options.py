@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from symdyn.cli.talk import Bar, give, print_paths, say
-from symdyn.draw import Reel
+from symdyn.draw.reel import Reel
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values.formula import split_commas

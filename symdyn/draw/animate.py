@@ -18,7 +18,7 @@ from symdyn.draw.corner import with_corner
 from symdyn.draw.label_places import Put, put
 from symdyn.draw.pictures import body_names, lines, mechanism, watched
 from symdyn.draw.places import Array, Places, places
-from symdyn.draw.pose import pose, values_of
+from symdyn.draw.positions import pose, values_of
 from symdyn.draw.shapes import Item, Shape, path
 from symdyn.draw.shown_text import HtmlText
 from symdyn.draw.svg import Drawing, order, svg

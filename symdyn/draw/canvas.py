@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from symdyn import shell
 from symdyn.errors import DrawError
 from symdyn.extras import install
 
@@ -32,8 +33,28 @@ def import_matplotlib() -> Any:
         assert spec is not None, "who draws has seen that it is importable"
         assert spec.origin is not None, "a package that is imported has a file"
         with contextlib.chdir(Path(spec.origin).parent / "mpl-data"):  # where its own defaults are
-            return importlib.import_module("matplotlib")
+            found = importlib.import_module("matplotlib")
+            with undocumented():
+                importlib.import_module("matplotlib.figure")
+            return found
     return sys.modules["matplotlib"]
+
+
+@contextlib.contextmanager
+def undocumented() -> Iterator[None]:
+    """Let artists be imported without lists of their properties for `help`, in a process that is the shell's own.
+
+    Those take a third of the time. In the processes of others they are written.
+    """
+    if not shell.is_own():
+        yield
+        return
+    artist: Any = importlib.import_module("matplotlib.artist")
+    written, artist.kwdoc = artist.kwdoc, lambda _: ""
+    try:
+        yield
+    finally:
+        artist.kwdoc = written
 
 
 def require(what: str, *modules: str) -> None:

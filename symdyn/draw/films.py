@@ -23,6 +23,7 @@ from symdyn.draw.paint import Frame, Painter
 from symdyn.draw.picture_files import File, write_whole
 from symdyn.draw.pictures import watched
 from symdyn.draw.places import Array, places
+from symdyn.draw.reel import Reel
 from symdyn.draw.robot_meshes import robot_solids
 from symdyn.draw.standing import standing
 from symdyn.draw.svg import Drawing
@@ -39,21 +40,6 @@ PALETTE, EXACT = 9, 32  # frames that the colours of a GIF are taken from, and c
 
 Told = Callable[[float], None]
 Painted = Callable[[int], Frame]
-
-
-@dataclass(frozen=True)
-class Reel:
-    """How a film is shown.
-
-    Attributes:
-        fps: frames, or moments that are kept, a second of real time; None for what is usual of the kind of file.
-        size: width in pixels, or width and height; None for the size of the drawing.
-        loop: whether it begins again at its end.
-    """
-
-    fps: float | None = None
-    size: int | tuple[int, int] | None = None
-    loop: bool = True
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from symdyn.draw.label_places import Label, put
 from symdyn.draw.lettering import lettered, words
 from symdyn.draw.picture_files import File, check_picture, write_picture
 from symdyn.draw.places import Array, Places, places
-from symdyn.draw.pose import pose, values_of
+from symdyn.draw.positions import pose, values_of
 from symdyn.draw.shapes import Item
 from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing, svg

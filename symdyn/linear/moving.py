@@ -18,7 +18,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.draw import Reel, film
 from symdyn.draw.pictures import spread
 from symdyn.draw.places import places
-from symdyn.draw.pose import values_of
+from symdyn.draw.positions import values_of
 from symdyn.dynamics.loops.newton import newton
 from symdyn.dynamics.roads.derivative_outputs import COLUMNS
 from symdyn.dynamics.roads.workspace import Workspace

@@ -11,12 +11,12 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn import draw
-from symdyn.draw import Reel
-from symdyn.draw.films import Told
+from symdyn.draw.reel import Reel
 from symdyn.emit import writing
 from symdyn.errors import DrawError, EmitError, SimulateError
 
 if TYPE_CHECKING:
+    from symdyn.draw.films import Told
     from symdyn.simulation.trajectory import Trajectory
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import pose
-from symdyn.draw.pose import limits_of
+from symdyn.draw.positions import limits_of
 from symdyn.dynamics.mechanism.prescribed import TIME, at_time, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.dynamics.roads.workspace import Workspace

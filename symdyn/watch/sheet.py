@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.draw import pose
-from symdyn.draw.pose import extent_of, limits_of
+from symdyn.draw.positions import extent_of, limits_of
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.dynamics.mechanism.state import quaternions

@@ -20,6 +20,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.integrate import kept_integrators
 from symdyn.simulation.integrate.heyoka_expressions import (
     guarded,
     interrupts_wait,
@@ -94,8 +95,10 @@ def _integrator(system: StateEquations, tolerance: float, watches: bool) -> Inte
     variables, entries = translate(system)
     compact = size(system) > (COMPACT_SOON if system.closed else COMPACT)
     options: dict[str, Any] = {"tol": tolerance, "compact_mode": compact}
-    if system.closed and not compact:  # where each step is looked at, its code is not worth more than it costs
+    soon = system.closed and not compact
+    if soon:  # where each step is looked at, its code is not worth more than it costs
         options["opt_level"] = 0
+    worth_keeping = not (compact or soon or watches)  # loops compile soon, and events hear in this process alone
     if watches:
         _, formulas = translate(system, "events")
         outward, ways = len(formulas) - len(system.limits), heyoka.event_direction
@@ -108,8 +111,12 @@ def _integrator(system: StateEquations, tolerance: float, watches: bool) -> Inte
             for k, formula in enumerate(formulas)
         ]
     start = np.zeros(len(variables))
+
+    def make() -> Any:
+        return heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), start, **options)
+
     with interrupts_wait():
-        ta = heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), start, **options)
+        ta = kept_integrators.integrator([*variables, *entries], options, make) if worth_keeping else make()
     return Integrator(ta, found)
 
 

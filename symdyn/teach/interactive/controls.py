@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from symdyn.draw.lettering import from_latex
-from symdyn.draw.pose import limits_of
+from symdyn.draw.positions import limits_of
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html

@@ -16,7 +16,7 @@ import numpy as np
 from symdyn.draw.lettering import from_latex, words
 from symdyn.draw.pictures import spread, watched
 from symdyn.draw.places import places
-from symdyn.draw.pose import pose
+from symdyn.draw.positions import pose
 from symdyn.draw.style import style
 from symdyn.draw.view import View
 from symdyn.dynamics.mechanism.state import quaternions

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from functools import cache
 
-import mpmath
-
 WORDS = 20
 """The first is 0, so that a window may begin before the point; doubles end at 2^1024."""
 
@@ -20,6 +18,8 @@ WORDS = 20
 @cache
 def words() -> tuple[str, ...]:
     """Return the words as hexadecimal numbers."""
+    import mpmath
+
     bits = 64 * (WORDS - 1)
     with mpmath.workprec(bits + 64):
         digits = int(mpmath.floor(mpmath.ldexp(2 / mpmath.pi, bits)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from symdyn.draw.pictures import mechanism, watched
 from symdyn.draw.places import Array, places
-from symdyn.draw.pose import extent_of
+from symdyn.draw.positions import extent_of
 from symdyn.draw.shapes import Item, Shape
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.titles import Title

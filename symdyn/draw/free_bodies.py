@@ -17,7 +17,7 @@ from symdyn.draw.lettering import lettered, words
 from symdyn.draw.picture_files import File, check_picture
 from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, watched
 from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
-from symdyn.draw.pose import pose, values_of
+from symdyn.draw.positions import pose, values_of
 from symdyn.draw.shapes import Item, dot
 from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing

@@ -1,0 +1,56 @@
+"""Bytes that are kept in the cache between processes, and read only if they are what was put there.
+
+Entries are sealed as libraries are, in the same folder: whose they are, who may change them and their hash are looked
+at before anything is made of them.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from symdyn.build.entry import Damaged, read_entry, seal
+from symdyn.build.folder import folder_aside, trusted_folder
+from symdyn.build.warned import warn
+from symdyn.errors import MissingCompiler
+
+
+def kept(name: str) -> bytes | None:
+    """Return what is kept under a name, None where nothing is that can be trusted."""
+    try:
+        path = trusted_folder() / name
+        found = read_entry(path)
+        os.utime(path)  # it was wanted last
+    except Damaged as fault:
+        warn(f"{path}: {fault}; it is made again")
+    except (OSError, MissingCompiler):
+        return None
+    else:
+        return found
+    return None
+
+
+def keep(name: str, content: bytes, most: int) -> None:
+    """Keep bytes under a name, where the cache can be written to.
+
+    Of entries with its ending those `most` stay that were wanted last.
+    """
+    with suppress(OSError, MissingCompiler):
+        folder = trusted_folder()
+        with folder_aside(folder) as aside:
+            fresh = aside / name
+            fresh.write_bytes(content)
+            seal(fresh)
+            os.replace(fresh, folder / name)
+        for one in sorted(folder.glob(f"*{Path(name).suffix}"), key=_wanted)[:-most]:
+            with suppress(OSError):
+                one.unlink()
+
+
+def _wanted(path: Path) -> float:
+    """Return when an entry was wanted last; one that another process takes away was wanted first."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
