@@ -100,4 +100,5 @@ NUMPY = Target(
     comment=in_docstring,
     write=_write,
     beside=alone,
+    shortens=(),
 )

@@ -84,7 +84,7 @@ def _write(draft: Draft) -> dict[str, str]:
     }
     values["cut"] = any(many and many.parts for many in values["codes"])
     values["sincos"] = any(many and many.sincos for many in values["codes"])
-    values |= sincos_values(real.name) if values["sincos"] else {}
+    values |= sincos_values(real.name, draft.sines) if values["sincos"] else {}
     if draft.option == HEADER_ONLY:
         values["private"] = _private(values)
         return {f"{draft.stem}.h": render("c/lone.h.jinja", values)}
@@ -131,4 +131,5 @@ C = Target(
     comment=in_comment,
     write=_write,
     beside=_beside,
+    shortens=(BATCH,),
 )

@@ -108,4 +108,5 @@ GPU = Target(
     comment=in_comment,
     write=_write,
     beside=_beside,
+    shortens=(),
 )

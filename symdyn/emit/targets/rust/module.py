@@ -136,4 +136,5 @@ RUST = Target(
     comment=partial(in_comment, prefix="// "),
     write=_write,
     beside=_beside,
+    shortens=(),
 )
