@@ -153,3 +153,18 @@ class RunningErrors:
 
     def _rounded(self, value: Any, carried: Any) -> Bounded:
         return Bounded(value, carried + self.u * abs(value))
+
+
+class LooseErrors(RunningErrors):
+    """Arithmetic whose sums are off by parts of what is added, as those of double-doubles are."""
+
+    def add(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a + b."""
+        return self._summed(a.value + b.value, a, b)
+
+    def sub(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a - b."""
+        return self._summed(a.value - b.value, a, b)
+
+    def _summed(self, value: Any, a: Bounded, b: Bounded) -> Bounded:
+        return Bounded(value, a.error + b.error + self.u * (abs(a.value) + abs(b.value)))

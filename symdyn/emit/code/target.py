@@ -100,14 +100,14 @@ class Target:
             EmitError: functions that it is not made of, an operation that the language lacks, two functions of one
                 name, a constant too large for the type.
         """
-        self._refuse(program)
+        self._refuse(program, real)
         printer = self.printer(real)
         page = compose(program, printer, command, self.first, self.keywords)
         about = render("common/about.txt.jinja", {"page": page, "sines": sines}).rstrip("\n")
         return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about), sines)
 
-    def _refuse(self, program: Program) -> None:
-        """Raise EmitError for functions that it is not made of, and for what the language lacks."""
+    def _refuse(self, program: Program, real: Real) -> None:
+        """Raise EmitError for functions that it is not made of, and for what the language or the type lacks."""
         wanted = self.functions(program.scene) if self.functions else ()
         there = [one.function.request or one.function.name for one in program.routines]
         if wanted and {*wanted} != {*there} - {PREPARE}:
@@ -115,12 +115,11 @@ class Target:
                 f"target {self.name} ({self.text}) is made of {', '.join(wanted)}, here are {', '.join(there)}; "
                 "leave --functions out"
             )
-        for op, why in self.lacks.items():
+        lacking = [(f"target {self.name} ({self.text})", self.lacks), (f"real type {real.name}", real.lacks)]
+        for what, op, why in ((what, op, why) for what, lacks in lacking for op, why in lacks.items()):
             needed = [routine.function.name for routine in program.routines if op in routine.operations]
             if needed:
-                raise EmitError(
-                    f"target {self.name} ({self.text}) lacks {op.name.lower()}, which {', '.join(needed)} needs: {why}"
-                )
+                raise EmitError(f"{what} lacks {op.name.lower()}, which {', '.join(needed)} needs: {why}")
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ class Sources(Mapping[str, Contents]):
     Attributes:
         program: what they compute.
         target: a key of `TARGETS`.
-        real: "double" or "float".
+        real: a key of `REALS`, such as "double".
         option: which of the target's options was chosen; "" for none.
         functions: what the program's functions are called there, in order.
         files: pairs of file name and contents, the file to compile or to import first.

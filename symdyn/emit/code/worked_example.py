@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
+from symdyn.algebra.big import BigFloats, Bounded
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.real import digits, find_real
 from symdyn.emit.code.short_sines import bound_of_sines
@@ -22,7 +22,7 @@ from symdyn.graph import Expr, evaluate
 from symdyn.program import Program
 from symdyn.program.assemble import PREPARED
 from symdyn.program.prepare import PREPARE
-from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample
+from symdyn.program.states import ALLOWED, DRAWS, ROUNDOFF, TINIEST, WIDER, rounding, sample
 
 DIGITS = 50
 SEED = "example"
@@ -140,7 +140,7 @@ def _results(program: Program, point: Mapping[Expr, Any], real: str, sines: floa
     """
     numbers = BigFloats(DIGITS)
     numbers.context.trap_complex = True
-    analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real], sines)
+    analysis = rounding(numbers, real, sines)
     values = {symbol: analysis.exact(numbers.number(value)) for symbol, value in point.items()}
     functions = [routine.function for routine in program.routines]
     results: dict[str, list[Bounded]] = {}
