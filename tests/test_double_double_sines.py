@@ -1,6 +1,6 @@
-"""Sines and cosines of double-doubles: their error is bounded by balls from the numbers that the code has, and measured.
+"""Sines and cosines of double-doubles: their error is bounded by balls from the numbers of the code, and measured.
 
-    u = 2^-53      a pair is hi + lo; size bounds |hi|, low bounds |lo|, error what it is off by
+u = 2^-53      a pair is hi + lo; size bounds |hi|, low bounds |lo|, error what it is off by
 """
 
 from __future__ import annotations

@@ -116,9 +116,7 @@ def _function(routine: Routine, text: FunctionText, program: Program, printer: P
     begin = {argument.name: row for argument, row in states}
     writer = _Writer(routine, program, printer, made, begin)
     stages = tuple(writer.stage(stage, number) for number, stage in enumerate(made.stages, 1))
-    return DoubleDoubleFunction(
-        text, tuple(states), common, rows, len(routine.function.entries), made.rows, stages
-    )
+    return DoubleDoubleFunction(text, tuple(states), common, rows, len(routine.function.entries), made.rows, stages)
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """How C writes arithmetic on double-doubles: pairs of doubles whose sum is the number, 106 bits of it.
 
-    a + b  dd_add(a, b)          a b  dd_mul(a, b)          a b, b a double  dd_times(a, b)          1/10  dd_of(0.1, -5.6e-18)
+    a + b  dd_add(a, b)      a b  dd_mul(a, b)      a b, b a double  dd_times(a, b)      1/10  dd_of(0.1, -5.6e-18)
 
 A sum or product that goes into a sum is not brought to normal form before (`_loose`): its low part may be a few units
-too large, and the sum is as right as with normal ones. Error bounds, in u² = 2^-106: a product 5, a quotient 15, a square
-root 3.2, each of the result, a sum 3 of |a| + |b|; with loose operands up to 16.
+too large, and the sum is as right as with normal ones. Error bounds, in u² = 2^-106: a product 5, a quotient 15, a
+square root 3.2, each of the result, a sum 3 of |a| + |b|; with loose operands up to 16.
 
 References: Dekker, A floating-point technique for extending the available precision (1971); Joldes, Muller and Popescu,
 Tight and rigorous error bounds for basic building blocks of double-word arithmetic (2017), algorithms 5, 9, 11 and 17;
@@ -79,9 +79,7 @@ class DoubleDoublePrinter(Printer):
             return f"dd_of({self.literal(constants[node])})"
         return self._called(node, names, constants, node.op in loose)
 
-    def _called(
-        self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction], loose: bool
-    ) -> str:
+    def _called(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction], loose: bool) -> str:
         spelled = f"{LOOSE[node.op]}({{}}, {{}})" if loose else self.spellings[node.op].pattern
         if node.op is Op.MUL:
             for one, other in (node.args, node.args[::-1]):
@@ -125,7 +123,7 @@ def half_pi() -> list[float]:
 
 
 def _series(coefficients: list[Fraction], exact: int) -> dict[str, Any]:
-    """Return a series: its first `exact` coefficients as pairs, the last of these first, the others for Horner's rule."""
+    """Return a series: its first `exact` coefficients as pairs, last first, the others by Horner's rule."""
     short = [float(one) for one in coefficients[exact:]]
     text = repr(short[-1])
     for one in short[-2::-1]:
