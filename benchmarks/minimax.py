@@ -2,11 +2,13 @@
 
     sin y = y + y³ S(z),   cos y = 1 - z/2 + z² C(z),   z = y², |y| ≤ π/4
 
-S minimises the relative error of sin, C the absolute error of cos. Each leading coefficient is rounded to the real
+S minimises the relative error of sin, C the absolute error of cos. Short ones minimise both absolute errors, and leave
+more of cos open: cos y = 1 + z C(z). Each leading coefficient is rounded to the real
 type and the rest is fitted again, so that rounding costs almost nothing. The parts of π/2 are cut, not rounded: k times
 one of the first ones is exact for |k| < 2²⁰, and all are positive, which keeps the sign of -0.
 
-    python benchmarks/minimax.py        prints what stands in symdyn/emit/targets/c/sincos.py
+    python benchmarks/minimax.py        prints what stands in symdyn/emit/targets/c/sincos.py, and in
+                                        symdyn/emit/code/short_sines.py
 """
 
 from __future__ import annotations
@@ -40,6 +42,25 @@ def sine_weight(z: mpf) -> mpf:
 def cosine_weight(z: mpf) -> mpf:
     """Return what an error of C counts in cos, absolutely."""
     return z**2
+
+
+def cosine_quotient(z: mpf) -> mpf:
+    """Return (cos y - 1) / z at z = y²."""
+    return z * cosine_rest(z) - mpf(1) / 2
+
+
+def absolute_sine_weight(z: mpf) -> mpf:
+    """Return what an error of S counts in sin, absolutely."""
+    return z * mpmath.sqrt(z)
+
+
+def quotient_weight(z: mpf) -> mpf:
+    """Return what an error of (cos y - 1) / z counts in cos, absolutely."""
+    return z
+
+
+FULL = (("sine", sine_rest, sine_weight), ("cosine", cosine_rest, cosine_weight))
+SHORT = (("sine", sine_rest, absolute_sine_weight), ("cosine", cosine_quotient, quotient_weight))
 
 
 def remez(f: Function, weight: Function, powers: Sequence[int]) -> tuple[list[mpf], mpf]:
@@ -97,13 +118,10 @@ def parts_of_half_pi(bits: int, count: int) -> list[float]:
 
 
 if __name__ == "__main__":
-    for label, terms in (("double", (6, 6)), ("float", (4, 4))):
-        for name, f, weight, count in (
-            ("sine", sine_rest, sine_weight, terms[0]),
-            ("cosine", cosine_rest, cosine_weight, terms[1]),
-        ):
+    for label, both, terms in (("double", FULL, (6, 6)), ("float", FULL, (4, 4)), ("1e-10", SHORT, (4, 5))):
+        for (name, f, weight), count in zip(both, terms, strict=True):
             coefficients, error = rounded(f, weight, count)
             print(f"{label} {name}: error 2^{float(mpmath.log(error, 2)):.1f}")
             print("\n".join(f"    {value!r}," for value in coefficients))
     print("half pi:", *parts_of_half_pi(33, 3), sep="\n    ")
-    print("two over pi:", float(2 / mp.pi))
+    print("two over pi:", float(2 / mp.pi), " pi over two:", float(mp.pi / 2))

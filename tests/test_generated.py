@@ -15,6 +15,7 @@ CASES = [
     ("two_link", "numpy", "double"),
     ("two_link", "c", "double"),
     ("two_link", "c", "float"),
+    ("two_link", "c", "dd"),
     ("two_link", "js", "double"),
     ("two_link", "cpp", "double"),
     ("two_link", "rust", "double"),
@@ -40,7 +41,7 @@ PREPARED = ["--functions", "inverse_dynamics,forward_dynamics,mass_matrix", "--p
 def test_generated_files_are_what_the_command_line_writes(
     scene: str, target: str, real: str, tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = f"{scene}_float" if real == "float" else scene
+    folder = scene if real == "double" else f"{scene}_{real}"
     compare(scene, folder, ["--target", target, "--real", real], tmp_path, update_golden, capsys)
 
 

@@ -35,11 +35,13 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_carries_templates_and_types_and_every_room(installed: Path) -> None:
     expected = {p.relative_to(ROOT) for p in (ROOT / "symdyn").rglob("*.py")}
-    expected |= {Path("symdyn") / p.relative_to(ROOT) for p in (ROOT / "templates").rglob("*.*")}
+    templates = (p for p in (ROOT / "templates").rglob("*.*") if p.suffix != ".pyc")
+    expected |= {Path("symdyn") / p.relative_to(ROOT) for p in templates}
     expected |= {Path("symdyn") / p.relative_to(ROOT) for p in (ROOT / "examples").glob("*.toml")}
     expected |= {Path("symdyn/py.typed")}
 
     assert {p for p in expected if not (installed / p).exists()} == set()
+    assert not list(installed.rglob("*.pyc"))
 
 
 @pytest.mark.parametrize("target", ["numpy", "c"])

@@ -12,7 +12,7 @@ from symdyn.dynamics import derive
 from symdyn.emit.targets.c.plan import plan
 from symdyn.emit.targets.c.stages import TRIGONOMETRIC, needs_of
 from symdyn.program import lower
-from symdyn.program.schedule import schedule
+from symdyn.program.schedule import most_alive, schedule, schedule_backwards
 from symdyn.scene import read
 
 
@@ -30,7 +30,8 @@ def alive(lines, order) -> list[int]:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_every_line_comes_once_and_after_what_it_reads(seed):
+@pytest.mark.parametrize("way", [schedule, schedule_backwards])
+def test_every_line_comes_once_and_after_what_it_reads(way, seed):
     rng = random.Random(seed)
     values = [f"argument{i}" for i in range(5)]
     lines = []
@@ -39,11 +40,11 @@ def test_every_line_comes_once_and_after_what_it_reads(seed):
         made = f"x{i}" if rng.random() < 0.9 else None
         lines.append((made, needed))
         values += [made] if made else []
-    order = schedule(lines)
+    order = way(lines)
     assert sorted(order) == list(range(80))
     at = {lines[place][0]: time for time, place in enumerate(order)}
     assert all(at.get(value, -1) < time for time, place in enumerate(order) for value in lines[place][1])
-    assert schedule(lines) == order
+    assert way(lines) == order
 
 
 def test_a_sum_of_many_products_needs_two_places():
@@ -51,17 +52,32 @@ def test_a_sum_of_many_products_needs_two_places():
     lines += [(f"s{i}", [f"s{i - 1}" if i else "zero", f"p{i}"]) for i in range(50)]
     lines += [(None, ["s49"])]
     assert max(alive(lines, range(101))) == 50
-    assert max(alive(lines, schedule(lines))) <= 2
+    for way in (schedule, schedule_backwards):
+        assert max(alive(lines, way(lines))) <= 2
+        assert most_alive(lines, way(lines)) == 4, "the sum, the product, and two that are read"
+
+
+def lines_of(program, output):
+    """Return what is made and read by the lines of a function, sines and cosines taken as arguments."""
+    routine = program[output]
+    steps = [step for step in routine.steps if step.node.op not in TRIGONOMETRIC]
+    lines = [(step.node, needs_of(step.node.args, routine.names, program.constants)) for step in steps]
+    return lines + [(None, needs_of((entry,), routine.names, program.constants)) for entry in routine.function.entries]
 
 
 @pytest.mark.parametrize("output", ["inverse_dynamics", "forward_dynamics", "mass_matrix"])
 def test_an_arm_keeps_fewer_values_alive_than_its_program_does(output):
     program = lower(derive(read(EXAMPLES / "arm7.toml"), (output,)))
-    routine = program[output]
-    steps = [step for step in routine.steps if step.node.op not in TRIGONOMETRIC]
-    lines = [(step.node, needs_of(step.node.args, routine.names, program.constants)) for step in steps]
-    lines += [(None, needs_of((entry,), routine.names, program.constants)) for entry in routine.function.entries]
+    lines = lines_of(program, output)
     assert sum(alive(lines, schedule(lines))) < 0.9 * sum(alive(lines, range(len(lines))))
+
+
+@pytest.mark.parametrize(
+    ("output", "better"), [("inverse_dynamics", schedule), ("forward_dynamics", schedule_backwards)]
+)
+def test_neither_end_is_always_the_better_one_to_begin_at(output, better):
+    lines = lines_of(lower(derive(read(EXAMPLES / "arm7.toml"), (output,))), output)
+    assert min((schedule, schedule_backwards), key=lambda way: most_alive(lines, way(lines))) is better
 
 
 def test_a_long_function_is_cut_where_few_values_wait():

@@ -25,9 +25,9 @@ OPTIONS = tuple(dict.fromkeys(option for target in TARGETS.values() for option i
 pytestmark = pytest.mark.parametrize("name", [name for name, row in TARGETS.items() if row.functions is None])
 
 
-def spoken(name: str) -> Program:
-    """Return every operation that the language has, as a program."""
-    return lower(held(every_op(), TARGETS[name].lacks))
+def spoken(name: str, real: str = "double") -> Program:
+    """Return every operation that the language has in a type, as a program."""
+    return lower(held(every_op(), {*TARGETS[name].lacks, *REALS[real].lacks}))
 
 
 @pytest.mark.parametrize(("noun", "field"), [(noun, one.name) for noun in (Target, Runner) for one in fields(noun)])
@@ -58,7 +58,7 @@ def test_files_are_called_as_the_row_says_and_a_header_numbers_as_the_language_d
     target, written = TARGETS[name], set()
     for real in target.reals:
         for option in ("", *target.options):
-            sources = emit(spoken(name), name, real, option=option)
+            sources = emit(spoken(name, real), name, real, option=option)
             patterns = {
                 pattern: kind
                 for pattern, kind in target.files.items()

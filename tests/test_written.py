@@ -11,6 +11,7 @@ from formulas import every_op
 
 import symdyn
 from symdyn.emit import TARGETS, emit
+from symdyn.emit.code.real import SINGLE
 from symdyn.errors import EmitError
 from symdyn.program import Program, at_rest, lower
 from symdyn.program import prepare as prepare_program
@@ -41,7 +42,7 @@ def proved(numbers: Printed, name: str, option: str) -> tuple[Written, ...]:
 
 @pytest.mark.parametrize("which", [*SCENES, "prepared", "static"])
 def test_what_is_written_is_proved(programs: dict[str, Program], name: str, option: str, which: str) -> None:
-    for real in TARGETS[name].reals:
+    for real in {*TARGETS[name].reals} & {*SINGLE}:  # of double-doubles the text is not read
         found = proved(printed(programs[which], real), name, option)
 
         assert {one.verdict for one in found} <= {"proved", "compared"}, found
@@ -49,7 +50,7 @@ def test_what_is_written_is_proved(programs: dict[str, Program], name: str, opti
 
 
 def test_every_operation_is_read(name: str, option: str) -> None:
-    for real in TARGETS[name].reals:
+    for real in {*TARGETS[name].reals} & {*SINGLE}:  # of double-doubles the text is not read
         try:
             found = proved(printed(lower(every_op()), real), name, option)
         except EmitError:

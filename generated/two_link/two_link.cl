@@ -119,9 +119,6 @@ __kernel void two_link_inverse_dynamics(ulong n, __global const double *restrict
     const double q_2 = q[1 * n + k];
     double c2;
     const double s2 = sincos(q_2, &c2);
-    const double qd_1 = qd[0 * n + k];
-    const double qd_2 = qd[1 * n + k];
-    const double x2 = qd_1 + qd_2;
     const double qdd_1 = qdd[0 * n + k];
     const double qdd_2 = qdd[1 * n + k];
     const double x3 = qdd_1 + qdd_2;
@@ -131,7 +128,10 @@ __kernel void two_link_inverse_dynamics(ulong n, __global const double *restrict
     const double p_m2 = params[1];
     const double p_h2 = params[3];
     const double x4 = p_m2 * p_h2;
+    const double qd_1 = qd[0 * n + k];
     const double x5 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1 + p_h2 * x3);
+    const double qd_2 = qd[1 * n + k];
+    const double x2 = qd_1 + qd_2;
     const double p_m1 = params[0];
     out[0 * n + k] = x5 - (x2 * (s2 * x2) - c2 * x3) * (p_h1 * x4) + p_h1 * (p_m1 + p_m2) * x1;
     out[1 * n + k] = x5;
@@ -284,7 +284,6 @@ __kernel void two_link_coriolis_matrix(ulong n, __global const double *restrict 
     if (k >= n) {
         return;
     }
-    out[3 * n + k] = 0.0;
     const double q_2 = q[1 * n + k];
     const double s2 = sin(q_2);
     const double p_m2 = params[1];
@@ -298,6 +297,7 @@ __kernel void two_link_coriolis_matrix(ulong n, __global const double *restrict 
     out[0 * n + k] = -x2;
     out[1 * n + k] = -(x2 + x3);
     out[2 * n + k] = x3;
+    out[3 * n + k] = 0.0;
 }
 
 /*
@@ -428,13 +428,13 @@ __kernel void two_link_k_C(ulong n, __global const double *restrict q, __global 
     if (k >= n) {
         return;
     }
-    out[1 * n + k] = 0.0;
     const double q_2 = q[1 * n + k];
     const double s2 = sin(q_2);
     const double p_h1 = params[2];
     const double p_m2 = params[1];
     const double p_h2 = params[3];
     out[0 * n + k] = -(s2 * (p_h1 * (2.0 * (p_m2 * p_h2))));
+    out[1 * n + k] = 0.0;
 }
 
 /*
@@ -450,16 +450,16 @@ __kernel void two_link_k_D(ulong n, __global const double *restrict q, __global 
     if (k >= n) {
         return;
     }
-    out[0 * n + k] = 0.0;
-    out[3 * n + k] = 0.0;
     const double q_2 = q[1 * n + k];
     const double s2 = sin(q_2);
     const double p_m2 = params[1];
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     const double x1 = s2 * (p_m2 * (p_h1 * p_h2));
+    out[0 * n + k] = 0.0;
     out[1 * n + k] = -x1;
     out[2 * n + k] = x1;
+    out[3 * n + k] = 0.0;
 }
 
 /*
@@ -505,12 +505,6 @@ __kernel void two_link_pose_tool(ulong n, __global const double *restrict q, __g
     if (k >= n) {
         return;
     }
-    out[2 * n + k] = 0.0;
-    out[6 * n + k] = 0.0;
-    out[8 * n + k] = 0.0;
-    out[9 * n + k] = 0.0;
-    out[10 * n + k] = 1.0;
-    out[11 * n + k] = 0.0;
     const double q_1 = q[0 * n + k];
     double c1;
     const double s1 = sincos(q_1, &c1);
@@ -521,12 +515,18 @@ __kernel void two_link_pose_tool(ulong n, __global const double *restrict q, __g
     const double x2 = c1 * s2 + s1 * c2;
     out[0 * n + k] = x1;
     out[1 * n + k] = -x2;
-    out[4 * n + k] = x2;
-    out[5 * n + k] = x1;
+    out[2 * n + k] = 0.0;
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     out[3 * n + k] = s1 * p_h1 + p_h2 * x2;
+    out[4 * n + k] = x2;
+    out[5 * n + k] = x1;
+    out[6 * n + k] = 0.0;
     out[7 * n + k] = -(c1 * p_h1 + p_h2 * x1);
+    out[8 * n + k] = 0.0;
+    out[9 * n + k] = 0.0;
+    out[10 * n + k] = 1.0;
+    out[11 * n + k] = 0.0;
 }
 
 /*
@@ -542,14 +542,6 @@ __kernel void two_link_jacobian_tool(ulong n, __global const double *restrict q,
     if (k >= n) {
         return;
     }
-    out[4 * n + k] = 0.0;
-    out[5 * n + k] = 0.0;
-    out[6 * n + k] = 0.0;
-    out[7 * n + k] = 0.0;
-    out[8 * n + k] = 0.0;
-    out[9 * n + k] = 0.0;
-    out[10 * n + k] = 1.0;
-    out[11 * n + k] = 1.0;
     const double q_1 = q[0 * n + k];
     double c1;
     const double s1 = sincos(q_1, &c1);
@@ -562,10 +554,18 @@ __kernel void two_link_jacobian_tool(ulong n, __global const double *restrict q,
     const double p_h2 = params[3];
     const double x3 = x1 + p_h2 * (c1 * s2 + s1 * c2);
     const double x4 = x2 + p_h2 * (c1 * c2 - s1 * s2);
-    out[1 * n + k] = x4 - x2;
     out[0 * n + k] = x4;
-    out[3 * n + k] = x3 - x1;
+    out[1 * n + k] = x4 - x2;
     out[2 * n + k] = x3;
+    out[3 * n + k] = x3 - x1;
+    out[4 * n + k] = 0.0;
+    out[5 * n + k] = 0.0;
+    out[6 * n + k] = 0.0;
+    out[7 * n + k] = 0.0;
+    out[8 * n + k] = 0.0;
+    out[9 * n + k] = 0.0;
+    out[10 * n + k] = 1.0;
+    out[11 * n + k] = 1.0;
 }
 
 /*

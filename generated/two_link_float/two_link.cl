@@ -118,9 +118,6 @@ __kernel void two_link_inverse_dynamics(ulong n, __global const float *restrict 
     const float q_2 = q[1 * n + k];
     float c2;
     const float s2 = sincos(q_2, &c2);
-    const float qd_1 = qd[0 * n + k];
-    const float qd_2 = qd[1 * n + k];
-    const float x2 = qd_1 + qd_2;
     const float qdd_1 = qdd[0 * n + k];
     const float qdd_2 = qdd[1 * n + k];
     const float x3 = qdd_1 + qdd_2;
@@ -130,7 +127,10 @@ __kernel void two_link_inverse_dynamics(ulong n, __global const float *restrict 
     const float p_m2 = params[1];
     const float p_h2 = params[3];
     const float x4 = p_m2 * p_h2;
+    const float qd_1 = qd[0 * n + k];
     const float x5 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1 + p_h2 * x3);
+    const float qd_2 = qd[1 * n + k];
+    const float x2 = qd_1 + qd_2;
     const float p_m1 = params[0];
     out[0 * n + k] = x5 - (x2 * (s2 * x2) - c2 * x3) * (p_h1 * x4) + p_h1 * (p_m1 + p_m2) * x1;
     out[1 * n + k] = x5;
@@ -283,7 +283,6 @@ __kernel void two_link_coriolis_matrix(ulong n, __global const float *restrict q
     if (k >= n) {
         return;
     }
-    out[3 * n + k] = 0.0f;
     const float q_2 = q[1 * n + k];
     const float s2 = sin(q_2);
     const float p_m2 = params[1];
@@ -297,6 +296,7 @@ __kernel void two_link_coriolis_matrix(ulong n, __global const float *restrict q
     out[0 * n + k] = -x2;
     out[1 * n + k] = -(x2 + x3);
     out[2 * n + k] = x3;
+    out[3 * n + k] = 0.0f;
 }
 
 /*
@@ -427,13 +427,13 @@ __kernel void two_link_k_C(ulong n, __global const float *restrict q, __global c
     if (k >= n) {
         return;
     }
-    out[1 * n + k] = 0.0f;
     const float q_2 = q[1 * n + k];
     const float s2 = sin(q_2);
     const float p_h1 = params[2];
     const float p_m2 = params[1];
     const float p_h2 = params[3];
     out[0 * n + k] = -(s2 * (p_h1 * (2.0f * (p_m2 * p_h2))));
+    out[1 * n + k] = 0.0f;
 }
 
 /*
@@ -449,16 +449,16 @@ __kernel void two_link_k_D(ulong n, __global const float *restrict q, __global c
     if (k >= n) {
         return;
     }
-    out[0 * n + k] = 0.0f;
-    out[3 * n + k] = 0.0f;
     const float q_2 = q[1 * n + k];
     const float s2 = sin(q_2);
     const float p_m2 = params[1];
     const float p_h1 = params[2];
     const float p_h2 = params[3];
     const float x1 = s2 * (p_m2 * (p_h1 * p_h2));
+    out[0 * n + k] = 0.0f;
     out[1 * n + k] = -x1;
     out[2 * n + k] = x1;
+    out[3 * n + k] = 0.0f;
 }
 
 /*
@@ -504,12 +504,6 @@ __kernel void two_link_pose_tool(ulong n, __global const float *restrict q, __gl
     if (k >= n) {
         return;
     }
-    out[2 * n + k] = 0.0f;
-    out[6 * n + k] = 0.0f;
-    out[8 * n + k] = 0.0f;
-    out[9 * n + k] = 0.0f;
-    out[10 * n + k] = 1.0f;
-    out[11 * n + k] = 0.0f;
     const float q_1 = q[0 * n + k];
     float c1;
     const float s1 = sincos(q_1, &c1);
@@ -520,12 +514,18 @@ __kernel void two_link_pose_tool(ulong n, __global const float *restrict q, __gl
     const float x2 = c1 * s2 + s1 * c2;
     out[0 * n + k] = x1;
     out[1 * n + k] = -x2;
-    out[4 * n + k] = x2;
-    out[5 * n + k] = x1;
+    out[2 * n + k] = 0.0f;
     const float p_h1 = params[2];
     const float p_h2 = params[3];
     out[3 * n + k] = s1 * p_h1 + p_h2 * x2;
+    out[4 * n + k] = x2;
+    out[5 * n + k] = x1;
+    out[6 * n + k] = 0.0f;
     out[7 * n + k] = -(c1 * p_h1 + p_h2 * x1);
+    out[8 * n + k] = 0.0f;
+    out[9 * n + k] = 0.0f;
+    out[10 * n + k] = 1.0f;
+    out[11 * n + k] = 0.0f;
 }
 
 /*
@@ -541,14 +541,6 @@ __kernel void two_link_jacobian_tool(ulong n, __global const float *restrict q, 
     if (k >= n) {
         return;
     }
-    out[4 * n + k] = 0.0f;
-    out[5 * n + k] = 0.0f;
-    out[6 * n + k] = 0.0f;
-    out[7 * n + k] = 0.0f;
-    out[8 * n + k] = 0.0f;
-    out[9 * n + k] = 0.0f;
-    out[10 * n + k] = 1.0f;
-    out[11 * n + k] = 1.0f;
     const float q_1 = q[0 * n + k];
     float c1;
     const float s1 = sincos(q_1, &c1);
@@ -561,10 +553,18 @@ __kernel void two_link_jacobian_tool(ulong n, __global const float *restrict q, 
     const float p_h2 = params[3];
     const float x3 = x1 + p_h2 * (c1 * s2 + s1 * c2);
     const float x4 = x2 + p_h2 * (c1 * c2 - s1 * s2);
-    out[1 * n + k] = x4 - x2;
     out[0 * n + k] = x4;
-    out[3 * n + k] = x3 - x1;
+    out[1 * n + k] = x4 - x2;
     out[2 * n + k] = x3;
+    out[3 * n + k] = x3 - x1;
+    out[4 * n + k] = 0.0f;
+    out[5 * n + k] = 0.0f;
+    out[6 * n + k] = 0.0f;
+    out[7 * n + k] = 0.0f;
+    out[8 * n + k] = 0.0f;
+    out[9 * n + k] = 0.0f;
+    out[10 * n + k] = 1.0f;
+    out[11 * n + k] = 1.0f;
 }
 
 /*

@@ -123,9 +123,6 @@ extern "C" __global__ void __launch_bounds__(128) two_link_inverse_dynamics(size
     const float q_2 = q[1 * n + k];
     float s2, c2;
     sincosf(q_2, &s2, &c2);
-    const float qd_1 = qd[0 * n + k];
-    const float qd_2 = qd[1 * n + k];
-    const float x2 = qd_1 + qd_2;
     const float qdd_1 = qdd[0 * n + k];
     const float qdd_2 = qdd[1 * n + k];
     const float x3 = qdd_1 + qdd_2;
@@ -135,7 +132,10 @@ extern "C" __global__ void __launch_bounds__(128) two_link_inverse_dynamics(size
     const float p_m2 = params[1];
     const float p_h2 = params[3];
     const float x4 = p_m2 * p_h2;
+    const float qd_1 = qd[0 * n + k];
     const float x5 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1 + p_h2 * x3);
+    const float qd_2 = qd[1 * n + k];
+    const float x2 = qd_1 + qd_2;
     const float p_m1 = params[0];
     out[0 * n + k] = x5 - (x2 * (s2 * x2) - c2 * x3) * (p_h1 * x4) + p_h1 * (p_m1 + p_m2) * x1;
     out[1 * n + k] = x5;
@@ -288,7 +288,6 @@ extern "C" __global__ void __launch_bounds__(128) two_link_coriolis_matrix(size_
     if (k >= n) {
         return;
     }
-    out[3 * n + k] = 0.0f;
     const float q_2 = q[1 * n + k];
     const float s2 = sinf(q_2);
     const float p_m2 = params[1];
@@ -302,6 +301,7 @@ extern "C" __global__ void __launch_bounds__(128) two_link_coriolis_matrix(size_
     out[0 * n + k] = -x2;
     out[1 * n + k] = -(x2 + x3);
     out[2 * n + k] = x3;
+    out[3 * n + k] = 0.0f;
 }
 
 /*
@@ -432,13 +432,13 @@ extern "C" __global__ void __launch_bounds__(128) two_link_k_C(size_t n, const f
     if (k >= n) {
         return;
     }
-    out[1 * n + k] = 0.0f;
     const float q_2 = q[1 * n + k];
     const float s2 = sinf(q_2);
     const float p_h1 = params[2];
     const float p_m2 = params[1];
     const float p_h2 = params[3];
     out[0 * n + k] = -(s2 * (p_h1 * (2.0f * (p_m2 * p_h2))));
+    out[1 * n + k] = 0.0f;
 }
 
 /*
@@ -454,16 +454,16 @@ extern "C" __global__ void __launch_bounds__(128) two_link_k_D(size_t n, const f
     if (k >= n) {
         return;
     }
-    out[0 * n + k] = 0.0f;
-    out[3 * n + k] = 0.0f;
     const float q_2 = q[1 * n + k];
     const float s2 = sinf(q_2);
     const float p_m2 = params[1];
     const float p_h1 = params[2];
     const float p_h2 = params[3];
     const float x1 = s2 * (p_m2 * (p_h1 * p_h2));
+    out[0 * n + k] = 0.0f;
     out[1 * n + k] = -x1;
     out[2 * n + k] = x1;
+    out[3 * n + k] = 0.0f;
 }
 
 /*
@@ -509,12 +509,6 @@ extern "C" __global__ void __launch_bounds__(128) two_link_pose_tool(size_t n, c
     if (k >= n) {
         return;
     }
-    out[2 * n + k] = 0.0f;
-    out[6 * n + k] = 0.0f;
-    out[8 * n + k] = 0.0f;
-    out[9 * n + k] = 0.0f;
-    out[10 * n + k] = 1.0f;
-    out[11 * n + k] = 0.0f;
     const float q_1 = q[0 * n + k];
     float s1, c1;
     sincosf(q_1, &s1, &c1);
@@ -525,12 +519,18 @@ extern "C" __global__ void __launch_bounds__(128) two_link_pose_tool(size_t n, c
     const float x2 = c1 * s2 + s1 * c2;
     out[0 * n + k] = x1;
     out[1 * n + k] = -x2;
-    out[4 * n + k] = x2;
-    out[5 * n + k] = x1;
+    out[2 * n + k] = 0.0f;
     const float p_h1 = params[2];
     const float p_h2 = params[3];
     out[3 * n + k] = s1 * p_h1 + p_h2 * x2;
+    out[4 * n + k] = x2;
+    out[5 * n + k] = x1;
+    out[6 * n + k] = 0.0f;
     out[7 * n + k] = -(c1 * p_h1 + p_h2 * x1);
+    out[8 * n + k] = 0.0f;
+    out[9 * n + k] = 0.0f;
+    out[10 * n + k] = 1.0f;
+    out[11 * n + k] = 0.0f;
 }
 
 /*
@@ -546,14 +546,6 @@ extern "C" __global__ void __launch_bounds__(128) two_link_jacobian_tool(size_t 
     if (k >= n) {
         return;
     }
-    out[4 * n + k] = 0.0f;
-    out[5 * n + k] = 0.0f;
-    out[6 * n + k] = 0.0f;
-    out[7 * n + k] = 0.0f;
-    out[8 * n + k] = 0.0f;
-    out[9 * n + k] = 0.0f;
-    out[10 * n + k] = 1.0f;
-    out[11 * n + k] = 1.0f;
     const float q_1 = q[0 * n + k];
     float s1, c1;
     sincosf(q_1, &s1, &c1);
@@ -566,10 +558,18 @@ extern "C" __global__ void __launch_bounds__(128) two_link_jacobian_tool(size_t 
     const float p_h2 = params[3];
     const float x3 = x1 + p_h2 * (c1 * s2 + s1 * c2);
     const float x4 = x2 + p_h2 * (c1 * c2 - s1 * s2);
-    out[1 * n + k] = x4 - x2;
     out[0 * n + k] = x4;
-    out[3 * n + k] = x3 - x1;
+    out[1 * n + k] = x4 - x2;
     out[2 * n + k] = x3;
+    out[3 * n + k] = x3 - x1;
+    out[4 * n + k] = 0.0f;
+    out[5 * n + k] = 0.0f;
+    out[6 * n + k] = 0.0f;
+    out[7 * n + k] = 0.0f;
+    out[8 * n + k] = 0.0f;
+    out[9 * n + k] = 0.0f;
+    out[10 * n + k] = 1.0f;
+    out[11 * n + k] = 1.0f;
 }
 
 /*

@@ -93,9 +93,15 @@ SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/
 class RunningErrors:
     """Big floats that know how far a shorter arithmetic may be off."""
 
-    def __init__(self, numbers: BigFloats | Midpoints, roundoff: Any, function_roundoff: Any) -> None:
-        """Analyse an arithmetic over exact enough numbers, by the roundoffs u of an operation and v of a function."""
+    def __init__(
+        self, numbers: BigFloats | Midpoints, roundoff: Any, function_roundoff: Any, sines: float = 0.0
+    ) -> None:
+        """Analyse an arithmetic over exact enough numbers, by the roundoffs u of an operation and v of a function.
+
+        Sines and cosines may be off by `sines` beside, whatever their size.
+        """
         self.numbers = numbers
+        self.sines = numbers.context.mpf(sines)
         self.u = numbers.context.mpf(roundoff)
         self.v = numbers.context.mpf(function_roundoff)
 
@@ -142,7 +148,23 @@ class RunningErrors:
         value = self.numbers.function(node, [arg.value for arg in args])
         slopes = SLOPES[node.op](self.numbers.context, value, *(arg.value for arg in args))
         carried = sum(slope * arg.error for slope, arg in zip(slopes, args, strict=True) if arg.error != 0)
-        return Bounded(value, carried + self.v * abs(value))
+        short = self.sines if node.op in (Op.SIN, Op.COS) else 0
+        return Bounded(value, carried + self.v * abs(value) + short)
 
     def _rounded(self, value: Any, carried: Any) -> Bounded:
         return Bounded(value, carried + self.u * abs(value))
+
+
+class LooseErrors(RunningErrors):
+    """Arithmetic whose sums are off by parts of what is added, as those of double-doubles are."""
+
+    def add(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a + b."""
+        return self._summed(a.value + b.value, a, b)
+
+    def sub(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a - b."""
+        return self._summed(a.value - b.value, a, b)
+
+    def _summed(self, value: Any, a: Bounded, b: Bounded) -> Bounded:
+        return Bounded(value, a.error + b.error + self.u * (abs(a.value) + abs(b.value)))

@@ -10,9 +10,10 @@ its coefficients (which multiply, and add): a prime at which N vanishes identica
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from math import log, log10
+from typing import NamedTuple
 
 from symdyn.algebra.finite_field import Needs, lowest_bit
 from symdyn.graph import Expr, Op, arithmetic, linear_form, reachable
@@ -20,8 +21,10 @@ from symdyn.graph import Expr, Op, arithmetic, linear_form, reachable
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
 
-@dataclass(frozen=True)
-class Degree:
+UNDIVIDED: dict[int, int] = {}
+
+
+class Degree(NamedTuple):
     """Bounds of one node.
 
     Attributes:
@@ -34,7 +37,7 @@ class Degree:
     numerator: int
     bits: float = 0.0
     scale: int = 0
-    below: dict[int, int] = field(default_factory=dict)
+    below: dict[int, int] = UNDIVIDED
 
 
 class Degrees:
@@ -59,19 +62,21 @@ class Degrees:
 
     def add(self, a: Degree, b: Degree) -> Degree:
         """Return the bounds of a sum over the common denominator."""
-        below = a.below
-        if a.below != b.below:
+        below, scale = a.below, max(a.scale, b.scale)
+        if b.below is not below and b.below != below:
             below = {k: max(a.below.get(k, 0), b.below.get(k, 0)) for k in {**a.below, **b.below}}
-        scale = max(a.scale, b.scale)
-        a, b = self._lifted(a, below, scale), self._lifted(b, below, scale)
-        return Degree(max(a.numerator, b.numerator), max(a.bits, b.bits) + 1, scale, below)
+        (one, bits), (other, more) = self._lifted(a, below, scale), self._lifted(b, below, scale)
+        return Degree(max(one, other), max(bits, more) + 1, scale, below)
 
     sub = add
 
     def mul(self, a: Degree, b: Degree) -> Degree:
         """Return the bounds of a product."""
-        keys = {**a.below, **b.below}
-        below = {k: e for k in keys if (e := a.below.get(k, 0) + b.below.get(k, 0))}
+        if not a.below or not b.below:
+            below = a.below or b.below
+        else:
+            keys = {**a.below, **b.below}
+            below = {k: e for k in keys if (e := a.below.get(k, 0) + b.below.get(k, 0))}
         return Degree(a.numerator + b.numerator, a.bits + b.bits, a.scale + b.scale, below)
 
     def div(self, a: Degree, b: Degree) -> Degree:
@@ -102,23 +107,22 @@ class Degrees:
 
     def total(self, a: Degree) -> Degree:
         """Return the bounds with everything multiplied out; degrees count twice, as exponents have either sign."""
-        lifted = self._lifted(a, {}, a.scale)
-        degree, bits = lifted.numerator, lifted.bits
+        degree, bits = self._lifted(a, UNDIVIDED, a.scale)
         for k, e in a.below.items():
             degree += abs(e) * self.divisors[k].numerator
             bits += abs(e) * self.divisors[k].bits
         return Degree(2 * degree, bits)
 
-    def _lifted(self, a: Degree, below: dict[int, int], scale: int) -> Degree:
-        """Return the numerator's bounds when the denominator is raised to `below` and D^scale."""
+    def _lifted(self, a: Degree, below: dict[int, int], scale: int) -> tuple[int, float]:
+        """Return degree and bits of the numerator when the denominator is raised to `below` and D^scale."""
         degree, bits = a.numerator, a.bits + (scale - a.scale) * self.denominator_bits
         if below is a.below:
-            return Degree(degree, bits)
+            return degree, bits
         for k, e in below.items():
             spare = e - a.below.get(k, 0)
             degree += spare * self.divisors[k].numerator
             bits += spare * self.divisors[k].bits
-        return Degree(degree, bits)
+        return degree, bits
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ def build(
     Args:
         what: a program, which gets code for batches, or sources of C, which carry their own real type.
         compiler: command to compile with; None looks for $CC, cc, gcc, clang and the ziglang package.
-        real: "double" or "float", for a program.
+        real: "double", "float" or "dd", for a program.
         patience: seconds until a compiler that hangs is stopped.
         machine: "native" for code that runs on this machine, "portable" for any of its family.
         threads: on how many threads a large batch is run.
@@ -69,15 +69,21 @@ def build(
 
 def functions_of(sources: Sources, library: ctypes.CDLL, threads: int = 1) -> tuple[CFunction, ...]:
     """Return the functions of sources as a library has them, each under the names of the scene and its own."""
-    opening, dtype = stem(sources.program.scene.name), find_real(sources.real).dtype
+    opening, real = stem(sources.program.scene.name), find_real(sources.real)
+    pair = (real.parts,) if real.parts > 1 else ()
     return tuple(
         CFunction(
             name=name,
-            arguments=tuple((a.name, a.shape) for a in routine.function.arguments),
-            shape=routine.function.shape,
-            dtype=dtype,
+            arguments=tuple((a.name, a.shape + pair) for a in routine.function.arguments),
+            shape=routine.function.shape + pair,
+            dtype=real.dtype,
             text=routine.function.text,
-            _call=bind(library, f"{opening}_{name}", [a.scalar for a in routine.function.arguments], dtype),
+            _call=bind(
+                library,
+                f"{opening}_{name}",
+                [a.scalar and not pair for a in routine.function.arguments],
+                real.dtype,
+            ),
             _rows=bind_rows(library, f"{opening}_{name}_rows", len(routine.function.arguments) + 1),
             _threads=threads,
         )
@@ -95,6 +101,8 @@ class CFunction:
         shape: of the result for one state.
         dtype: "float64" or "float32", of arguments and result.
         text: what it computes.
+
+    Of double-doubles both parts of a number are the last dimension, of length 2, of arguments and result.
 
     Where the library has an entry for rows, a batch with one set of params, or of what was prepared from them, is one
     call.
@@ -150,15 +158,19 @@ class CFunction:
         return [*values, *(named[name] for name in rest)]
 
     def _checked(self, values: Sequence[npt.ArrayLike]) -> list[Array]:
-        """Return the arguments as arrays with the right last dimension, of length 1 for single numbers."""
+        """Return the arguments as arrays with one dimension of their own, of length 1 for single numbers."""
         shapes = [shape for _, shape in self.arguments]
         arrays = [np.asarray(value, dtype=self.dtype) for value in values]
         arrays = [array if shape else array[..., None] for array, shape in zip(arrays, shapes, strict=True)]
-        for array, (name, _), (length,) in zip(arrays, self.arguments, self._cores, strict=True):
-            if array.shape[-1:] != (length,):
+        for array, (name, _), core in zip(arrays, self.arguments, self._cores, strict=True):
+            if array.shape[-len(core) :] != core:
                 found = f"{self.name}: {name} has shape {array.shape}"
-                raise ValueError(f"{found}; its last dimension must have length {length}")
-        return arrays
+                wanted = f"dimension must have length {core[0]}" if len(core) == 1 else f"dimensions must be {core}"
+                raise ValueError(f"{found}; its last {wanted}")
+        return [
+            array if len(core) == 1 else array.reshape(*array.shape[: -len(core)], prod(core))
+            for array, core in zip(arrays, self._cores, strict=True)
+        ]
 
     def _batch(self, arrays: Sequence[Array]) -> tuple[int, ...]:
         """Return the leading dimensions that all arguments broadcast to."""
@@ -225,7 +237,7 @@ class Module:
 
     Attributes:
         name: of the scene.
-        real: "double" or "float".
+        real: "double", "float" or "dd".
         path: the shared library.
         functions: in the order of the program.
     """

@@ -58,7 +58,7 @@ class Runner:
         usual: whether `verify` leaves out what `load` does, since compiling it takes longer than it tells.
         asked: whether `verify` measures it only where it is asked for by name: its runtime is heavy or seldom there,
             or it takes longer than it tells.
-        aside: whether a compiler of its own process does the work, so that it may run while others go on.
+        aside: whether a process of its own does the work, so that it may run while others go on.
     """
 
     run: Callable[[Sources], Any]
@@ -97,8 +97,8 @@ RUNNERS: dict[str, Runner] = {
     ),
     CASADI.name: Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True),
     HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True),
-    JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False),
-    WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=True),
+    JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False, aside=True),
+    WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=True, aside=True),
     JSON.name: Runner(run_json, batches=False, many="", measured="", usual=False, asked=True),
     GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
     MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),

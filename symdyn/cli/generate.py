@@ -21,6 +21,7 @@ from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, available
 from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code.real import REALS
+from symdyn.emit.code.short_sines import SHORT_SINES
 from symdyn.errors import EmitError
 from symdyn.program import at_rest, formulate, lower, prepare, tunable
 from symdyn.program.prepare import is_prepared
@@ -43,6 +44,12 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         help="comma-separated, e.g. inverse_dynamics,pose:tool,forward_dynamics_derivatives",
     )
     verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type (default: double)")
+    verb.add_argument(
+        "--accuracy",
+        choices=tuple(SHORT_SINES),
+        default="",
+        help="faster C in double by shorter sines, whose bound the file tells (default: what the number type allows)",
+    )
     group = verb.add_mutually_exclusive_group()
     for name in dict.fromkeys(name for target in TARGETS.values() for name in target.options):
         does = "; ".join(f"{t.title}: {t.options[name]}" for t in TARGETS.values() if name in t.options)
@@ -80,7 +87,8 @@ def run(options: argparse.Namespace) -> int:
             if not is_prepared(program):
                 say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
         progress("printing")
-        sources = emit(program, options.target, options.real, again(options, always="target"), options.option)
+        command = again(options, always="target")
+        sources = emit(program, options.target, options.real, command, options.option, options.accuracy)
         progress("compiling")
         sources, told = complete(sources)
         if told:

@@ -19,7 +19,7 @@ from symdyn.cli.scene_options import (
     split,
 )
 from symdyn.cli.talk import Waiting, give, print_table
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code.real import SINGLE
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
@@ -37,7 +37,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_formulation(verb)
     add_closing(verb)
     add_prepare(verb)
-    verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type of the measured code")
+    verb.add_argument("--real", choices=SINGLE, default="double", help="number type of the measured code")
     verb.add_argument(
         "--targets",
         metavar="LIST",

@@ -179,7 +179,7 @@ def _of_command(
     if asked.prepare:
         program = prepare(program)
     progress("reading files back")
-    fresh = files_of(emit(program, asked.target, asked.real, command, asked.option))
+    fresh = files_of(emit(program, asked.target, asked.real, command, asked.option, asked.accuracy))
     there = {name: (folder / name).read_bytes() for name in fresh.contents if (folder / name).is_file()}
     found = type(fresh)(fresh.target, fresh.option, fresh.stem, fresh.functions, there)
     written = prove_texts(

@@ -36,7 +36,10 @@ def _environment() -> Environment:
     """Return the one environment, made when the first file is rendered."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+    from symdyn.emit.compiled_templates import Beside
+
     environment = Environment(
+        bytecode_cache=Beside(),
         loader=FileSystemLoader(template_folder()),
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -1,9 +1,13 @@
-"""The order of lines in which few values are alive at a time, so that most of them stay in registers.
+"""Orders in which few values are alive at a time, so that most of them stay in registers.
 
 A value is alive from the line that makes it (an argument: from the line that first reads it) to the last line that
-reads it. Of the lines whose values are there, the next is always one that leaves the fewest alive; among equals the
-first in the given order. That is greedy list scheduling by register pressure; a line is looked at again only when one
-of its values is read for the first time or has one reader left, so the time is nearly linear.
+reads it. From the beginning: of the lines whose values are there, the next is always one that leaves the fewest alive;
+among equals the first in the given order. From the end: of the lines whose values have no other reader left, the one
+before is always one that needs the fewest more; among equals the last in the given order. Both are greedy list
+scheduling by register pressure; a line is looked at again only when its price changes, so the time is nearly linear.
+Neither is always better: what is read by many from afar (velocities of all bodies, by all derivatives) is made late
+only from the end, and what comes down to few values (inertias, from tip to base) is used up early only from the
+beginning.
 
 Reference: Goodman and Hsu, Code scheduling and register allocation in large basic blocks (ICS 1988).
 """
@@ -18,7 +22,7 @@ Line = tuple[Hashable | None, Sequence[Hashable]]
 
 
 def schedule(lines: Sequence[Line]) -> list[int]:
-    """Return the places of `lines` in an order of short lives.
+    """Return the places of `lines` in an order of short lives, found from the beginning.
 
     Args:
         lines: the value that each makes, None for one that writes a result, and the different values that it reads;
@@ -70,3 +74,73 @@ def schedule(lines: Sequence[Line]) -> list[int]:
             if not missing[reader] and not done[reader]:
                 heappush(ready, (prices[reader], reader))
     return order
+
+
+def schedule_backwards(lines: Sequence[Line]) -> list[int]:
+    """Return the places of `lines`, as `schedule` takes them, in an order of short lives that is found from the end.
+
+    Example:
+        >>> schedule_backwards([("a", ["x"]), ("b", ["y"]), ("c", ["z"]), (None, ["a", "x"]), (None, ["b", "y"])])
+        [2, 0, 3, 1, 4]
+    """
+    makers = {made: place for place, (made, _) in enumerate(lines) if made is not None}
+    readers: dict[Hashable, list[int]] = defaultdict(list)
+    for place, (_, read) in enumerate(lines):
+        for value in read:
+            readers[value].append(place)
+    left = {value: len(places) for value, places in readers.items()}
+    weights = {value: int(value in makers or count > 1) for value, count in left.items()}  # what reading it costs
+    missing = [left.get(made, 0) if made is not None else 0 for made, _ in lines]
+    prices = [sum([weights[value] for value in read]) for _, read in lines]
+    done = [False] * len(lines)
+    ready = [(prices[place], -place) for place, number in enumerate(missing) if not number]
+    heapify(ready)
+    order: list[int] = []
+    while ready:
+        price, turned = heappop(ready)
+        place = -turned
+        if done[place] or prices[place] != price:
+            continue  # it was pushed again when its price changed
+        done[place] = True
+        order.append(place)
+        for value in lines[place][1]:
+            left[value] -= 1
+            maker = makers.get(value)
+            weight = -int(maker is None and left[value] == 1)  # an argument is there from the line that is first
+            change, weights[value] = weight - weights[value], weight
+            for reader in readers[value] if change else ():
+                prices[reader] += change
+                if not missing[reader] and not done[reader]:
+                    heappush(ready, (prices[reader], -reader))
+            if maker is not None:
+                prices[maker] -= int(left[value] == len(readers[value]) - 1)
+                missing[maker] = left[value]
+                if not left[value]:
+                    heappush(ready, (prices[maker], -maker))
+    return order[::-1]
+
+
+def most_alive(lines: Sequence[Line], order: Sequence[int]) -> int:
+    """Return how many values are alive at once, at most, when `lines` run in an order.
+
+    Example:
+        >>> most_alive([("a", ["x"]), ("b", ["y"]), (None, ["a", "b"])], [0, 1, 2])
+        3
+    """
+    left: dict[Hashable, int] = defaultdict(int)
+    for _, read in lines:
+        for value in read:
+            left[value] += 1
+    alive: set[Hashable] = set()
+    most = 0
+    for place in order:
+        made, read = lines[place]
+        alive.update(read)
+        most = max(most, len(alive) + (made is not None))
+        for value in read:
+            left[value] -= 1
+            if not left[value]:
+                alive.discard(value)
+        if made is not None and left[made]:
+            alive.add(made)
+    return most

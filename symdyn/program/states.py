@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.algebra.big import BigFloats, LooseErrors, RunningErrors
 from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS
 from symdyn.graph import Expr
@@ -20,11 +21,17 @@ RANGES = {"q": 3.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "inputs": 3.0} 
 RANGES |= dict.fromkeys((*DIRECTIONS.values(), WEIGHTS), 2.0)
 WIDER = (1.0, 4.0, 16.0, 64.0)  # times those, one after the other, where a function is not real
 
-ROUNDOFF = {"double": 2.0**-53, "float": 2.0**-24}
-TINIEST = {"double": 2.0**-1022, "float": 2.0**-126}  # below, digits are lost by underflow
+ROUNDOFF = {"double": 2.0**-53, "float": 2.0**-24, "dd": 2.0**-102}
+TINIEST = {"double": 2.0**-1022, "float": 2.0**-126, "dd": 2.0**-960}  # below, digits are lost by underflow
 
 
 Array = np.ndarray[Any, Any]
+
+
+def rounding(numbers: BigFloats, real: str, sines: float = 0.0) -> RunningErrors:
+    """Return the analysis of what rounding may leave in a real type, and in sines that are off by so much beside it."""
+    kind = LooseErrors if real == "dd" else RunningErrors
+    return kind(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real], sines)
 
 
 def sample(arguments: Sequence[Argument], rng: random.Random, real: str = "double", widen: float = 1.0) -> list[Array]:

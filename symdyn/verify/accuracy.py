@@ -19,6 +19,7 @@ import numpy as np
 from symdyn.algebra.big import Bounded, RunningErrors
 from symdyn.algebra.midpoints import Midpoints
 from symdyn.dynamics import Function
+from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.graph import Expr, evaluate, reachable
 from symdyn.program import Program
 from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample, values_of
@@ -52,7 +53,12 @@ class Accuracy:
 
 
 def measure(
-    program: Program, modules: Mapping[str, Any], states: int = 12, seed: int = 1, real: str = "double"
+    program: Program,
+    modules: Mapping[str, Any],
+    states: int = 12,
+    seed: int = 1,
+    real: str = "double",
+    accuracy: str = "",
 ) -> list[Accuracy]:
     """Return the accuracy of every function of every module.
 
@@ -62,10 +68,11 @@ def measure(
         states: how many random states a function.
         seed: of the states.
         real: "double" or "float", of the modules.
+        accuracy: likewise, as for `emit`: what sines are off by is in the bounds then.
     """
     numbers, found = Midpoints(DIGITS), []
     with numbers:
-        analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real])
+        analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real], bound_of_sines(accuracy))
         for routine in program.routines:
             function = routine.function
             if not function.entries:

@@ -26,7 +26,7 @@ from symdyn.dynamics import (
 )
 from symdyn.emit import TARGETS
 from symdyn.errors import EmitError
-from symdyn.graph import Expr, reachable, substitute
+from symdyn.graph import Expr, growing, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.formulation import chosen, known_road
@@ -91,6 +91,7 @@ class Certificate(Shown):
         return facts
 
 
+@growing()
 def certify(
     scene: SceneLike,
     outputs: Sequence[str] | None = None,

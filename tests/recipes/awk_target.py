@@ -116,6 +116,7 @@ AWK = Target(
     comment=partial(in_comment, prefix="# "),
     write=write,
     beside=alone,
+    shortens=(),
 )
 
 TARGETS[AWK.name] = AWK

@@ -1,12 +1,18 @@
-"""Real types of the targets: an exact constant is rounded once, to the nearest number of the type."""
+"""Real types of the targets: an exact constant is rounded once, to the nearest number of the type.
+
+A double-double is the sum of two doubles, the second at most half a unit in the last place of the first: 106 bits, and
+the range of a double.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 
 from symdyn.errors import EmitError
+from symdyn.graph import Op
 
 
 @dataclass(frozen=True)
@@ -20,6 +26,8 @@ class Real:
         bits: of the significand.
         lowest: exponent of the smallest positive number.
         top: exponent of the first power of two that is too large.
+        parts: how many numbers one is the sum of; all else is said of each of them.
+        lacks: operations that there are no functions of so many digits for: why, and what would work.
     """
 
     name: str
@@ -28,12 +36,22 @@ class Real:
     bits: int
     lowest: int
     top: int
+    parts: int = 1
+    lacks: Mapping[Op, str] = field(default_factory=dict, hash=False)
 
+
+NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; leave --real dd out"
 
 REALS = {
     "double": Real("double", "float64", "", 53, -1074, 1024),
     "float": Real("float", "float32", "f", 24, -149, 128),
+    "dd": Real(
+        "dd", "float64", "", 53, -1074, 1024, 2, dict.fromkeys((Op.EXP, Op.LOG, Op.TANH, Op.ATAN2), NO_FUNCTION)
+    ),
 }
+
+SINGLE = tuple(name for name, row in REALS.items() if row.parts == 1)
+"""Types of which a number is one number, which most languages have."""
 
 
 def find_real(name: str) -> Real:
@@ -64,9 +82,24 @@ def nearest(value: Fraction, real: Real) -> float:
     return float(rounded)
 
 
+def halves(value: Fraction) -> tuple[float, float]:
+    """Return the double-double nearest to `value` but for its last bit: the nearest double, and that of what is left.
+
+    >>> halves(Fraction(1, 10))
+    (0.1, -5.551115123125783e-18)
+
+    Raises:
+        EmitError: `value` is too large for a double.
+    """
+    high = nearest(value, REALS["double"])
+    return high, nearest(value - Fraction(high), REALS["double"])
+
+
 @lru_cache(maxsize=4096)
 def digits(value: Fraction, real: Real) -> str:
-    """Return the shortest decimal text that reads back as the number nearest to `value`."""
+    """Return the shortest decimal text that reads back as the number nearest to `value`; of a sum, one of each part."""
+    if real.parts == 2:
+        return ", ".join(map(repr, halves(value)))
     number = nearest(value, real)
     if real.name == "double":
         return repr(number)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
+from symdyn.emit.code.short_sines import ShortSines
 from symdyn.emit.code.source_text import Page, compose
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
@@ -36,6 +37,7 @@ class Draft:
         page: every function as text.
         stem: how the names of the files begin.
         about: what the files say of themselves, as a comment.
+        sines: how rows of sines are taken where they are shorter than the type allows; None for full accuracy.
     """
 
     program: Program
@@ -45,6 +47,7 @@ class Draft:
     page: Page
     stem: str
     about: str
+    sines: ShortSines | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,7 @@ class Target:
         comment: text as lines of a comment, which nothing in it can end.
         write: contents by file name; the file to compile or to import first.
         beside: what a user wants beside the files and they do not need, by name: an example, what builds it.
+        shortens: options at which rows of sines are taken by C of our own, of which there is shorter for less accuracy.
     """
 
     name: str
@@ -85,22 +89,25 @@ class Target:
     comment: Callable[[str], str]
     write: Callable[[Draft], Mapping[str, Contents]]
     beside: Callable[[Sources], Mapping[str, str]]
+    shortens: tuple[str, ...]
 
-    def draft(self, program: Program, real: Real, command: str, option: str = "") -> Draft:
+    def draft(
+        self, program: Program, real: Real, command: str, option: str = "", sines: ShortSines | None = None
+    ) -> Draft:
         """Return a program as this target's text, not laid out yet; `command` is what the header says to run again.
 
         Raises:
             EmitError: functions that it is not made of, an operation that the language lacks, two functions of one
                 name, a constant too large for the type.
         """
-        self._refuse(program)
+        self._refuse(program, real)
         printer = self.printer(real)
         page = compose(program, printer, command, self.first, self.keywords)
-        about = render("common/about.txt.jinja", {"page": page}).rstrip("\n")
-        return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about))
+        about = render("common/about.txt.jinja", {"page": page, "sines": sines}).rstrip("\n")
+        return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about), sines)
 
-    def _refuse(self, program: Program) -> None:
-        """Raise EmitError for functions that it is not made of, and for what the language lacks."""
+    def _refuse(self, program: Program, real: Real) -> None:
+        """Raise EmitError for functions that it is not made of, and for what the language or the type lacks."""
         wanted = self.functions(program.scene) if self.functions else ()
         there = [one.function.request or one.function.name for one in program.routines]
         if wanted and {*wanted} != {*there} - {PREPARE}:
@@ -108,12 +115,11 @@ class Target:
                 f"target {self.name} ({self.text}) is made of {', '.join(wanted)}, here are {', '.join(there)}; "
                 "leave --functions out"
             )
-        for op, why in self.lacks.items():
+        lacking = [(f"target {self.name} ({self.text})", self.lacks), (f"real type {real.name}", real.lacks)]
+        for what, op, why in ((what, op, why) for what, lacks in lacking for op, why in lacks.items()):
             needed = [routine.function.name for routine in program.routines if op in routine.operations]
             if needed:
-                raise EmitError(
-                    f"target {self.name} ({self.text}) lacks {op.name.lower()}, which {', '.join(needed)} needs: {why}"
-                )
+                raise EmitError(f"{what} lacks {op.name.lower()}, which {', '.join(needed)} needs: {why}")
 
 
 @dataclass(frozen=True)
@@ -123,10 +129,11 @@ class Sources(Mapping[str, Contents]):
     Attributes:
         program: what they compute.
         target: a key of `TARGETS`.
-        real: "double" or "float".
+        real: a key of `REALS`, such as "double".
         option: which of the target's options was chosen; "" for none.
         functions: what the program's functions are called there, in order.
         files: pairs of file name and contents, the file to compile or to import first.
+        accuracy: a key of `SHORT_SINES`, "" for that of the type.
     """
 
     program: Program
@@ -135,6 +142,7 @@ class Sources(Mapping[str, Contents]):
     option: str
     functions: tuple[str, ...]
     files: tuple[tuple[str, Contents], ...]
+    accuracy: str = ""
 
     def __getitem__(self, name: str) -> Contents:
         """Return the contents of one file."""

@@ -13,15 +13,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
+from symdyn.algebra.big import BigFloats, Bounded
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.real import digits, find_real
+from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.emit.code.target import Sources
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Program
 from symdyn.program.assemble import PREPARED
 from symdyn.program.prepare import PREPARE
-from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample
+from symdyn.program.states import ALLOWED, DRAWS, ROUNDOFF, TINIEST, WIDER, rounding, sample
 
 DIGITS = 50
 SEED = "example"
@@ -87,7 +88,7 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
     rng = random.Random(SEED)
     for draw in range(DRAWS):
         point = _point(arguments, rng, sources.real, WIDER[draw * len(WIDER) // DRAWS])
-        results = _results(sources.program, point, sources.real)
+        results = _results(sources.program, point, sources.real, bound_of_sines(sources.accuracy))
         if len(results) > len(best[0]) or not draw:
             best = results, point
         if len(results) == len(functions):
@@ -132,11 +133,14 @@ def _point(arguments: Mapping[str, Argument], rng: random.Random, real: str, wid
     }
 
 
-def _results(program: Program, point: Mapping[Expr, Any], real: str) -> dict[str, list[Bounded]]:
-    """Return the result of every function that is real at a point; what is prepared there is handed on."""
+def _results(program: Program, point: Mapping[Expr, Any], real: str, sines: float) -> dict[str, list[Bounded]]:
+    """Return the result of every function that is real at a point; what is prepared there is handed on.
+
+    Sines may be off by `sines` beside their rounding.
+    """
     numbers = BigFloats(DIGITS)
     numbers.context.trap_complex = True
-    analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real])
+    analysis = rounding(numbers, real, sines)
     values = {symbol: analysis.exact(numbers.number(value)) for symbol, value in point.items()}
     functions = [routine.function for routine in program.routines]
     results: dict[str, list[Bounded]] = {}

@@ -125,4 +125,5 @@ CPP = Target(
     comment=in_comment,
     write=_write,
     beside=_beside,
+    shortens=(),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 
 from symdyn.emit.code.real import find_real
+from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.casadi import CASADI
@@ -49,20 +50,26 @@ TARGETS: dict[str, Target] = {
 
 @growing()
 def emit(
-    program: Program, target: str = NUMPY.name, real: str = "double", command: str = "", option: str = ""
+    program: Program,
+    target: str = NUMPY.name,
+    real: str = "double",
+    command: str = "",
+    option: str = "",
+    accuracy: str = "",
 ) -> Sources:
     """Return the files that compute `program`; the same program gives the same bytes.
 
     Args:
         program: what to compute.
         target: a key of `TARGETS`.
-        real: "double" or "float".
+        real: "double" or "float"; "dd" for double-doubles, 31 digits, in C.
         command: what the header says to run to make the files again; "" for the plain command line.
         option: one of the target's, such as "batch": C gets functions over many states too.
+        accuracy: "1e-10" for shorter sines of doubles in C, which are faster; "" for those of the type.
 
     Raises:
-        EmitError: an unknown target, a real type, an option or an operation that it does not have, no function at all,
-            two functions of one name, a constant too large for the type.
+        EmitError: an unknown target, a real type, an option, an accuracy or an operation that it does not have, no
+            function at all, two functions of one name, a constant too large for the type.
     """
     if target not in TARGETS:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")
@@ -77,7 +84,10 @@ def emit(
         raise EmitError(
             f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; leave --real out"
         )
-    made = row.draft(program, number, command or _command(program, row, real, option), option)
+    sines = find_short_sines(accuracy, real)
+    if sines and option not in row.shortens:
+        raise EmitError(_no_shorter(row, accuracy))
+    made = row.draft(program, number, command or _command(program, row, real, option, accuracy), option, sines)
     contents = row.write(made)
     kinds = {name: type(text) for name, text in contents.items()}
     names = tuple(function.name for function in made.page.functions)
@@ -85,7 +95,7 @@ def emit(
         pattern.format(stem=made.stem, function=name): kind for pattern, kind in row.files.items() for name in names
     }
     assert kinds.items() <= said.items(), f"target {target} writes other files than it says"
-    return Sources(program, target, real, option, names, tuple(contents.items()))
+    return Sources(program, target, real, option, names, tuple(contents.items()), accuracy)
 
 
 def beside(sources: Sources) -> dict[str, str]:
@@ -96,12 +106,28 @@ def beside(sources: Sources) -> dict[str, str]:
     return dict(TARGETS[sources.target].beside(sources))
 
 
-def _command(program: Program, target: Target, real: str, option: str) -> str:
+def _no_shorter(target: Target, accuracy: str) -> str:
+    """Return why a target has no shorter sines as it was asked for, and what has them."""
+    if not target.shortens:
+        there = " and ".join(name for name, row in TARGETS.items() if row.shortens)
+        return (
+            f"target {target.name} ({target.text}) takes the sines of its language; accuracy {accuracy} is for targets "
+            f"{there}"
+        )
+    ways = [f"with option {one}" if one else "without an option" for one in target.shortens]
+    return (
+        f"target {target.name} ({target.text}) has accuracy {accuracy} {' or '.join(ways)}, not as it was asked for: "
+        "there sines are the C library's"
+    )
+
+
+def _command(program: Program, target: Target, real: str, option: str, accuracy: str) -> str:
     """Return the command line that makes the same files."""
     first = is_prepared(program)
     asked = (routine.function for routine in program.routines if not (first and routine.function.name == PREPARE))
     functions = ",".join(function.request or function.name for function in asked)
     precision = "" if real == "double" else f" --real {real}"
+    precision += f" --accuracy {accuracy}" if accuracy else ""
     chosen = f" --{option}" if option else ""
     values = [f"{one.name}={spell(one.value)}" for one in program.scene.parameters if one.value is not None]
     bound = f" --bind {shlex.quote(','.join(values).replace(' ', ''))}" if values else ""

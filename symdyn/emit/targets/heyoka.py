@@ -92,4 +92,5 @@ HEYOKA = Target(
     comment=in_docstring,
     write=_write,
     beside=alone,
+    shortens=(),
 )

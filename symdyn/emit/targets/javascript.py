@@ -68,4 +68,5 @@ JS = Target(
     comment=in_comment,
     write=_write,
     beside=alone,
+    shortens=(),
 )

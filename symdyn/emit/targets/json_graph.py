@@ -109,4 +109,5 @@ JSON = Target(
     comment=lambda text: text,
     write=_write,
     beside=alone,
+    shortens=(),
 )

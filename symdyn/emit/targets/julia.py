@@ -112,4 +112,5 @@ JULIA = Target(
     comment=partial(in_comment, prefix="# "),
     write=_write,
     beside=alone,
+    shortens=(),
 )

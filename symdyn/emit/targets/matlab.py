@@ -116,7 +116,7 @@ def _gateway(draft: Draft) -> dict[str, Contents]:
             }
         )
     values = {
-        "about": C.comment(render("common/about.txt.jinja", {"page": code.page}).rstrip("\n")),
+        "about": C.comment(render("common/about.txt.jinja", {"page": code.page, "sines": None}).rstrip("\n")),
         "package": draft.stem,
         "flags": FLAGS,
         "functions": functions,
@@ -164,4 +164,5 @@ MATLAB = Target(
     comment=in_percent_comment,
     write=_write,
     beside=alone,
+    shortens=(),
 )

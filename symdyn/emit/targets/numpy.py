@@ -16,7 +16,7 @@ from functools import cache, partial
 from importlib.resources import files
 
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
-from symdyn.emit.code.real import REALS, Real, digits
+from symdyn.emit.code.real import REALS, SINGLE, Real, digits
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
@@ -88,7 +88,7 @@ NUMPY = Target(
     name="numpy",
     title="NumPy",
     text="a module that runs with NumPy alone, for one state or a batch",
-    reals=tuple(REALS),
+    reals=SINGLE,
     options={},
     files={"{stem}.py": str},
     first=0,
@@ -100,4 +100,5 @@ NUMPY = Target(
     comment=in_docstring,
     write=_write,
     beside=alone,
+    shortens=(),
 )

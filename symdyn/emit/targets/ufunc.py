@@ -41,7 +41,8 @@ def _write(draft: Draft) -> dict[str, Contents]:
             continue
         renamed = replace(draft.program, scene=replace(draft.program.scene, name=f"{draft.stem}_{tag}"))
         try:
-            code = C.draft(renamed, REALS[name], page.command, BATCH)
+            sines = draft.sines if name == draft.real.name else None  # float is no nearer than they
+            code = C.draft(renamed, REALS[name], page.command, BATCH, sines)
         except EmitError:
             if name == draft.real.name:
                 raise
@@ -121,4 +122,5 @@ UFUNC = Target(
     comment=C.comment,
     write=_write,
     beside=alone,
+    shortens=("", DOUBLES),
 )

@@ -78,8 +78,8 @@ def _statements(root: Node) -> list[Node]:
     plain = [one for one in root.children if one.type != "comment"]
     if len(plain) != 1:
         return plain
-    inner = [one for one in nodes(plain[0]) if one.type == "arrow_function"]
-    body = inner[0].child_by_field_name("body") if inner else None
+    inner = next((one for one in nodes(plain[0]) if one.type == "arrow_function"), None)
+    body = inner.child_by_field_name("body") if inner else None
     return plain if body is None else list(body.children)
 
 
@@ -196,12 +196,14 @@ class _Function:
         meaning = VALUES.get(node.type)
         if meaning is None:
             raise unread(node, "is no expression that is read here")
-        return meaning(self, [one for one in node.children if one.type != "comment"], node)
+        children = [one for one in node.children if one.type != "comment"] if node.child_count else []
+        return meaning(self, children, node)
 
     def _name(self, _: list[Node], node: Node) -> Expr:
-        if said(node) not in self.names:
+        name = said(node)
+        if name not in self.names:
             raise unread(node, "has no value yet")
-        return self.names[said(node)]
+        return self.names[name]
 
     def _number(self, _: list[Node], node: Node) -> Expr:
         digits = said(node)

@@ -182,12 +182,14 @@ class _Function:
         meaning = VALUES.get(node.type)
         if meaning is None:
             raise unread(node, "is no expression that is read here")
-        return meaning(self, [one for one in node.children if one.type != "comment"], node)
+        children = [one for one in node.children if one.type != "comment"] if node.child_count else []
+        return meaning(self, children, node)
 
     def _name(self, _: list[Node], node: Node) -> Expr:
-        if said(node) not in self.names:
+        name = said(node)
+        if name not in self.names:
             raise unread(node, "has no value yet")
-        return self.names[said(node)]
+        return self.names[name]
 
     def _number(self, _: list[Node], node: Node) -> Expr:
         return self.text.number(said(node), line_of(node))

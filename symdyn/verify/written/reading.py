@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from symdyn.graph import Expr, Graph
@@ -80,7 +81,7 @@ class Text:
         if not DECIMAL.fullmatch(decimal):
             raise Unread(line, f"{decimal} is no decimal number")
         try:
-            return self.graph.constant(nearest(Fraction(decimal), self.real))
+            return self.graph.constant(_nearest(decimal, self.real))
         except OverflowError:
             raise Unread(line, f"{decimal} is too large for the type {self.real}") from None
 
@@ -93,6 +94,11 @@ class Text:
         if value.is_zero:
             raise Unread(line, "a zero has a sign")
         return -value
+
+
+@lru_cache(maxsize=10_000)  # all files of a certificate hold the same numbers
+def _nearest(decimal: str, real: str) -> Fraction:
+    return nearest(Fraction(decimal), real)
 
 
 @dataclass(frozen=True)

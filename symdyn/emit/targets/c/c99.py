@@ -24,6 +24,7 @@ from symdyn.emit.code.real import REALS, Real, digits
 from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
+from symdyn.emit.targets.c import dd_functions, double_double
 from symdyn.emit.targets.c.batch import LANES, batches, cuts
 from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.graph import Op
@@ -57,6 +58,8 @@ FLAT = {"double": -708, "float": -87}
 
 
 def _printer(real: Real) -> Printer:
+    if real.parts == 2:
+        return double_double.printer(real)
     return Printer(_spellings(real), lambda value: f"{digits(value, real)}{real.suffix}")
 
 
@@ -64,6 +67,8 @@ def _write(draft: Draft) -> dict[str, str]:
     """Return source and header, or the header that is all of it."""
     program, page, printer, real = draft.program, draft.page, draft.printer, draft.real
     batch = draft.option == BATCH
+    if real.parts == 2:
+        return dd_functions.write(draft, batch, draft.option == HEADER_ONLY)
     operations = {op for function in page.functions for op in function.operations}
     values: dict[str, Any] = {
         "page": page,
@@ -84,7 +89,7 @@ def _write(draft: Draft) -> dict[str, str]:
     }
     values["cut"] = any(many and many.parts for many in values["codes"])
     values["sincos"] = any(many and many.sincos for many in values["codes"])
-    values |= sincos_values(real.name) if values["sincos"] else {}
+    values |= sincos_values(real.name, draft.sines) if values["sincos"] else {}
     if draft.option == HEADER_ONLY:
         values["private"] = _private(values)
         return {f"{draft.stem}.h": render("c/lone.h.jinja", values)}
@@ -131,4 +136,5 @@ C = Target(
     comment=in_comment,
     write=_write,
     beside=_beside,
+    shortens=(BATCH,),
 )

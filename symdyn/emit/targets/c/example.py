@@ -20,7 +20,8 @@ def files_beside(sources: Sources, lone_header: bool, many: bool) -> dict[str, s
         many: whether there are functions over many states.
     """
     real = find_real(sources.real)
-    example = example_text(sources, "c/main.c.jinja", ".c", suffix=real.suffix, real=real.name)
+    template = "c/main.c.jinja" if real.parts == 1 else "c/dd_main.c.jinja"
+    example = example_text(sources, template, ".c", suffix=real.suffix, real=real.name)
     opening, (name,) = stem(sources.program.scene.name), example
     values = {"stem": opening, "example": name, "lone_header": lone_header, "many": many}
     return {**example, BUILD: render("c/CMakeLists.txt.jinja", values)}

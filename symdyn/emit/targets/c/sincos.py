@@ -18,6 +18,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from symdyn.emit.code.short_sines import ShortSines
+
 LIMIT_EXPONENT = 20
 """Angles below 2^20 in size are reduced here, others by the C library."""
 
@@ -81,13 +83,23 @@ def in_halves(coefficients: Sequence[float], first: int) -> list[float]:
     return [coefficient * 2.0**power for power, coefficient in enumerate(coefficients, first)]
 
 
-def sincos_values(real: str) -> Mapping[str, Any]:
-    """Return what the template of sincos is given for "double" or "float"."""
+def sincos_values(real: str, short: ShortSines | None = None) -> Mapping[str, Any]:
+    """Return what the template of sincos is given for "double" or "float", or for shorter sines of this type."""
+    if short:
+        return {
+            "short": short,
+            "two_over_pi": repr(TWO_OVER_PI),
+            "sine": horner(short.sine, "z[j]"),
+            "cosine": horner(short.cosine, "z[j]"),
+            "chains": CHAINS,
+            "limit_exponent": short.limit_exponent,
+        }
     return {
         "two_over_pi": repr(TWO_OVER_PI),
         "half_pi": tuple(map(repr, HALF_PI)),
         "sine": horner(in_halves([-c for c in SINE[real]], 1), "h[j]"),
         "cosine": horner(in_halves(COSINE[real], 2), "h[j]"),
+        "short": None,
         "chains": CHAINS,
         "limit_exponent": LIMIT_EXPONENT,
     }

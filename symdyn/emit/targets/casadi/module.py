@@ -88,4 +88,5 @@ CASADI = Target(
     comment=in_docstring,
     write=_write,
     beside=alone,
+    shortens=(),
 )

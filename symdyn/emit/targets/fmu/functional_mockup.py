@@ -184,4 +184,5 @@ FMU = Target(
     comment=C.comment,
     write=_write,
     beside=alone,
+    shortens=(),
 )

@@ -16,7 +16,7 @@ from fractions import Fraction
 from functools import partial
 
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
-from symdyn.emit.code.real import REALS, Real, digits
+from symdyn.emit.code.real import SINGLE, Real, digits
 from symdyn.emit.code.source_text import compose
 from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
@@ -96,7 +96,7 @@ GPU = Target(
     name="gpu",
     title="GPU",
     text="kernels for CUDA and OpenCL, one state a thread",
-    reals=tuple(REALS),
+    reals=SINGLE,
     options={},
     files={"{stem}.cu": str, "{stem}.cl": str},
     first=0,
@@ -108,4 +108,5 @@ GPU = Target(
     comment=in_comment,
     write=_write,
     beside=_beside,
+    shortens=(),
 )

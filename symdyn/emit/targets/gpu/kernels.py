@@ -15,7 +15,7 @@ from symdyn.emit.code.source_text import FunctionText
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, Step
 from symdyn.program.assemble import shared
-from symdyn.program.schedule import schedule
+from symdyn.program.schedule import most_alive, schedule, schedule_backwards
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,8 @@ def _kernel(routine: Routine, text: FunctionText, program: Program, printer: Pri
     known: set[Expr] = set()
     ordered: list[KernelLine] = []
     wanted = [(made, list(dict.fromkeys(_value(node, pairs) for node in needs))) for made, needs, _ in lines]
-    for number in schedule(wanted):
+    orders = (range(len(wanted)), schedule(wanted), schedule_backwards(wanted))
+    for number in min(orders, key=lambda order: most_alive(wanted, order)):
         _, needs, line = lines[number]
         for node in needs:
             if node in reads and node not in known:

@@ -20,7 +20,7 @@ from functools import partial
 from typing import Any
 
 from symdyn.emit.code.operators import OPERATORS, Spelling, call
-from symdyn.emit.code.real import REALS, digits
+from symdyn.emit.code.real import SINGLE, digits
 from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
@@ -124,7 +124,7 @@ RUST = Target(
     name="rust",
     title="Rust",
     text="a module of Rust that needs core alone, no_std",
-    reals=tuple(REALS),
+    reals=SINGLE,
     options={BATCH: "functions over many states too, as slices of arrays"},
     files={"{stem}.rs": str},
     first=0,
@@ -136,4 +136,5 @@ RUST = Target(
     comment=partial(in_comment, prefix="// "),
     write=_write,
     beside=_beside,
+    shortens=(),
 )

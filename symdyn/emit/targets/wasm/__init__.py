@@ -84,4 +84,5 @@ WASM = Target(
     comment=in_comment,
     write=_write,
     beside=alone,
+    shortens=(),
 )

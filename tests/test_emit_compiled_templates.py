@@ -1,0 +1,70 @@
+"""Compiled templates are kept beside their files as compiled modules are, and made again where they are not whole."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from symdyn.emit.compiled_templates import Beside, jinja2
+
+
+@pytest.fixture(autouse=True)
+def kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    monkeypatch.setattr(sys, "pycache_prefix", None)
+
+
+def rendered(folder: Path, **values: str) -> str:
+    """Return what a template says in an environment that has seen nothing."""
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(folder), bytecode_cache=Beside())
+    return environment.get_template("a.txt.jinja").render(values)
+
+
+def write(folder: Path, text: str = "Hello, {{ who }}!") -> None:
+    (folder / "a.txt.jinja").write_text(text, encoding="utf-8")
+
+
+def kept_of(folder: Path) -> list[Path]:
+    return list((folder / "__pycache__").glob("a.txt.*.pyc"))
+
+
+def test_a_template_is_compiled_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path)
+    assert rendered(tmp_path, who="arm") == "Hello, arm!"
+    assert len(kept_of(tmp_path)) == 1
+
+    monkeypatch.setattr(jinja2.Environment, "compile", lambda *_: pytest.fail("it is compiled again"))
+    assert rendered(tmp_path, who="cart") == "Hello, cart!"
+
+
+def test_another_text_is_compiled_again(tmp_path: Path) -> None:
+    write(tmp_path)
+    rendered(tmp_path, who="arm")
+    write(tmp_path, "Good bye, {{ who }}.")
+    assert rendered(tmp_path, who="arm") == "Good bye, arm."
+
+
+@pytest.mark.parametrize("damage", [lambda b: b"", lambda b: b[:40], lambda b: b[:-9], lambda _: b"\xff" * 300])
+def test_what_is_damaged_is_compiled_again(tmp_path: Path, damage) -> None:
+    write(tmp_path)
+    rendered(tmp_path, who="arm")
+    (path,) = kept_of(tmp_path)
+    whole = path.read_bytes()
+    path.write_bytes(damage(whole))
+    assert rendered(tmp_path, who="arm") == "Hello, arm!"
+    assert path.read_bytes() == whole
+
+
+def test_nothing_is_kept_where_python_keeps_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    write(tmp_path)
+    assert rendered(tmp_path, who="arm") == "Hello, arm!"
+    assert not (tmp_path / "__pycache__").exists()
+
+
+def test_a_folder_that_cannot_be_made_hinders_nothing(tmp_path: Path) -> None:
+    write(tmp_path)
+    (tmp_path / "__pycache__").write_text("a file")
+    assert rendered(tmp_path, who="arm") == "Hello, arm!"
