@@ -16,9 +16,11 @@ import pytest
 
 import symdyn
 from symdyn import shell
+from symdyn.build import loaded
 from symdyn.build.compiler import find_compiler
+from symdyn.dynamics import Workspace, available, called, derive_one
 from symdyn.emit.targets.later import code, fits_float
-from symdyn.errors import BuildError
+from symdyn.errors import BuildError, DerivationError
 from symdyn.simulation.integrate.heyoka_expressions import without_sympy
 
 pytestmark = pytest.mark.runs("cc")
@@ -127,6 +129,42 @@ def test_a_child_forked_while_a_thread_compiles_compiles_for_itself(cache, tmp_p
             os.kill(child, signal.SIGKILL)
         time.sleep(0.01)
     assert os.waitstatus_to_exitcode(ended[1]) == 0
+
+
+@pytest.mark.parametrize("path", sorted(ARM.parent.glob("*.toml")), ids=lambda path: path.stem)
+def test_how_functions_are_called_is_known_before_they_are_derived(path):
+    scene = symdyn.read(path)
+    told = 0
+    for request in available(scene)[0]:
+        function = called(Workspace(scene), request)
+        if function is None:
+            continue
+        made = derive_one(Workspace(scene), request)
+        assert (function.name, function.shape, function.result) == (made.name, made.shape, made.result)
+        assert function.labels == made.labels
+        first, second = (
+            [(a.name, a.scalar, a.text, [str(x.value) for x in a.symbols]) for a in one.arguments]
+            for one in (function, made)
+        )
+        assert first == second
+        told += not function.entries
+    assert bool(told) is not (scene.is_closed or bool(scene.loads) or bool(scene.inputs))
+
+
+def test_nothing_is_derived_before_it_is_called(cache, monkeypatch):
+    arm = symdyn.load(ARM)
+    asked = []
+    monkeypatch.setattr(loaded, "lower", lambda given: asked.append(given) or symdyn.lower(given))
+    arm.mass_matrix(STATES[0, 0], PARAMS)
+    arm.mass_matrix(STATES[0, 1], PARAMS)
+    (given,) = asked
+    assert [one.name for one in given.functions] == ["mass_matrix"]
+
+
+def test_what_does_not_exist_is_an_error_of_load(cache):
+    with pytest.raises(DerivationError, match="moves no mass"):
+        symdyn.load(ARM.parent / "pendulum.toml", "forward_dynamics", parameters={"m": 0})
+    assert "forward_dynamics" not in symdyn.load(ARM.parent / "pendulum.toml", parameters={"m": 0})
 
 
 def test_nothing_is_left_of_functions_that_nobody_holds(cache):

@@ -9,8 +9,7 @@ import ctypes
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from importlib.machinery import EXTENSION_SUFFIXES
 from types import ModuleType
 from typing import Any
@@ -78,11 +77,16 @@ class Places:
     A ufunc holds on to it, and it to none, so that both end with whoever calls it.
     """
 
-    def __init__(self, makers: Makers, program: Program) -> None:
-        """Take a program of one function."""
-        self.makers, self.program = makers, program
+    def __init__(self, makers: Makers, make: Callable[[], Program]) -> None:
+        """Take what makes a program of one function."""
+        self.makers, self._make = makers, make
         self._lock = Lock()
         self._found: dict[tuple[str, bool], int] = {}
+
+    @cached_property
+    def program(self) -> Program:
+        """The program, made when it is first needed."""
+        return self._make()
 
     def __call__(self, real: str, rows: bool) -> int:
         """Return where the code of a kind is, 0 where rows are computed state by state.
@@ -113,12 +117,11 @@ class Places:
 
 
 class Later:
-    """A function of a program, compiled when it is first called; the NumPy module's where that cannot be done."""
+    """A function that is made and compiled when it is first called; the NumPy module's where that cannot be done."""
 
-    def __init__(self, makers: Makers, program: Program, name: str) -> None:
-        """Take one of the program's functions by name."""
-        (routine,) = (one for one in program.routines if one.function.name == name)
-        self._places = Places(makers, replace(program, routines=(routine,)))
+    def __init__(self, makers: Makers, make: Callable[[], Program]) -> None:
+        """Take what makes a program of one function."""
+        self._places = Places(makers, make)
         self._lock = Lock()
         self._found: Callable[..., Any] | None = None
 
@@ -130,6 +133,7 @@ class Later:
         """Return the function itself.
 
         Raises:
+            DerivationError: there is no program, for its parameters' values make it divide by zero.
             BuildError: the compiler that was asked for, in words or as $CC, fails.
         """
         with self._lock:

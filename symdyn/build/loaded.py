@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, overload
 
 from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python
-from symdyn.dynamics import LoopChoices, Unasked, available, row_of
+from symdyn.dynamics import Function, LoopChoices, Unasked, Workspace, available, called, row_of
 from symdyn.emit import emit
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.errors import EmitError, SceneError, UnknownNameError
+from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
@@ -143,20 +145,36 @@ def loaded(
     free: Mapping[str, float],
 ) -> Loaded:
     """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit."""
-    program = lower(formulate(scene, requests, closing=closing))
-    program = prepare_program(program) if prepare else program
-    prepared = is_prepared(program)
     makers = or_warn(lambda: Makers(compiler, machine), compiler)
-    names = [one.function.name for one in program.routines]
-    found: Sequence[Callable[..., Any]] = [Later(makers, program, one) for one in names] if makers else plain(program)
+    heads = _heads(scene, requests, closing) if makers and not prepare else None
+    if makers and heads:
+        prepared, makes = False, [partial(_program, scene, one, closing) for one in requests]
+    else:
+        program = lower(formulate(scene, requests, closing=closing))
+        program = prepare_program(program) if prepare else program
+        prepared, heads = is_prepared(program), tuple(one.function for one in program.routines)
+        makes = [partial(replace, program, routines=(one,)) for one in program.routines]
+    found: Sequence[Callable[..., Any]] = [Later(makers, one) for one in makes] if makers else plain(program)
     settings = (scene, requests, compiler, machine, prepared, closing, free)
     calls = {}
-    for call, routine in zip(found, program.routines, strict=True):
-        name = routine.function.name
-        one = numeric_function(scene, name, routine, call, free, (_one_loaded, (*settings, name)))
-        calls[name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
+    for call, head in zip(found, heads, strict=True):
+        one = numeric_function(scene, head.name, head, call, free, (_one_loaded, (*settings, head.name)))
+        calls[head.name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
     told = {name: call.told for name, call in calls.items()}
     return Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
+
+
+@growing()
+def _heads(scene: Scene, requests: Sequence[str], closing: LoopChoices) -> tuple[Function, ...] | None:
+    """Return how functions are called, underived; None where only their derivations tell."""
+    workspace = Workspace(scene, closing)
+    found = [called(workspace, one) for one in requests]
+    return None if None in found else tuple(one for one in found if one)
+
+
+def _program(scene: Scene, request: str, closing: LoopChoices) -> Program:
+    """Return the program of one function."""
+    return lower(formulate(scene, (request,), closing=closing))
 
 
 def _one_loaded(*settings: Any) -> NumericFunction:
@@ -232,7 +250,7 @@ def lambdify(
     made = {}
     for one, routine, call in zip(names, program.routines, found, strict=True):
         again = _one_made, (known, one, names, *settings)
-        made[one] = numeric_function(known, routine.function.name, routine, call, {}, again)
+        made[one] = numeric_function(known, routine.function.name, routine.function, call, {}, again)
     return made[name] if isinstance(name, str) else tuple(made[one] for one in wanted)
 
 

@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from symdyn.dynamics import Function
 from symdyn.errors import ArgumentError
-from symdyn.program import Routine
 from symdyn.scene import Scene, spell
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.value import value_of
@@ -190,23 +190,23 @@ class NumericFunction(Shown):
 def numeric_function(
     scene: Scene,
     name: str,
-    routine: Routine,
+    function: Function,
     call: Callable[..., Any],
     usual: Mapping[str, float],
     again: tuple[Callable[..., Any], tuple[Any, ...]],
 ) -> NumericFunction:
     """Return a function that computes as `call`, with the names that a scene gives its arguments' entries."""
-    arguments = routine.function.arguments
-    operands = tuple(Operand(one.name, tuple(str(x.value) for x in one.symbols), one.scalar) for one in arguments)
+    operands = tuple(
+        Operand(one.name, tuple(str(x.value) for x in one.symbols), one.scalar) for one in function.arguments
+    )
     free = {entry for one in operands for entry in one.entries}
     usual = {**{one.name: float(value_of(one.value, {}) or 0) for one in scene.inputs}, **usual}
     fixed = {p.name: spell(p.value) for p in scene.parameters if p.value is not None and p.name not in free}
-    return NumericFunction(name, call, operands, signature(name, routine), usual, fixed, again)
+    return NumericFunction(name, call, operands, signature(name, function), usual, fixed, again)
 
 
-def signature(name: str, routine: Routine) -> str:
+def signature(name: str, function: Function) -> str:
     """Return how a function is called, and the lengths of its operands."""
-    function = routine.function
     names = ", ".join(argument.name for argument in function.arguments)
     lengths = ",".join(f"({','.join(map(str, argument.shape))})" for argument in function.arguments)
     shape = ",".join(map(str, function.shape))

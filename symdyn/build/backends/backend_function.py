@@ -86,10 +86,11 @@ def loaded_for(
         source = None if request == PREPARE else (scene, request, closing)
         call = partial(library.call, Word(VALUE, None, code, place, source))
         call.__doc__ = told[name]
-        one = numeric_function(scene, name, routine, call, free, (_one_of, (again, settings, name)))
+        one = numeric_function(scene, name, routine.function, call, free, (_one_of, (again, settings, name)))
         fields = {key: getattr(one, key) for key in NumericFunction.__dataclass_fields__ if key != "words"}
         calls[name] = BackendFunction(**fields, stack=library.stack)
-    signatures = {routine.function.name: signature(routine.function.name, routine) for routine in program.routines}
+    functions = [one.function for one in program.routines]
+    signatures = {one.name: signature(one.name, one) for one in functions}
     return Loaded(
         scene, requests, calls, signatures, True, compiler, machine, is_prepared(program), closing, free,
         library.title, (again, settings),

@@ -95,26 +95,47 @@ def _derived(workspace: Workspace, request: str, row: Output, place: str, road: 
     if DRIVES in row.arguments:
         refuse_ideal_friction(scene)
     entries = workspace.once(row.roads[road].derive, *([place] if row.place else []))
-    labels = tuple(axis(workspace) for axis in row.axes)
-    assert prod(map(len, labels)) == len(entries), f"{request} by {road}: {len(entries)} entries for {labels}"
+    made = _called(workspace, request, row, place, over_time(workspace, entries))
+    assert prod(made.shape) == len(entries), f"{request} by {road}: {len(entries)} entries for {made.labels}"
     unique = row.unique(workspace) if row.unique else ()
+    text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
+    text += _chosen(workspace, row) + _loose(made.labels, unique)
+    return replace(made, text=text, entries=tuple(entries), formulation=road, unique=unique)
+
+
+def _called(workspace: Workspace, request: str, row: Output, place: str, timed: tuple[str, ...] = ()) -> Function:
+    """Return how an output is called, as a function without entries; `timed` are arguments that its row has not."""
+    scene = workspace.scene
     tree = row.in_loops == "tree" and scene.is_closed
-    text = row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else "")
-    text += row.remark(workspace, *([place] if row.place else [])) if row.remark else ""
-    taken = (*row.arguments, *over_time(workspace, entries))
+    labels = tuple(axis(workspace) for axis in row.axes)
     return Function(
         name=(TREE_NAME if tree else "") + request.replace(":", "_"),
-        text=text + _chosen(workspace, row) + _loose(labels, unique),
-        arguments=arguments(workspace, taken, row.weighs(workspace) if row.weighs else ()),
+        text=row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else ""),
+        arguments=arguments(workspace, (*row.arguments, *timed), row.weighs(workspace) if row.weighs else ()),
         result=row.result,
         shape=tuple(map(len, labels)),
-        entries=tuple(entries),
+        entries=(),
         units=row.units,
-        formulation=road,
+        formulation="",
         request=request,
-        unique=unique,
         labels=labels,
     )
+
+
+@growing()
+def called(workspace: Workspace, request: str) -> Function | None:
+    """Return how an output is called, as a function without entries, derived only where it may not exist.
+
+    None where derivations say what the arguments are: of loops, and of what depends on time or inputs.
+
+    Raises:
+        DerivationError: an unknown output, body or point, or equations that do not exist.
+    """
+    scene = workspace.scene
+    row, place = row_of(request, scene)
+    if scene.is_closed or scene.loads or scene.inputs or has_motion(scene):
+        return None
+    return derive_one(workspace, request) if row.lacks != "never" else _called(workspace, request, row, place)
 
 
 def _loose(labels: Sequence[Sequence[str]], unique: Sequence[bool]) -> str:
