@@ -6,7 +6,7 @@ in the order of the targets, as if one had been built after the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from types import TracebackType
@@ -29,7 +29,7 @@ class Building:
         whole = len(small) == len(program.routines)
         self._usual = program if whole else replace(program, routines=tuple(small))
         self._written: dict[tuple[bool, str, str], Sources] = {}
-        self._begun: dict[str, Future[Any]] = {}
+        self._begun: dict[tuple[bool, str, str], Future[Any]] = {}
         self._threads = ThreadPoolExecutor(max(1, sum(runner.aside for runner in RUNNERS.values())))
 
     def __enter__(self) -> Building:
@@ -44,20 +44,30 @@ class Building:
 
     def written(self, target: str, option: str, part: Program | None = None) -> Sources:
         """Return the files of a target, of the whole program or a part of it."""
-        key = (part is None or part is self.program, target, option)
+        key = self._key(target, option, part)
         if key not in self._written:
             self._written[key] = emit(part or self.program, target, self.real, option=option)
         return self._written[key]
 
-    def begin(self, targets: Sequence[str]) -> None:
-        """Let compilers start on what a certificate measures of targets."""
+    def begin(self, targets: Sequence[str], many: Container[str] = ()) -> None:
+        """Let compilers start on what a certificate measures of targets, and on code for `many` states of these."""
         for name in targets:
-            if name in RUNNERS and RUNNERS[name].aside and self._part(name).routines and name not in self._begun:
-                try:
-                    sources = self.written(name, RUNNERS[name].measured, self._part(name))
-                except (MissingProgram, BuildError):
-                    continue  # the same words come again where they are waited for
-                self._begun[name] = self._threads.submit(RUNNERS[name].run, sources)
+            if name not in RUNNERS or not RUNNERS[name].aside:
+                continue
+            if self._part(name).routines:
+                self._begin(name, RUNNERS[name].measured, self._part(name))
+            if name in many:
+                self._begin(name, RUNNERS[name].many, self.program)
+
+    def compiled(self, target: str, option: str, part: Program | None = None) -> tuple[Sources, Any]:
+        """Return the files of a target, and the module that they make.
+
+        Raises:
+            BuildError: no compiler, or its own words when it refuses.
+        """
+        sources = self.written(target, option, part)
+        begun = self._begun.get(self._key(target, option, part))
+        return sources, RUNNERS[target].run(sources) if begun is None else begun.result()
 
     def modules(self, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
         """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
@@ -70,17 +80,24 @@ class Building:
             if not self._part(name).routines:
                 continue
             try:
-                modules[name] = self._module(name)
+                _, modules[name] = self.compiled(name, RUNNERS[name].measured, self._part(name))
             except MissingProgram as fault:
                 notes.append(f"{target.title} was not measured: {fault}")
             except BuildError as fault:
                 return modules, str(fault)
         return modules, ""
 
+    def _begin(self, target: str, option: str, part: Program) -> None:
+        key = self._key(target, option, part)
+        if key not in self._begun:
+            try:
+                sources = self.written(target, option, part)
+            except (MissingProgram, BuildError):
+                return  # the same words come again where they are waited for
+            self._begun[key] = self._threads.submit(RUNNERS[target].run, sources)
+
     def _part(self, name: str) -> Program:
         return self._usual if RUNNERS[name].usual else self.program
 
-    def _module(self, name: str) -> Any:
-        if name in self._begun:
-            return self._begun[name].result()
-        return RUNNERS[name].run(self.written(name, RUNNERS[name].measured, self._part(name)))
+    def _key(self, target: str, option: str, part: Program | None) -> tuple[bool, str, str]:
+        return part is None or part is self.program, target, option

@@ -148,7 +148,7 @@ def certify(
         notes.append("nothing to prepare: no function has a free parameter")
     with Building(code, real) as building:
         progress("writing files")
-        building.begin(targets)
+        building.begin(targets, WAYS if asked else ())
         progress("proving over finite fields")
         there = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
         claims = on_unit_sphere(scene, there)
@@ -157,10 +157,10 @@ def certify(
         written = written_of(building, targets, asked, notes, seed)
         progress("building")
         modules, refused = building.modules(notes, targets)
-    blocks: tuple[Blocks, ...] = ()
-    if asked:
-        progress("running blocks of states at every length")
-        blocks = tuple(run_blocks(code, name, real, seed) for name in modules if name in WAYS)
+        blocks: tuple[Blocks, ...] = ()
+        if asked:
+            progress("running blocks of states at every length")
+            blocks = tuple(run_blocks(building, name, seed) for name in modules if name in WAYS)
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     for one in LOOKS:
