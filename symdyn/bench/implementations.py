@@ -22,6 +22,7 @@ from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import REALS
+from symdyn.emit.code.short_sines import SHORT_SINES, find_short_sines
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.ufunc import UFUNC
@@ -48,6 +49,7 @@ class Implementation:
         prepare: takes states and returns a call without arguments, and the array its results are in, shape (N, size)
             in any layout that `read` undoes.
         single: whether a call computes one state and is timed so.
+        accuracy: as for `emit`.
     """
 
     routine: Routine
@@ -58,6 +60,7 @@ class Implementation:
     compile: float | None
     prepare: Prepare
     single: bool = False
+    accuracy: str = ""
 
     def results(self, states: States) -> Array:
         """Return the results at all states, shape (N, size)."""
@@ -85,6 +88,7 @@ class Built:
         machines: whether it is compiled for one machine or another.
         together: whether it takes every number type at once.
         extra: 0 for what is measured of every derivation and for every machine, 2 for what a quick look leaves out.
+        accuracy: as for `emit`; measured of functions that take sines.
     """
 
     target: str
@@ -94,6 +98,7 @@ class Built:
     machines: bool = True
     together: bool = False
     extra: int = 1
+    accuracy: str = ""
 
 
 def implementations(
@@ -140,10 +145,13 @@ def _run(runner: Runner, sources: Sources, machine: str) -> Any:
 
 
 def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derived: float) -> Iterator[Implementation]:
-    if reals[0] not in TARGETS[one.target].reals:
+    short = find_short_sines(one.accuracy)
+    if reals[0] not in TARGETS[one.target].reals or (short and short.real != reals[0]):
+        return
+    if short and not program.routines[0].counts.sincos:
         return
     start = time.perf_counter()
-    sources = emit(program, one.target, reals[0], option=one.option)
+    sources = emit(program, one.target, reals[0], option=one.option, accuracy=one.accuracy)
     generate = derived + time.perf_counter() - start
     start = time.perf_counter()
     try:
@@ -153,7 +161,9 @@ def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derive
     compiled = time.perf_counter() - start if machine else None
     for real in reals:
         for way, prepare, single in one.bind(module, sources, real):
-            yield Implementation(program.routines[0], way, real, machine, generate, compiled, prepare, single)
+            yield Implementation(
+                program.routines[0], way, real, machine, generate, compiled, prepare, single, one.accuracy
+            )
 
 
 def _called(title: str, module: Any, sources: Sources, real: str) -> Iterator[tuple[str, Prepare, bool]]:
@@ -248,6 +258,16 @@ ALONE = {"each": "C scalar, plain file"}
 
 BUILT = (
     Built(C.name, BATCH, _compiled, partial(_addressed_in, ENTRIES), extra=0),
+    *(
+        Built(
+            C.name,
+            BATCH,
+            _compiled,
+            partial(_addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in (BATCH, "rows")}),
+            accuracy=accuracy,
+        )
+        for accuracy in SHORT_SINES
+    ),
     Built(C.name, "", _compiled, partial(_addressed_in, ALONE), extra=2),
     Built(
         UFUNC.name,

@@ -174,13 +174,13 @@ def _function(
             took = time.perf_counter() - start
             made += implementations(rival, took, ("native",), ("double",), extra=0)
     times = _times(made, positions, quick, seed)
-    references: dict[tuple[str, str], dict[str, _Region]] = {}
+    references: dict[tuple[str, str, str], dict[str, _Region]] = {}
     for one in made:  # every road has error bounds of its own
-        key = (one.routine.function.formulation, one.real)
+        key = (one.routine.function.formulation, one.real, one.accuracy)
         if key not in references:
             references[key] = _references(one, scene, name, positions, STATES_QUICK if quick else STATES, seed)
     measured = [
-        _measured(one, took, references[one.routine.function.formulation, one.real])
+        _measured(one, took, references[one.routine.function.formulation, one.real, one.accuracy])
         for one, took in zip(made, times, strict=True)
     ]
     return marked(measured)
@@ -216,7 +216,7 @@ def _references(
     for region in REGIONS:
         states = draw(function.arguments, positions, region, count, seed, made.real)
         solve = Solve.at(solved, states, count) if solved else None
-        found[region] = _Region(states, reference(function, states, count), solve)
+        found[region] = _Region(states, reference(function, states, count, made.accuracy), solve)
     return found
 
 

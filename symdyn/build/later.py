@@ -78,9 +78,9 @@ class Places:
     A ufunc holds on to it, and it to none, so that both end with whoever calls it.
     """
 
-    def __init__(self, makers: Makers, program: Program) -> None:
-        """Take a program of one function."""
-        self.makers, self.program = makers, program
+    def __init__(self, makers: Makers, program: Program, accuracy: str = "") -> None:
+        """Take a program of one function, and what accuracy rows of states shall have."""
+        self.makers, self.program, self.accuracy = makers, program, accuracy
         self._lock = Lock()
         self._found: dict[tuple[str, bool], int] = {}
 
@@ -92,7 +92,7 @@ class Places:
         """
         with self._lock:
             if (real, rows) not in self._found:
-                made = partial(self._compiled, code(self.program, real, rows))
+                made = partial(self._compiled, code(self.program, real, rows, self.accuracy))
                 self._found[real, rows] = (or_warn(made, self.makers.asked) or 0) if rows else made()
         return self._found[real, rows]
 
@@ -115,10 +115,10 @@ class Places:
 class Later:
     """A function of a program, compiled when it is first called; the NumPy module's where that cannot be done."""
 
-    def __init__(self, makers: Makers, program: Program, name: str) -> None:
-        """Take one of the program's functions by name."""
+    def __init__(self, makers: Makers, program: Program, name: str, accuracy: str = "") -> None:
+        """Take one of the program's functions by name; accuracy as for `emit`."""
         (routine,) = (one for one in program.routines if one.function.name == name)
-        self._places = Places(makers, replace(program, routines=(routine,)))
+        self._places = Places(makers, replace(program, routines=(routine,)), accuracy)
         self._lock = Lock()
         self._found: Callable[..., Any] | None = None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, overload
 
 from symdyn.build.later import Later, Makers, plain, soon
@@ -44,6 +44,7 @@ class Loaded(Shown):
         prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
         backend: whose arrays they take.
         again: a function and its arguments, which make all of it in another process; None for NumPy's.
+        accuracy: what was asked for of many states; "" for that of the type.
     """
 
     scene: Scene
@@ -58,6 +59,7 @@ class Loaded(Shown):
     free: Mapping[str, float] = field(default_factory=dict)
     backend: str = "NumPy"
     again: tuple[Callable[..., Loaded], tuple[Any, ...]] | None = None
+    accuracy: str = ""
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
@@ -106,7 +108,7 @@ class Loaded(Shown):
         return [*self.calls, "calls", "compiled", "scene", "signatures"]
 
     def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Any, ...]]:
-        settings = (self.compiler, self.machine, self.prepared, self.closing, self.free)
+        settings = (self.compiler, self.machine, self.prepared, self.closing, self.free, self.accuracy)
         return self.again or (loaded, (self.scene, self.requests, *settings))
 
 
@@ -141,6 +143,7 @@ def loaded(
     prepare: bool,
     closing: LoopChoices,
     free: Mapping[str, float],
+    accuracy: str = "",
 ) -> Loaded:
     """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit."""
     program = lower(formulate(scene, requests, closing=closing))
@@ -148,15 +151,18 @@ def loaded(
     prepared = is_prepared(program)
     makers = or_warn(lambda: Makers(compiler, machine), compiler)
     names = [one.function.name for one in program.routines]
-    found: Sequence[Callable[..., Any]] = [Later(makers, program, one) for one in names] if makers else plain(program)
-    settings = (scene, requests, compiler, machine, prepared, closing, free)
+    found: Sequence[Callable[..., Any]] = (
+        [Later(makers, program, one, accuracy) for one in names] if makers else plain(program)
+    )
+    settings = (scene, requests, compiler, machine, prepared, closing, free, accuracy)
     calls = {}
     for call, routine in zip(found, program.routines, strict=True):
         name = routine.function.name
         one = numeric_function(scene, name, routine, call, free, (_one_loaded, (*settings, name)))
         calls[name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
     told = {name: call.told for name, call in calls.items()}
-    return Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
+    made = Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
+    return replace(made, accuracy=accuracy)
 
 
 def _one_loaded(*settings: Any) -> NumericFunction:

@@ -22,9 +22,9 @@ from symdyn.program import Program
 class Building:
     """The files of a program, and the modules that they make."""
 
-    def __init__(self, program: Program, real: str) -> None:
-        """Start with nothing written."""
-        self.program, self.real = program, real
+    def __init__(self, program: Program, real: str, accuracy: str = "") -> None:
+        """Start with nothing written; accuracy as for `emit`."""
+        self.program, self.real, self.accuracy = program, real, accuracy
         small = [one for one in program.routines if not (one.function.request and is_large(one.function.request))]
         whole = len(small) == len(program.routines)
         self._usual = program if whole else replace(program, routines=tuple(small))
@@ -46,8 +46,18 @@ class Building:
         """Return the files of a target, of the whole program or a part of it."""
         key = self._key(target, option, part)
         if key not in self._written:
-            self._written[key] = emit(part or self.program, target, self.real, option=option)
+            self._written[key] = emit(part or self.program, target, self.real, option=option, accuracy=self.accuracy)
         return self._written[key]
+
+    def options(self, target: str, every: bool = False) -> tuple[str, ...]:
+        """Return the options of a target that are looked at: what is measured, or `every` one that has the accuracy."""
+        measured = RUNNERS[target].measured if target in RUNNERS else ""
+        row = TARGETS[target]
+        wanted = dict.fromkeys((measured, "", *row.options) if every else (measured,))
+        if not self.accuracy:
+            return tuple(wanted)
+        having = tuple(one for one in wanted if one in row.shortens) or row.shortens[:1]
+        return having or tuple(wanted)  # which is refused in words
 
     def begin(self, targets: Sequence[str], many: Container[str] = ()) -> None:
         """Let compilers start on what a certificate measures of targets, and on code for `many` states of these."""
@@ -55,7 +65,7 @@ class Building:
             if name not in RUNNERS or not RUNNERS[name].aside:
                 continue
             if self._part(name).routines:
-                self._begin(name, RUNNERS[name].measured, self._part(name))
+                self._begin(name, self.options(name)[0], self._part(name))
             if name in many:
                 self._begin(name, RUNNERS[name].many, self.program)
 
@@ -80,7 +90,7 @@ class Building:
             if not self._part(name).routines:
                 continue
             try:
-                _, modules[name] = self.compiled(name, RUNNERS[name].measured, self._part(name))
+                _, modules[name] = self.compiled(name, self.options(name)[0], self._part(name))
             except MissingProgram as fault:
                 notes.append(f"{target.title} was not measured: {fault}")
             except BuildError as fault:

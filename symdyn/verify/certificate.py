@@ -25,6 +25,7 @@ from symdyn.dynamics import (
     wanted_on,
 )
 from symdyn.emit import TARGETS
+from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, growing, reachable, substitute
 from symdyn.program import Program, choose, lower
@@ -37,6 +38,7 @@ from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
 from symdyn.verify.building import Building
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
+from symdyn.verify.in_rows import InRows
 from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
 from symdyn.verify.laws_in_numbers import LOOKS
@@ -102,6 +104,7 @@ def certify(
     prepare: bool = False,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
     targets: Sequence[str] | None = None,
+    accuracy: str = "",
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -121,14 +124,19 @@ def certify(
         closing: what to choose about closed loops; the notes say it.
         targets: of which the code is measured, keys of `symdyn.emit.TARGETS`, and the text of the files proved, with
             every option; None takes those that run quickly, and the files that are measured.
+        accuracy: as for `emit`: of code that has it, measured over many states, with what sines are off by in the
+            bounds.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
-        EmitError: there is no such target, or it does not have the number type.
+        EmitError: there is no such target or accuracy, or it does not have the number type.
     """
     asked = targets is not None
-    scene, targets = scene_of(scene), wanted_targets(targets, real)
+    scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []
+    sines = find_short_sines(accuracy, real)
+    if sines:
+        notes.append(f"accuracy {accuracy}: bounds have sines and cosines that are off by {sines.bound:.0e} in them")
     workspace = Workspace(scene, closing)
     progress("deriving")
     outputs, preferred, left_out = taken(workspace, outputs, road)
@@ -146,7 +154,7 @@ def certify(
     claims += _composed_claims(program, code)
     if prepare and code is program:
         notes.append("nothing to prepare: no function has a free parameter")
-    with Building(code, real) as building:
+    with Building(code, real, accuracy) as building:
         progress("writing files")
         building.begin(targets, WAYS if asked else ())
         progress("proving over finite fields")
@@ -161,18 +169,20 @@ def certify(
         if asked:
             progress("running blocks of states at every length")
             blocks = tuple(run_blocks(building, name, seed) for name in modules if name in WAYS)
+    if sines:
+        modules = {name: InRows(module, code) for name, module in modules.items()}
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     for one in LOOKS:
         if one.fits(scene, outputs):
             progress(one.doing)
-            found, told = one.look(Seen(workspace, outputs, program, modules, seed))
+            found, told = one.look(Seen(workspace, outputs, program, {} if sines else modules, seed))
             findings += found
             notes += told
     progress("measuring against 50 digits")
-    accuracy = measure(program, modules, seed=seed, real=real)
-    notes += [f"{a.function}: real at none of the states tried" for a in accuracy if not a.states]
-    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused, written, blocks)
+    measured = measure(program, modules, seed=seed, real=real, accuracy=accuracy)
+    notes += [f"{a.function}: real at none of the states tried" for a in measured if not a.states]
+    return Certificate(scene.name, fields, tuple(findings), tuple(measured), tuple(notes), refused, written, blocks)
 
 
 def taken(
@@ -272,11 +282,12 @@ class _Composed:
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
 
 
-def wanted_targets(targets: Sequence[str] | None, real: str) -> tuple[str, ...]:
-    """Return the targets to measure: those named, else what has the number type and is not for those who ask."""
+def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "") -> tuple[str, ...]:
+    """Return the targets to measure: those named, else what has type and accuracy and is not for those who ask."""
     if targets is None:
         quick = {name for name, runner in RUNNERS.items() if not runner.asked}
-        return tuple(name for name, row in TARGETS.items() if name in quick and real in row.reals)
+        having = {name for name, row in TARGETS.items() if real in row.reals and (row.shortens or not accuracy)}
+        return tuple(name for name in TARGETS if name in quick & having)
     for name in targets:
         if name not in TARGETS:
             raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
