@@ -263,7 +263,7 @@ BUILT = (
             C.name,
             BATCH,
             _compiled,
-            partial(_addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in (BATCH, "rows")}),
+            partial(_addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in ENTRIES}),
             accuracy=accuracy,
         )
         for accuracy in SHORT_SINES
