@@ -15,7 +15,7 @@ from symdyn.build.dialects import FLAGS
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
 
-NAME = "symdyn"
+NAME, FILLING = "symdyn", "filling the result's array"
 
 BATCH, BATCH_OF_MATRICES = 1024, 256
 """States of a batch that is timed, and of one with derivatives; arguments and results stay in the second cache."""
@@ -96,6 +96,11 @@ def timed(case: Case, output: str) -> list[Timed]:
             row, len(arguments), *longs(count, sweeps), entries, *longs(size), *where, address(wide)
         )
 
+    def filling(sweeps: int) -> float:
+        nonlocal tall
+        tall = moved(tall, to)
+        return clock.time_filling(*longs(count * size, sweeps), address(tall))
+
     def columns_result() -> np.ndarray:
         in_columns(1)
         return tall.T[:states]
@@ -109,12 +114,14 @@ def timed(case: Case, output: str) -> list[Timed]:
         on_two(1)
         return wide[:states]
 
-    return [
-        *found,
-        Timed(case.name, output, NAME, "batch", count, in_columns, columns_result),
-        Timed(case.name, output, f"{NAME}, rows", "batch", count, in_rows, rows_result),
-        Timed(case.name, output, f"{NAME}, rows", "threads", count, on_two, threads_result),
+    ways = [
+        (NAME, "batch", in_columns, columns_result),
+        (f"{NAME}, rows", "batch", in_rows, rows_result),
+        (f"{NAME}, rows", "threads", on_two, threads_result),
     ]
+    if output == "mass_matrix":
+        ways.append((FILLING, "batch", filling, columns_result))
+    return [*found, *(Timed(case.name, output, *way[:2], count, *way[2:], own_clock=True) for way in ways)]
 
 
 def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:

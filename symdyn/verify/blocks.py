@@ -20,7 +20,7 @@ from symdyn.build.c_module import bind_rows
 from symdyn.dynamics import Function
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.targets.c import C
-from symdyn.emit.targets.c.batch import LANES
+from symdyn.emit.targets.c.gathered import LANES
 from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.rust import RUST
 from symdyn.program.assemble import shared
