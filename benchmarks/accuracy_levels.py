@@ -60,7 +60,7 @@ def levels(robot: str, output: str, states: int, rounds: int) -> list[Level]:
     equations = formulate(scene, (output,))
     made = [
         one
-        for one in implementations(equations, 0.0, ("native",), ("double", "float"), extra=1)
+        for one in implementations(equations, 0.0, ("native",), ("double", "float"), extra=2)
         if one.way.startswith("C batch")
     ]
     positions = positions_of(scene)

@@ -23,7 +23,7 @@ from symdyn.cli import main
 from symdyn.graph import evaluate
 from symdyn.program import formulate, lower
 from symdyn.program.states import quaternion_places
-from symdyn.scene import read
+from symdyn.scene import body, prismatic, read, scene
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM = Positions(("rad",) * 6, np.empty((0, 6)))
@@ -267,3 +267,29 @@ def test_a_measurement_that_takes_minutes_says_so_and_what_is_shorter(monkeypatc
     with pytest.raises(BegunError):
         main(["bench", str(EXAMPLES / "double_pendulum.toml"), "--quick"])
     assert not capsys.readouterr().err
+
+
+@pytest.mark.long
+@pytest.mark.runs
+def test_double_doubles_stand_on_the_same_curve():
+    equations = formulate(spatial_arm(), ("mass_matrix",))
+    made = [one for one in implementations(equations, 0.0, ("native",), ("double", "float")) if one.real == "dd"]
+    function = made[0].routine.function
+    states = draw(function.arguments, Positions(("rad", "rad", "m"), np.empty((0, 3))), "range", 5, 1, "dd")
+    known = reference(function, states, 5)
+
+    assert [one.way for one in made] == ["C batch", "C rows"]
+    for one in made:
+        results = one.results(states)
+        assert results.shape == (5, 9, 2)
+        assert 0 < known.errors(results).max() < 1e-29 * np.abs(known.high).max()
+        results[3, 4, 1] += 1e-25
+        assert known.errors(results)[3, 4] == pytest.approx(1e-25, rel=1e-3)
+
+
+@pytest.mark.runs
+def test_what_double_doubles_have_no_function_for_is_measured_without_them():
+    rail = prismatic("rail", "ground", "cart", axis=[1, 0, 0], force="tanh(u)")
+    cart = scene("cart", gravity=[0, 0, 0], inputs={"u": 0}, bodies=[body("cart", mass=10)], joints=[rail])
+    equations = formulate(cart, ("inverse_dynamics",))
+    assert all(one.real != "dd" for one in implementations(equations, 0.0, ("native",), ("double", "float")))

@@ -90,3 +90,10 @@ def test_files_are_read_back_with_the_sines_that_their_header_says(tmp_path, cap
         capsys.readouterr()
         assert main(["verify", PUMA, "--files", str(tmp_path)]) == 1
         assert "different: fixed text" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(("function", "told"), [("mass_matrix", True), ("gravity_forces", False)])
+def test_generate_says_where_there_is_nothing_to_gain(function, told, tmp_path, capsys):
+    words = ["--target", "c", "--batch", "--accuracy", "1e-10", "--functions", function, "-o", str(tmp_path)]
+    assert main(["generate", str(EXAMPLES / "pendulum.toml"), *words]) == 0
+    assert ("no function takes a sine; --accuracy 1e-10 makes none faster" in capsys.readouterr().err) is told

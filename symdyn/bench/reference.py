@@ -71,11 +71,11 @@ class Reference:
     balls: list[list[Any]]
 
     def errors(self, computed: Array) -> Array:
-        """Return |computed - exact|, shape (kept, size), from results at all states."""
-        found = np.asarray(computed, float).reshape(len(computed), -1)[self.kept]
+        """Return |computed - exact|, shape (kept, size), from results at all states, (N, size) or sums (N, size, 2)."""
+        found = np.asarray(computed, float).reshape(len(computed), self.high.shape[1], -1)[self.kept]
         with np.errstate(all="ignore"):
-            gap: Array = np.abs((found - self.high) - self.low)
-        return np.where(np.isfinite(found), gap, np.inf)
+            gap: Array = np.abs((found[..., 0] - self.high) + (found[..., 1:].sum(axis=-1) - self.low))
+        return np.where(np.isfinite(found).all(axis=-1), gap, np.inf)
 
 
 def reference(function: Function, states: Mapping[str, Array], count: int, accuracy: str = "") -> Reference:

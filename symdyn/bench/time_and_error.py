@@ -228,7 +228,7 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         if not len(known.kept):
             continue
         with np.errstate(all="ignore"):
-            computed = np.asarray(one.results(here.states), float).reshape(-1, len(function.entries))
+            computed = np.asarray(one.results(here.states), float)
         gap = known.errors(computed)
         largest = np.max(np.abs(known.high), axis=1)
         scale = np.where(largest > 0, largest, 1.0)
@@ -236,7 +236,8 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         own = known.bound * (unit / ROUNDOFF["double"]) + TINIEST[one.real]
         share = np.max(gap / own, axis=1)
         solve, tau = here.solve, here.states.get("tau")
-        backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None else None
+        plain = computed.ndim == 2  # else each number is a sum, which is not solved with here
+        backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None and plain else None
         errors.append(
             Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None)
         )
