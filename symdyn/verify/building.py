@@ -15,7 +15,7 @@ from typing import Any
 from symdyn.build import RUNNERS
 from symdyn.build.loaded import is_large
 from symdyn.emit import TARGETS, Sources, emit
-from symdyn.errors import BuildError, MissingProgram
+from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.program import Program
 
 
@@ -111,3 +111,28 @@ class Building:
 
     def _key(self, target: str, option: str, part: Program | None) -> tuple[bool, str, str]:
         return part is None or part is self.program, target, option
+
+
+def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "") -> tuple[str, ...]:
+    """Return the targets to measure: those named, else what has type and accuracy and is not for those who ask."""
+    if targets is None:
+        quick = {name for name, runner in RUNNERS.items() if not runner.asked}
+        having = {name for name, row in TARGETS.items() if real in row.reals and (row.shortens or not accuracy)}
+        return tuple(name for name in TARGETS if name in quick & having)
+    for name in targets:
+        if name not in TARGETS:
+            raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
+        if TARGETS[name].functions is not None:
+            raise EmitError(
+                f"target {name} ({TARGETS[name].text}) has no functions to call; measure {' or '.join(RUNNERS)}"
+            )
+        if real not in TARGETS[name].reals:
+            raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(TARGETS[name].reals)} alone")
+    return tuple(dict.fromkeys(targets))
+
+
+def modules_of(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
+    """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
+    with Building(program, real) as building:
+        building.begin(targets)
+        return building.modules(notes, targets)

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build import RUNNERS
 from symdyn.dynamics import (
     Equations,
     Function,
@@ -24,9 +23,7 @@ from symdyn.dynamics import (
     there,
     wanted_on,
 )
-from symdyn.emit import TARGETS
 from symdyn.emit.code.short_sines import find_short_sines
-from symdyn.errors import EmitError
 from symdyn.graph import Expr, growing, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -36,7 +33,7 @@ from symdyn.scene import Scene, SceneLike, express, scene_of
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
-from symdyn.verify.building import Building
+from symdyn.verify.building import Building, wanted_targets
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
 from symdyn.verify.in_rows import InRows
 from symdyn.verify.law import Seen
@@ -280,31 +277,6 @@ class _Composed:
         """Return the function called `name`, of params."""
         call = getattr(self._module, name)
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
-
-
-def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "") -> tuple[str, ...]:
-    """Return the targets to measure: those named, else what has type and accuracy and is not for those who ask."""
-    if targets is None:
-        quick = {name for name, runner in RUNNERS.items() if not runner.asked}
-        having = {name for name, row in TARGETS.items() if real in row.reals and (row.shortens or not accuracy)}
-        return tuple(name for name in TARGETS if name in quick & having)
-    for name in targets:
-        if name not in TARGETS:
-            raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
-        if TARGETS[name].functions is not None:
-            raise EmitError(
-                f"target {name} ({TARGETS[name].text}) has no functions to call; measure {' or '.join(RUNNERS)}"
-            )
-        if real not in TARGETS[name].reals:
-            raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(TARGETS[name].reals)} alone")
-    return tuple(dict.fromkeys(targets))
-
-
-def modules_of(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
-    with Building(program, real) as building:
-        building.begin(targets)
-        return building.modules(notes, targets)
 
 
 def finite(value: Any) -> Any:
