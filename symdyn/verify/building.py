@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Any
 
 from symdyn.build import RUNNERS
+from symdyn.build.commands import COMMANDS, Commands
 from symdyn.build.loaded import is_large
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.errors import BuildError, EmitError, MissingProgram
@@ -30,7 +31,8 @@ class Building:
         self._usual = program if whole else replace(program, routines=tuple(small))
         self._written: dict[tuple[bool, str, str], Sources] = {}
         self._begun: dict[tuple[bool, str, str], Future[Any]] = {}
-        self._threads = ThreadPoolExecutor(max(1, sum(runner.aside for runner in RUNNERS.values())))
+        self._commands, most = Commands(), max(1, sum(runner.aside for runner in RUNNERS.values()))
+        self._threads = ThreadPoolExecutor(most, initializer=COMMANDS.set, initargs=(self._commands,))
 
     def __enter__(self) -> Building:
         """Return it; what was begun ends before the block does."""
@@ -39,7 +41,9 @@ class Building:
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Wait for the compilers."""
+        """Wait for the compilers; stop them where nobody wants any longer what they make."""
+        if kind is not None:
+            self._commands.stop()
         self._threads.shutdown(cancel_futures=True)
 
     def written(self, target: str, option: str, part: Program | None = None) -> Sources:
