@@ -25,6 +25,9 @@ class Bar:
         return "reached" if self.reached else "**missed**"
 
 
+FILLING = ("filling the result's array", "batch")
+"""What writing so many numbers costs, whatever they are."""
+
 OURS, PIN = ("symdyn", "state"), ("Pinocchio C++", "state")
 BATCH, ROWS = ("symdyn", "batch"), ("symdyn, rows", "batch")
 ID, M, FD = "inverse_dynamics", "mass_matrix", "forward_dynamics"
@@ -62,6 +65,16 @@ def bars(times: Sequence[Row], robot: str = "arm7") -> list[Bar]:
     if single:
         time = single["median"]
         found.append(Bar("inverse dynamics, ufunc with one state", "< 900 ns", f"{time:.0f} ns", time < 900))
+    for robot_of in ("tree32", "chain32"):
+        filled, one = (at.get((robot_of, M, *kind)) for kind in (FILLING, OURS))
+        for kind, words in ((BATCH, "columns"), (ROWS, "rows")):
+            many = at.get((robot_of, M, *kind))
+            if filled and one and many:
+                text = f"M of {robot_of} in batch, {words}, times"
+                ratio = paired(many, filled)
+                found.append(Bar(f"{text} filling the same array", "≤ 1.3", f"{ratio:.2f}", ratio <= 1.3))
+                ratio = paired(many, one)
+                found.append(Bar(f"{text} one state a call", "≤ 1", f"{ratio:.2f}", ratio <= 1))
     for output in (ID, FD):
         for way in ("state", "batch"):
             pair = [at.get((f"chain{n}", output, "symdyn", way)) for n in (8, 64)]

@@ -1,10 +1,11 @@
 /*
  * Timing loops in C, so that no Python is on the clock. A function takes one to three arrays of arguments and one of
- * results; `sweeps` passes over all states are timed, in seconds.
+ * results; `sweeps` passes over all states are timed, in seconds of the processor for the calling thread.
  */
 #define _GNU_SOURCE
 #include <pthread.h>
 #include <stddef.h>
+#include <string.h>
 #include <time.h>
 
 typedef void one(const double *, double *);
@@ -18,7 +19,7 @@ typedef int casadi(const double **, double **, long long *, double *, void *);
 static double now(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
@@ -54,6 +55,18 @@ double time_batch(void *f, int arguments, long states, long sweeps, const double
     return now() - start;
 }
 
+/* `count` numbers written over and over, each time others: what any function costs that has so many results. */
+double time_filling(long count, long sweeps, double *out)
+{
+    const double start = now();
+    for (long sweep = 0; sweep < sweeps; ++sweep)
+    {
+        memset(out, (int)(sweep & 31), (size_t)count * sizeof *out);
+        __asm__ volatile("" : : "r"(out) : "memory"); /* each of them is written */
+    }
+    return now() - start;
+}
+
 /* CasADi's calling convention: one array of addresses for arguments, one for results. */
 double time_casadi(void *f, int arguments, long states, long sweeps, const long *n, long size, const double *a,
                    const double *b, const double *c, double *out, long long *iw, double *w)
@@ -80,21 +93,14 @@ struct share
     double seconds;
 };
 
-static double now_of_thread(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static void *work(void *given)
 {
     struct share *s = given;
     time_batch(s->f, s->arguments, s->states, 1, s->a, s->b, s->c, s->out); /* fills the caches of this core */
     pthread_barrier_wait(s->ready);
-    const double start = now_of_thread();
+    const double start = now();
     time_batch(s->f, s->arguments, s->states, s->sweeps, s->a, s->b, s->c, s->out);
-    s->seconds = now_of_thread() - start;
+    s->seconds = now() - start;
     return 0;
 }
 

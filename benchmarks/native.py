@@ -78,6 +78,6 @@ def address(array: npt.NDArray[np.float64]) -> ctypes.c_void_p:
 def loops() -> ctypes.CDLL:
     """Return the timing loops of calls.c."""
     library = ctypes.CDLL(str(compiled(HERE / "calls.c", ("-O2", "-fPIC"), more=("-lpthread",))))
-    for name in ("time_states", "time_batch", "time_casadi", "time_threads"):
+    for name in ("time_states", "time_batch", "time_casadi", "time_threads", "time_filling"):
         getattr(library, name).restype = ctypes.c_double
     return library

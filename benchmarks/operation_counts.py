@@ -87,7 +87,7 @@ EMITTED = (
     "## What is emitted",
     "",
     "The same for generated programs: roads chosen by counting, after all passes, which trade operations by their",
-    "cost. For the PUMA with diagonal inertias the aim was below 200/165: it is missed by two and by ten.",
+    "cost.",
     "",
 )
 
@@ -110,6 +110,8 @@ MEANS = """
 - Force `U h` and moment `U J - J Uᵀ` from one matrix U = [ω̇]× + [ω]×[ω]×: 13 multiplications for the moment of a body.
 - Where the next axis is an axis of the frame, U z is a turned column of the parent's U; it gives ωy² and two entries of
   ω̇ without a multiplication.
+- The last body of a branch stays in axes that do not turn with its joint: h and J turn for 12 multiplications in place
+  of ω, U z, acceleration and wrench for 20, and half of the products of ω are the parent's. M has the same turned J.
 - A symmetric matrix turns about an axis for 8 multiplications, `w = c (a - b) - 2 s d`.
 - In M(q) a momentum from outside passes parallel axes in one turn by the sum of their angles.
 - Derivatives: velocities of bodies count from the origin at hand, so that the origin's own takes no part; twice of

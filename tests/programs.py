@@ -30,6 +30,8 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "zsh": ("zsh",),
     "fish": ("fish",),
     "cmake": ("cmake",),
+    "aarch64-gcc": ("aarch64-linux-gnu-gcc",),
+    "qemu-aarch64": ("qemu-aarch64", "qemu-aarch64-static"),
 }
 """What tests may name, and the commands that are tried for it, in this order."""
 

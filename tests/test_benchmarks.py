@@ -107,3 +107,14 @@ def test_generation_is_timed_by_itself(what):
 def test_no_script_hides_a_module_of_the_tests():
     # `python benchmarks/x.py` with PYTHONPATH=tests looks for modules in benchmarks first.
     assert not {p.name for p in FOLDER.glob("*.py")} & {p.name for p in Path(__file__).parent.glob("*.py")}
+
+
+@pytest.mark.long
+@needs_gcc
+def test_every_accuracy_is_measured_beside_double():
+    words = ["--robots", "puma560", "--outputs", "mass_matrix", "--states", "20", "--rounds", "2"]
+    done = run(*words, script="accuracy_levels.py")
+    assert done.returncode == 0, done.stderr
+    for level in ("double", "1e-10", "float"):
+        assert f"| puma560 | mass_matrix | {level} |" in done.stdout
+    assert "| puma560, mass_matrix, accuracy 1e-10: largest error | ≤ 1e-10 |" in done.stdout

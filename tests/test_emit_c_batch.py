@@ -244,6 +244,36 @@ def test_trees_agree_with_the_scalar_functions(seed):
         assert np.allclose(rows, each, rtol=1e-9, atol=1e-11 * np.abs(each).max())
 
 
+@pytest.mark.parametrize("joints", [4, 12])
+@pytest.mark.parametrize("count", [31, 32, 33, 100, 256, 300, 512])
+def test_matrices_are_copied_from_what_loops_write_once(joints, count):
+    program = lower(derive(fork(joints), ("mass_matrix",)))
+    built = build(program)
+    q = np.random.default_rng(1).uniform(-2, 2, (count, joints))
+    expected = np.array([np.ravel(built.mass_matrix(one)) for one in q])
+    name = f"fork{joints}_mass_matrix"
+    rows = call_c(program, built, name, "_rows", [q], (count, joints**2))
+    batch = call_c(program, built, name, "_batch", [np.ascontiguousarray(q.T)], (joints**2, count))
+    assert np.allclose(rows, expected, rtol=1e-12, atol=1e-12)
+    assert np.array_equal(rows, batch.T)
+
+
+def test_loops_write_every_different_entry_once():
+    text = emit(lower(derive(fork(12), ("mass_matrix",))), "c", option="batch")["fork12.c"]
+    written = [int(place) for place in re.findall(r"out\[([0-9]+) \* reach \+ k\] =", text)]
+    assert sorted(written) == list(range(6 * 7 - 1)), "half a matrix of six each, the last entries equal, and no zero"
+
+
+def fork(joints: int) -> Scene:
+    """Return two chains that hang on the ground: their mass matrix is half zeros."""
+    one, half = chain(joints), joints // 2
+    return replace(
+        one,
+        name=f"fork{joints}",
+        joints=tuple(replace(j, parent="ground") if k == half else j for k, j in enumerate(one.joints)),
+    )
+
+
 @pytest.mark.parametrize("joints", [40, 90])
 def test_long_functions_in_parts_agree_with_fifty_digits(joints):
     from symdyn.verify.accuracy import measure

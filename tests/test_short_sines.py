@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from flint import arb, fmpq
 from formulas import one
-from test_emit_c_batch import FLAGS_PROGRAM, GCC, near_multiples, sine_and_cosine
+from test_emit_c_batch import FLAGS_PROGRAM, GCC, LINT, near_multiples, sine_and_cosine
 
 from symdyn.algebra.balls import Balls
 from symdyn.build import build
@@ -173,6 +173,13 @@ def test_no_sine_next_to_multiples_of_a_quarter_turn_is_off_by_more(sincos):
     angles = near_multiples(500, LIMIT, np.float64)
     angles = angles[np.abs(angles) < LIMIT]
     assert worst(sincos(angles), angles) <= 8e-12
+
+
+@pytest.mark.runs("cc")
+def test_compilers_have_nothing_to_say_about_it(tmp_path):
+    source, _ = write(sources(), tmp_path)
+    done = subprocess.run([GCC, *LINT, source.name], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.runs("cc")

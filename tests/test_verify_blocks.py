@@ -9,7 +9,8 @@ import pytest
 import symdyn
 from symdyn.program import lower
 from symdyn.program import prepare as prepare_program
-from symdyn.verify import blocks
+from symdyn.verify import blocks, building
+from symdyn.verify.building import Building
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -18,7 +19,7 @@ pytestmark = pytest.mark.runs("cc")
 def test_every_length_gives_the_states_one_by_one(real: str) -> None:
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "mass_matrix", "kinetic_energy"]))
     for code in (program, prepare_program(program)):
-        found = blocks.run_blocks(code, "c", real)
+        found = blocks.run_blocks(Building(code, real), "c")
 
         assert found.passed, found.wrong
         assert found.longest == 192
@@ -41,7 +42,7 @@ def test_every_length_gives_the_states_one_by_one(real: str) -> None:
 )
 def test_a_fault_of_the_fixed_text_is_found(monkeypatch: pytest.MonkeyPatch, old: str, new: str, told: str) -> None:
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
-    emit = blocks.emit
+    emit = building.emit
 
     def broken(*words: object, **named: object) -> object:
         sources = emit(*words, **named)  # type: ignore[arg-type]
@@ -50,9 +51,9 @@ def test_a_fault_of_the_fixed_text_is_found(monkeypatch: pytest.MonkeyPatch, old
         files = tuple((name, text.replace(old, new) if name == "two_link.c" else rest) for name, rest in sources.files)
         return replace(sources, files=files)
 
-    monkeypatch.setattr(blocks, "emit", broken)
+    monkeypatch.setattr(building, "emit", broken)
 
-    assert told in blocks.run_blocks(program, "c", "double").wrong
+    assert told in blocks.run_blocks(Building(program, "double"), "c").wrong
 
 
 def test_a_certificate_of_c_says_that_blocks_were_run() -> None:
@@ -67,7 +68,7 @@ def test_a_certificate_of_c_says_that_blocks_were_run() -> None:
 @pytest.mark.runs("g++")
 def test_blocks_of_cpp_are_run_at_every_length() -> None:
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
-    found = blocks.run_blocks(program, "cpp", "double")
+    found = blocks.run_blocks(Building(program, "double"), "cpp")
 
     assert (found.wrong, found.ways, found.functions) == ("", ("columns", "rows"), 2)
 
@@ -78,7 +79,7 @@ def test_a_fault_in_the_blocks_of_cpp_is_found(monkeypatch: pytest.MonkeyPatch, 
     old = {"columns": "own::give(states, n, 1, r, out + k);", "rows": "own::give(states, 1, 2, r, out + k * 2);"}[way]
     new = old.replace("states", "states - (states == 3)")
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics"]))
-    emit = blocks.emit
+    emit = building.emit
 
     def broken(*words: object, **named: object) -> object:
         sources = emit(*words, **named)  # type: ignore[arg-type]
@@ -86,9 +87,9 @@ def test_a_fault_in_the_blocks_of_cpp_is_found(monkeypatch: pytest.MonkeyPatch, 
         assert old in text
         return replace(sources, files=(("two_link.hpp", text.replace(old, new)),))
 
-    monkeypatch.setattr(blocks, "emit", broken)
+    monkeypatch.setattr(building, "emit", broken)
 
-    assert f"{way} of 3 states" in blocks.run_blocks(program, "cpp", "double").wrong
+    assert f"{way} of 3 states" in blocks.run_blocks(Building(program, "double"), "cpp").wrong
 
 
 @pytest.mark.targets
@@ -97,6 +98,6 @@ def test_a_fault_in_the_blocks_of_cpp_is_found(monkeypatch: pytest.MonkeyPatch, 
 def test_rows_of_rust_are_run_at_every_length(real: str) -> None:
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics", "kinetic_energy"]))
     for code in (program, prepare_program(program)):
-        found = blocks.run_blocks(code, "rust", real)
+        found = blocks.run_blocks(Building(code, real), "rust")
 
         assert (found.wrong, found.ways, found.functions) == ("", ("rows",), len(code.routines))

@@ -105,7 +105,8 @@ def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, 
         ("k < 64; k++) {\n        const double s1", "k < 63; k++) {\n        const double s1", "as many states"),
         ("sincos_row(64, q + 0 * stride, w[0]", "sincos_row(64, q + 1 * stride, w[0]", "is another function"),
         ("sincos_row(64, q + 0 * stride", "sincos_row(32, q + 0 * stride", "as many states"),
-        ("out[0 * stride + k] =", "out[1 * stride + k] =", "again"),
+        ("out[0 * reach + k] =", "out[1 * reach + k] =", "again"),
+        ("out[1 * reach + k] =", "out[1 * stride + k] =", "is no entry of a state"),
         ("qdd[0 * stride + k]", "qdd[0 * stride]", "is no entry of a state"),
         ("    while (k < n) {", "    while (k <= n) {", "fixed text"),
         ("n[j] * 1.5707963267341256", "n[j] * 1.5707963267341258", "fixed text"),
@@ -117,6 +118,26 @@ def test_what_was_changed_in_blocks_is_found_too(two_link: Program, old: str, ne
 
     assert not found.passed
     assert told in found.where
+
+
+@pytest.mark.parametrize("joints", [4, 12])
+def test_which_row_of_a_block_an_entry_is_is_read(joints: int) -> None:
+    program = symdyn.lower(symdyn.derive(chain(joints), ["mass_matrix"]))
+    files = files_of(emit(program, "c", option="batch"))
+    name = f"chain{joints}.c"
+    text = str(files.contents[name])
+    table = re.search(r"mass_matrix_places\[[0-9]+\] = \{(.*)\};", text)
+    assert table is not None
+    numbers = table[1].split(", ")
+
+    def told(*changed: str) -> Written:
+        contents = {**files.contents, name: text.replace(table[1], ", ".join(changed))}
+        return prove_texts(printed(program, "double"), replace(files, contents=contents), READERS["c"])[0]
+
+    assert told(*numbers).passed
+    assert "is another function" in told(numbers[1], *numbers[1:]).where
+    assert "has other entries than mass_matrix_places says" in told("999", *numbers[1:]).where
+    assert "is no table of places" in told("0x1", *numbers[1:]).where
 
 
 def test_the_same_function_rounded_otherwise_is_another_file(two_link: Program) -> None:

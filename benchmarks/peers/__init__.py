@@ -10,6 +10,7 @@ A peer compiles what it needs before it returns, and takes the states of the cas
 
 PEERS = (
     "ours_c",
+    "ours_avx2",
     "ours_python",
     "pinocchio_cpp",
     "pinocchio_python",

@@ -83,4 +83,4 @@ def timed(case: Case, output: str) -> list[Timed]:
         here, there = moved(inputs, to), moved(out, to)
         return python_sweep(lambda: function(inputs=here, outputs=there))(sweeps)
 
-    return [Timed(case.name, output, NAME, "batch", BATCH, call, result)]
+    return [Timed(case.name, output, NAME, "batch", BATCH, call, result, own_clock=True)]

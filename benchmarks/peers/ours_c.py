@@ -15,7 +15,7 @@ from symdyn.build.dialects import FLAGS
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
 
-NAME = "symdyn"
+NAME, FILLING = "symdyn", "filling the result's array"
 
 BATCH, BATCH_OF_MATRICES = 1024, 256
 """States of a batch that is timed, and of one with derivatives; arguments and results stay in the second cache."""
@@ -34,20 +34,20 @@ def flags() -> tuple[str, ...]:
     return (*(flag for flag in FLAGS if flag != "-shared"), *find_compiler("gcc").machine)
 
 
-def library(case: Case, output: str) -> ctypes.CDLL:
-    """Return the compiled code of one output."""
+def library(case: Case, output: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
+    """Return the compiled code of one output, compiled with `more` flags."""
     program = case.programs[output]
     counts = program.routines[0].counts
     option = "batch" if counts.multiplications + counts.additions <= LONG else ""
     sources = emit(program, "c", option=option)
     header, text = sources.files[1], sources.files[0][1]
     joined = text.replace(f'#include "{header[0]}"', header[1])
-    return ctypes.CDLL(str(compiled(joined, flags())))
+    return ctypes.CDLL(str(compiled(joined, (*flags(), *more))))
 
 
-def timed(case: Case, output: str) -> list[Timed]:
-    """Return scalar C, batch C of both layouts, and two threads."""
-    code, clock = library(case, output), loops()
+def timed(case: Case, output: str, peer: str = NAME, more: tuple[str, ...] = ()) -> list[Timed]:
+    """Return scalar C, batch C of both layouts, and two threads, as a peer of some name compiled with `more` flags."""
+    code, clock = library(case, output, more), loops()
     name = f"{stem(case.scene.name)}_{output}"
     arguments = [np.ascontiguousarray(case.states[a]) for a in case.arguments(output)]
     states, size = case.references[output].shape
@@ -64,7 +64,7 @@ def timed(case: Case, output: str) -> list[Timed]:
         scalar(1)
         return out
 
-    found = [Timed(case.name, output, NAME, "state", states, scalar, scalar_result)]
+    found = [Timed(case.name, output, peer, "state", states, scalar, scalar_result)]
     if not hasattr(code, f"{name}_rows"):
         return found
     count = BATCH if size <= case.n**2 else BATCH_OF_MATRICES
@@ -96,6 +96,11 @@ def timed(case: Case, output: str) -> list[Timed]:
             row, len(arguments), *longs(count, sweeps), entries, *longs(size), *where, address(wide)
         )
 
+    def filling(sweeps: int) -> float:
+        nonlocal tall
+        tall = moved(tall, to)
+        return clock.time_filling(*longs(count * size, sweeps), address(tall))
+
     def columns_result() -> np.ndarray:
         in_columns(1)
         return tall.T[:states]
@@ -109,12 +114,14 @@ def timed(case: Case, output: str) -> list[Timed]:
         on_two(1)
         return wide[:states]
 
-    return [
-        *found,
-        Timed(case.name, output, NAME, "batch", count, in_columns, columns_result),
-        Timed(case.name, output, f"{NAME}, rows", "batch", count, in_rows, rows_result),
-        Timed(case.name, output, f"{NAME}, rows", "threads", count, on_two, threads_result),
+    ways = [
+        (peer, "batch", in_columns, columns_result),
+        (f"{peer}, rows", "batch", in_rows, rows_result),
+        (f"{peer}, rows", "threads", on_two, threads_result),
     ]
+    if output == "mass_matrix" and peer == NAME:
+        ways.append((FILLING, "batch", filling, columns_result))
+    return [*found, *(Timed(case.name, output, *way[:2], count, *way[2:], own_clock=True) for way in ways)]
 
 
 def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:

@@ -9,5 +9,5 @@ A file has
 
 `case.states` holds 64 states and `case.draw(n)` as many as one likes, by the argument's name; `case.programs[output]`
 is the program, `case.references[output]` what must come out at the 64 states, a row each. A tool in another process
-says `elsewhere=True` and measures its own seconds, of many sweeps in one call.
+says `own_clock=True` and measures its own seconds, of many sweeps in one call.
 """

@@ -66,7 +66,7 @@ def _timed(case: Case, output: str, peer: str) -> Timed:
     known, shape = len(case.references[output]), program.routines[0].function.shape
     pages = np.fromfile(Path(folder.name) / "found").reshape(states, *shape[::-1])[:known]
     found = pages.transpose(0, *range(len(shape), 0, -1)).reshape(known, -1)
-    return Timed(case.name, output, peer, "batch", states, _sweep(process, folder), lambda: found, elsewhere=True)
+    return Timed(case.name, output, peer, "batch", states, _sweep(process, folder), lambda: found, own_clock=True)
 
 
 def _sweep(process: subprocess.Popen[str], folder: TemporaryDirectory[str]) -> Callable[[int], float]:

@@ -60,4 +60,4 @@ def _timed(case: Case, output: str) -> Timed:
         cl.enqueue_copy(queue, out, buffer)
         return out[:, :known].T
 
-    return Timed(case.name, output, "opencl, pocl", "batch", MANY, sweep, result, elsewhere=True)
+    return Timed(case.name, output, "opencl, pocl", "batch", MANY, sweep, result, own_clock=True)

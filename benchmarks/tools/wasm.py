@@ -79,7 +79,7 @@ def timed(case: Case) -> list[Timed]:
             found = np.array(process.ask(about))
             return found if way == "state" else found.reshape(-1, MANY).T[: len(case.references[OUTPUT])]
 
-        return Timed(case.name, OUTPUT, peer, way, states, sweep, result, elsewhere=True)
+        return Timed(case.name, OUTPUT, peer, way, states, sweep, result, own_clock=True)
 
     few = len(case.references[OUTPUT])
     return [one("wasm", "state", few), one("wasm", "batch", MANY), one("js", "state", few)]

@@ -8,11 +8,11 @@
  *
  *     inverse_dynamics(q, qd, qdd) -> tau, shape (6,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 172 mul, 146 add, 5 sincos
+ *         rnea; 159 mul, 140 add, 4 sincos
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (6,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 289 mul, 241 add, 10 div, 5 sincos
+ *         crba; 276 mul, 234 add, 10 div, 4 sincos
  *
  *     mass_matrix(q) -> M, shape (6, 6); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -20,7 +20,7 @@
  *
  *     velocity_forces(q, qd) -> c, shape (6,); N m (revolute) or N (prismatic)
  *         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
- *         rnea; 155 mul, 118 add, 5 sincos
+ *         rnea; 142 mul, 111 add, 4 sincos
  *
  *     gravity_forces(q) -> g, shape (6,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
@@ -32,11 +32,11 @@
  *
  *     momentum(q, qd) -> p, shape (6,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
- *         rnea; 106 mul, 74 add, 5 sincos
+ *         rnea; 96 mul, 68 add, 4 sincos
  *
  *     kinetic_energy(q, qd) -> K, scalar; J
  *         kinetic energy K(q, qd)
- *         rnea; 113 mul, 79 add, 5 sincos
+ *         rnea; 103 mul, 73 add, 4 sincos
  *
  *     potential_energy(q) -> P, scalar; J
  *         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame
@@ -98,7 +98,7 @@ extern "C" {
  *   qd[6]
  *   qdd[6]
  *   out[6]  tau
- * A NaN in q[1:6], qd or qdd makes what depends on it NaN, and raises nothing.
+ * A NaN in q[1:5], qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void puma560_inverse_dynamics(const double *q, const double *qd, const double *qdd, double *out);
 
@@ -108,7 +108,7 @@ void puma560_inverse_dynamics(const double *q, const double *qd, const double *q
  *   qd[6]
  *   tau[6]
  *   out[6]  qdd
- * A NaN in q[1:6], qd or tau makes what depends on it NaN, and raises nothing.
+ * A NaN in q[1:5], qd or tau makes what depends on it NaN, and raises nothing.
  */
 void puma560_forward_dynamics(const double *q, const double *qd, const double *tau, double *out);
 
@@ -125,7 +125,7 @@ void puma560_mass_matrix(const double *q, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  c
- * A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
+ * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_velocity_forces(const double *q, const double *qd, double *out);
 
@@ -151,7 +151,7 @@ void puma560_coriolis_matrix(const double *q, const double *qd, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  p
- * A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
+ * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_momentum(const double *q, const double *qd, double *out);
 
@@ -160,7 +160,7 @@ void puma560_momentum(const double *q, const double *qd, double *out);
  *   q[6]
  *   qd[6]
  *   out[1]  K
- * A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
+ * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_kinetic_energy(const double *q, const double *qd, double *out);
 

@@ -222,7 +222,7 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
     out[1] = x5;
 }
 
-ALONE static void inverse_dynamics_pass1(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict qdd, const double *restrict params, double (*restrict w)[64], double *restrict out)
+ALONE static void inverse_dynamics_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict qd, const double *restrict qdd, const double *restrict params, double (*restrict w)[64], double *restrict out)
 {
     const double p_m1 = params[0];
     const double p_m2 = params[1];
@@ -245,34 +245,35 @@ ALONE static void inverse_dynamics_pass1(size_t stride, const double *restrict q
         const double c1 = w[1][k];
         const double c2 = w[3][k];
         const double x5 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1 + p_h2 * x3);
-        out[0 * stride + k] = x5 - (x2 * (s2 * x2) - c2 * x3) * (p_h1 * x4) + p_h1 * (p_m1 + p_m2) * x1;
-        out[1 * stride + k] = x5;
+        out[0 * reach + k] = x5 - (x2 * (s2 * x2) - c2 * x3) * (p_h1 * x4) + p_h1 * (p_m1 + p_m2) * x1;
+        out[1 * reach + k] = x5;
     }
 }
 
-/* 64 states side by side; entry i of state k is x[i * stride + k]. */
-static void inverse_dynamics_block(size_t stride, const double *q, const double *qd, const double *qdd, const double *params, double *out)
+/* 64 states side by side; entry i of state k is x[i * stride + k], of the result out[i * reach + k]. */
+static void inverse_dynamics_block(size_t stride, size_t reach, const double *q, const double *qd, const double *qdd, const double *params, double *out)
 {
     ALIGNED double w[4][64];
     sincos_row(64, q + 0 * stride, w[0], w[1]);
     sincos_row(64, q + 1 * stride, w[2], w[3]);
-    inverse_dynamics_pass1(stride, q, qd, qdd, params, w, out);
+    inverse_dynamics_pass1(stride, reach, q, qd, qdd, params, w, out);
 }
 
 void two_link_inverse_dynamics_batch(size_t n, const double *q, const double *qd, const double *qdd, const double *params, double *out)
 {
     size_t k = 0;
     for (; n - k >= 64; k += 64) {
-        inverse_dynamics_block(n, q + k, qd + k, qdd + k, params, out + k);
+        inverse_dynamics_block(n, n, q + k, qd + k, qdd + k, params, out + k);
     }
     while (k < n) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[8 * 64];
+        ALIGNED double r[2 * 64];
+        ALIGNED double b[6 * 64];
         fill_columns(states, n, 64, 2, q + k, b + 0);
         fill_columns(states, n, 64, 2, qd + k, b + 128);
         fill_columns(states, n, 64, 2, qdd + k, b + 256);
-        inverse_dynamics_block(64, b + 0, b + 128, b + 256, params, b + 384);
-        drain_columns(states, n, 64, 2, b + 384, out + k);
+        inverse_dynamics_block(64, 64, b + 0, b + 128, b + 256, params, r);
+        drain_columns(states, n, 64, 2, r, out + k);
         k += states;
     }
 }
@@ -282,12 +283,13 @@ void two_link_inverse_dynamics_rows(size_t n, const double *q, const double *qd,
     size_t k = 0;
     while (n - k > 8) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[8 * 64];
+        ALIGNED double b[6 * 64];
+        ALIGNED double r[2 * 64];
         fill_rows(states, 64, 2, q + k * 2, b + 0);
         fill_rows(states, 64, 2, qd + k * 2, b + 128);
         fill_rows(states, 64, 2, qdd + k * 2, b + 256);
-        inverse_dynamics_block(64, b + 0, b + 128, b + 256, params, b + 384);
-        drain_rows(states, 64, 2, b + 384, out + k * 2);
+        inverse_dynamics_block(64, 64, b + 0, b + 128, b + 256, params, r);
+        drain_rows(states, 64, 2, r, out + k * 2);
         k += states;
     }
     for (; k < n; k++) {
@@ -312,46 +314,48 @@ void two_link_mass_matrix(const double *q, const double *params, double *out)
     out[3] = x2;
 }
 
-ALONE static void mass_matrix_pass1(size_t stride, const double *restrict q, const double *restrict params, double (*restrict w)[64], double *restrict out)
+ALONE static void mass_matrix_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict params, double (*restrict w)[64], double *restrict out)
 {
     const double p_m1 = params[0];
     const double p_m2 = params[1];
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     const double x2 = p_m2 * (p_h2 * p_h2);
+    (void)stride;
     (void)q;
 #pragma omp simd
     for (size_t k = 0; k < 64; k++) {
-        out[3 * stride + k] = x2;
+        out[3 * reach + k] = x2;
         const double c2 = w[0][k];
         const double x1 = c2 * (p_m2 * p_h2);
-        out[0 * stride + k] = x2 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x1 + p_m2 * (0.5 * p_h1));
+        out[0 * reach + k] = x2 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x1 + p_m2 * (0.5 * p_h1));
         const double x3 = x2 + p_h1 * x1;
-        out[1 * stride + k] = x3;
-        out[2 * stride + k] = x3;
+        out[1 * reach + k] = x3;
+        out[2 * reach + k] = x3;
     }
 }
 
-/* 64 states side by side; entry i of state k is x[i * stride + k]. */
-static void mass_matrix_block(size_t stride, const double *q, const double *params, double *out)
+/* 64 states side by side; entry i of state k is x[i * stride + k], of the result out[i * reach + k]. */
+static void mass_matrix_block(size_t stride, size_t reach, const double *q, const double *params, double *out)
 {
     ALIGNED double w[2][64];
     sincos_row(64, q + 1 * stride, w[1], w[0]);
-    mass_matrix_pass1(stride, q, params, w, out);
+    mass_matrix_pass1(stride, reach, q, params, w, out);
 }
 
 void two_link_mass_matrix_batch(size_t n, const double *q, const double *params, double *out)
 {
     size_t k = 0;
     for (; n - k >= 64; k += 64) {
-        mass_matrix_block(n, q + k, params, out + k);
+        mass_matrix_block(n, n, q + k, params, out + k);
     }
     while (k < n) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[6 * 64];
+        ALIGNED double r[4 * 64];
+        ALIGNED double b[2 * 64];
         fill_columns(states, n, 64, 2, q + k, b + 0);
-        mass_matrix_block(64, b + 0, params, b + 128);
-        drain_columns(states, n, 64, 4, b + 128, out + k);
+        mass_matrix_block(64, 64, b + 0, params, r);
+        drain_columns(states, n, 64, 4, r, out + k);
         k += states;
     }
 }
@@ -361,10 +365,11 @@ void two_link_mass_matrix_rows(size_t n, const double *q, const double *params, 
     size_t k = 0;
     while (n - k > 8) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[6 * 64];
+        ALIGNED double b[2 * 64];
+        ALIGNED double r[4 * 64];
         fill_rows(states, 64, 2, q + k * 2, b + 0);
-        mass_matrix_block(64, b + 0, params, b + 128);
-        drain_rows(states, 64, 4, b + 128, out + k * 4);
+        mass_matrix_block(64, 64, b + 0, params, r);
+        drain_rows(states, 64, 4, r, out + k * 4);
         k += states;
     }
     for (; k < n; k++) {
@@ -390,7 +395,7 @@ void two_link_coriolis_matrix(const double *q, const double *qd, const double *p
     out[3] = 0.0;
 }
 
-ALONE static void coriolis_matrix_pass1(size_t stride, const double *restrict q, const double *restrict qd, const double *restrict params, double (*restrict w)[64], double *restrict out)
+ALONE static void coriolis_matrix_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict qd, const double *restrict params, double (*restrict w)[64], double *restrict out)
 {
     const double p_m2 = params[1];
     const double p_h1 = params[2];
@@ -398,40 +403,41 @@ ALONE static void coriolis_matrix_pass1(size_t stride, const double *restrict q,
     (void)q;
 #pragma omp simd
     for (size_t k = 0; k < 64; k++) {
-        out[3 * stride + k] = 0.0;
+        out[3 * reach + k] = 0.0;
         const double s2 = w[0][k];
         const double x1 = s2 * (p_m2 * (p_h1 * p_h2));
         const double qd_2 = qd[1 * stride + k];
         const double x2 = qd_2 * x1;
         const double qd_1 = qd[0 * stride + k];
         const double x3 = qd_1 * x1;
-        out[0 * stride + k] = -x2;
-        out[2 * stride + k] = -(x2 + x3);
-        out[1 * stride + k] = x3;
+        out[0 * reach + k] = -x2;
+        out[2 * reach + k] = -(x2 + x3);
+        out[1 * reach + k] = x3;
     }
 }
 
-/* 64 states side by side; entry i of state k is x[i * stride + k]. */
-static void coriolis_matrix_block(size_t stride, const double *q, const double *qd, const double *params, double *out)
+/* 64 states side by side; entry i of state k is x[i * stride + k], of the result out[i * reach + k]. */
+static void coriolis_matrix_block(size_t stride, size_t reach, const double *q, const double *qd, const double *params, double *out)
 {
     ALIGNED double w[2][64];
     sincos_row(64, q + 1 * stride, w[0], w[1]);
-    coriolis_matrix_pass1(stride, q, qd, params, w, out);
+    coriolis_matrix_pass1(stride, reach, q, qd, params, w, out);
 }
 
 void two_link_coriolis_matrix_batch(size_t n, const double *q, const double *qd, const double *params, double *out)
 {
     size_t k = 0;
     for (; n - k >= 64; k += 64) {
-        coriolis_matrix_block(n, q + k, qd + k, params, out + k);
+        coriolis_matrix_block(n, n, q + k, qd + k, params, out + k);
     }
     while (k < n) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[8 * 64];
+        ALIGNED double r[4 * 64];
+        ALIGNED double b[4 * 64];
         fill_columns(states, n, 64, 2, q + k, b + 0);
         fill_columns(states, n, 64, 2, qd + k, b + 128);
-        coriolis_matrix_block(64, b + 0, b + 128, params, b + 256);
-        drain_columns(states, n, 64, 4, b + 256, out + k);
+        coriolis_matrix_block(64, 64, b + 0, b + 128, params, r);
+        drain_columns(states, n, 64, 4, r, out + k);
         k += states;
     }
 }
@@ -441,11 +447,12 @@ void two_link_coriolis_matrix_rows(size_t n, const double *q, const double *qd, 
     size_t k = 0;
     while (n - k > 8) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[8 * 64];
+        ALIGNED double b[4 * 64];
+        ALIGNED double r[4 * 64];
         fill_rows(states, 64, 2, q + k * 2, b + 0);
         fill_rows(states, 64, 2, qd + k * 2, b + 128);
-        coriolis_matrix_block(64, b + 0, b + 128, params, b + 256);
-        drain_rows(states, 64, 4, b + 256, out + k * 4);
+        coriolis_matrix_block(64, 64, b + 0, b + 128, params, r);
+        drain_rows(states, 64, 4, r, out + k * 4);
         k += states;
     }
     for (; k < n; k++) {

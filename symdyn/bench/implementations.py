@@ -21,11 +21,12 @@ from symdyn.build.extension import build_extension
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code.real import REALS, SINGLE
+from symdyn.emit.code.short_sines import SHORT_SINES, find_short_sines
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.ufunc import UFUNC
-from symdyn.errors import MissingCompiler
+from symdyn.errors import EmitError, MissingCompiler
 from symdyn.program import Program, Routine, lower
 from symdyn.program.assemble import shared
 
@@ -46,8 +47,9 @@ class Implementation:
         generate: seconds from the scene to the text.
         compile: seconds to compile it, None where nothing is compiled.
         prepare: takes states and returns a call without arguments, and the array its results are in, shape (N, size)
-            in any layout that `read` undoes.
+            in any layout that `read` undoes; (N, size, 2) where a number is the sum of two.
         single: whether a call computes one state and is timed so.
+        accuracy: as for `emit`.
     """
 
     routine: Routine
@@ -58,9 +60,10 @@ class Implementation:
     compile: float | None
     prepare: Prepare
     single: bool = False
+    accuracy: str = ""
 
     def results(self, states: States) -> Array:
-        """Return the results at all states, shape (N, size)."""
+        """Return the results at all states, shape (N, size), or (N, size, 2) where a number is the sum of two."""
         if self.single:
             rows = range(len(next(iter(states.values()))) if states else 1)
             return np.array([self._results(state_of(states, k)).ravel() for k in rows])
@@ -85,6 +88,8 @@ class Built:
         machines: whether it is compiled for one machine or another.
         together: whether it takes every number type at once.
         extra: 0 for what is measured of every derivation and for every machine, 2 for what a quick look leaves out.
+        accuracy: as for `emit`; measured of functions that take sines.
+        real: number type that it is measured in; "" for those that are asked for.
     """
 
     target: str
@@ -94,6 +99,8 @@ class Built:
     machines: bool = True
     together: bool = False
     extra: int = 1
+    accuracy: str = ""
+    real: str = ""
 
 
 def implementations(
@@ -121,7 +128,11 @@ def implementations(
             every = tuple(rows)
             for given in [some] if every[0].together else [[real] for real in some]:
                 for one in every:
-                    yield from _of(one, program, given, machine, derived)
+                    if not one.real:
+                        yield from _of(one, program, given, machine, derived)
+            for one in every:
+                if one.real:
+                    yield from _of(one, program, (one.real,), machine, derived)
 
 
 def _every() -> list[Built]:
@@ -140,10 +151,18 @@ def _run(runner: Runner, sources: Sources, machine: str) -> Any:
 
 
 def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derived: float) -> Iterator[Implementation]:
-    if reals[0] not in TARGETS[one.target].reals:
+    short = find_short_sines(one.accuracy)
+    if reals[0] not in TARGETS[one.target].reals or (short and short.real != reals[0]):
+        return
+    if short and not program.routines[0].counts.sincos:
         return
     start = time.perf_counter()
-    sources = emit(program, one.target, reals[0], option=one.option)
+    try:
+        sources = emit(program, one.target, reals[0], option=one.option, accuracy=one.accuracy)
+    except EmitError:
+        if one.real:  # it has not all functions
+            return
+        raise
     generate = derived + time.perf_counter() - start
     start = time.perf_counter()
     try:
@@ -153,7 +172,9 @@ def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derive
     compiled = time.perf_counter() - start if machine else None
     for real in reals:
         for way, prepare, single in one.bind(module, sources, real):
-            yield Implementation(program.routines[0], way, real, machine, generate, compiled, prepare, single)
+            yield Implementation(
+                program.routines[0], way, real, machine, generate, compiled, prepare, single, one.accuracy
+            )
 
 
 def _called(title: str, module: Any, sources: Sources, real: str) -> Iterator[tuple[str, Prepare, bool]]:
@@ -198,6 +219,10 @@ def _compiled(sources: Sources, machine: str) -> ctypes.CDLL:
     return ctypes.CDLL(str(build(_with_loop(sources), machine=machine).path))
 
 
+def _bare(sources: Sources, machine: str) -> ctypes.CDLL:
+    return ctypes.CDLL(str(build(sources, machine=machine).path))
+
+
 def _with_loop(sources: Sources) -> Sources:
     """Return sources whose C file ends with a loop over states that calls the scalar function."""
     (routine,) = sources.program.routines
@@ -224,31 +249,64 @@ def _addressed(routine: Routine, function: Any, real: str, columns: bool) -> Pre
     """Return how an entry for many states is prepared: rows of states, or columns of entries."""
     names = [argument.name for argument in routine.function.arguments]
     common, dtype, size = shared(names), REALS[real].dtype, len(routine.function.entries)
+    parts = REALS[real].parts
 
     def prepare(states: States) -> tuple[Call, Callable[[], Array]]:
         count = next((len(states[name]) for name in names if name != common and states[name].ndim == 2), 1)
+        given = {name: _in_parts(states[name], parts) for name in names}
         arrays = [
-            np.array(states[name].T if columns and name != common else states[name], dtype, order="C") for name in names
+            np.array(given[name].T if columns and name != common else given[name], dtype, order="C") for name in names
         ]
-        out = np.empty((size, count) if columns else (count, size), dtype)
+        out = np.empty((size * parts, count) if columns else (count, size * parts), dtype)
         places = [ctypes.c_void_p(array.ctypes.data) for array in (*arrays, out)]
 
         def call(_: Any = (arrays, out)) -> None:  # the arrays live as long as the call
             function(count, *places)
 
-        return call, lambda: out.T if columns else out
+        def read() -> Array:
+            found = out.T if columns else out
+            return found if parts == 1 else found.reshape(count, size, parts)
+
+        return call, read
 
     return prepare
 
 
+def _in_parts(values: Array, parts: int) -> Array:
+    """Return numbers as sums of so many along the last dimension, of which the first is all."""
+    if parts == 1:
+        return values
+    whole = np.zeros((*values.shape, parts))
+    whole[..., 0] = values
+    return whole.reshape(*values.shape[:-1], -1)
+
+
 ENTRIES = {"each": "C scalar", BATCH: "C batch", "rows": "C rows"}
+
+MANY = {entry: way for entry, way in ENTRIES.items() if entry != "each"}
+"""For many states alone."""
 
 ALONE = {"each": "C scalar, plain file"}
 """Without batch code, sines are those of the C library."""
 
 BUILT = (
     Built(C.name, BATCH, _compiled, partial(_addressed_in, ENTRIES), extra=0),
+    *(
+        Built(
+            C.name,
+            BATCH,
+            _compiled,
+            partial(_addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in ENTRIES}),
+            accuracy=accuracy,
+        )
+        for accuracy in SHORT_SINES
+    ),
     Built(C.name, "", _compiled, partial(_addressed_in, ALONE), extra=2),
+    *(
+        Built(C.name, BATCH, _bare, partial(_addressed_in, MANY), extra=2, real=name)
+        for name in REALS
+        if name not in SINGLE
+    ),
     Built(
         UFUNC.name,
         "",

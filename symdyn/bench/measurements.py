@@ -36,7 +36,7 @@ class Measured:
     Attributes:
         function: its name.
         way: how it is called, such as "C batch".
-        real: "double" or "float".
+        real: "double", "float" or "dd".
         machine: "native", "portable", or "" where no compiler took part.
         road: the derivation that the code was generated from.
         operations: of one call, by name.

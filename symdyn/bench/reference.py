@@ -31,6 +31,7 @@ from symdyn.algebra.big import Bounded, RunningErrors
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Function, row_of
 from symdyn.dynamics.mechanism.prescribed import has_motion
+from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate, reachable
 from symdyn.program import Routine, formulate, lower
@@ -70,16 +71,17 @@ class Reference:
     balls: list[list[Any]]
 
     def errors(self, computed: Array) -> Array:
-        """Return |computed - exact|, shape (kept, size), from results at all states."""
-        found = np.asarray(computed, float).reshape(len(computed), -1)[self.kept]
+        """Return |computed - exact|, shape (kept, size), from results at all states, (N, size) or sums (N, size, 2)."""
+        found = np.asarray(computed, float).reshape(len(computed), self.high.shape[1], -1)[self.kept]
         with np.errstate(all="ignore"):
-            gap: Array = np.abs((found - self.high) - self.low)
-        return np.where(np.isfinite(found), gap, np.inf)
+            gap: Array = np.abs((found[..., 0] - self.high) + (found[..., 1:].sum(axis=-1) - self.low))
+        return np.where(np.isfinite(found).all(axis=-1), gap, np.inf)
 
 
-def reference(function: Function, states: Mapping[str, Array], count: int) -> Reference:
-    """Return the exact results of a function at `count` states."""
-    doubles = RunningErrors(_Doubles(), ROUNDOFF["double"], 2 * FUNCTION_ULPS * ROUNDOFF["double"])  # type: ignore[arg-type]
+def reference(function: Function, states: Mapping[str, Array], count: int, accuracy: str = "") -> Reference:
+    """Return the exact results of a function at `count` states, and error bounds of code of an accuracy."""
+    unit, sines = ROUNDOFF["double"], bound_of_sines(accuracy)
+    doubles = RunningErrors(_Doubles(), unit, 2 * FUNCTION_ULPS * unit, sines)  # type: ignore[arg-type]
     kept, balls, bounds = [], [], []
     order = reachable(function.entries)
     with Balls(BITS) as algebra:

@@ -174,13 +174,13 @@ def _function(
             took = time.perf_counter() - start
             made += implementations(rival, took, ("native",), ("double",), extra=0)
     times = _times(made, positions, quick, seed)
-    references: dict[tuple[str, str], dict[str, _Region]] = {}
+    references: dict[tuple[str, str, str], dict[str, _Region]] = {}
     for one in made:  # every road has error bounds of its own
-        key = (one.routine.function.formulation, one.real)
+        key = (one.routine.function.formulation, one.real, one.accuracy)
         if key not in references:
             references[key] = _references(one, scene, name, positions, STATES_QUICK if quick else STATES, seed)
     measured = [
-        _measured(one, took, references[one.routine.function.formulation, one.real])
+        _measured(one, took, references[one.routine.function.formulation, one.real, one.accuracy])
         for one, took in zip(made, times, strict=True)
     ]
     return marked(measured)
@@ -216,7 +216,7 @@ def _references(
     for region in REGIONS:
         states = draw(function.arguments, positions, region, count, seed, made.real)
         solve = Solve.at(solved, states, count) if solved else None
-        found[region] = _Region(states, reference(function, states, count), solve)
+        found[region] = _Region(states, reference(function, states, count, made.accuracy), solve)
     return found
 
 
@@ -228,7 +228,7 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         if not len(known.kept):
             continue
         with np.errstate(all="ignore"):
-            computed = np.asarray(one.results(here.states), float).reshape(-1, len(function.entries))
+            computed = np.asarray(one.results(here.states), float)
         gap = known.errors(computed)
         largest = np.max(np.abs(known.high), axis=1)
         scale = np.where(largest > 0, largest, 1.0)
@@ -236,7 +236,8 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         own = known.bound * (unit / ROUNDOFF["double"]) + TINIEST[one.real]
         share = np.max(gap / own, axis=1)
         solve, tau = here.solve, here.states.get("tau")
-        backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None else None
+        plain = computed.ndim == 2  # else each number is a sum, which is not solved with here
+        backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None and plain else None
         errors.append(
             Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None)
         )

@@ -5,19 +5,18 @@ from __future__ import annotations
 import os
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
+from symdyn.build.commands import COMMANDS, stop_command
 from symdyn.build.dialects import GNU, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
 from symdyn.errors import BuildError, CompilerFault, MissingCompiler
 from symdyn.extras import install
@@ -219,14 +218,15 @@ def _run(command: Sequence[str], patience: float, place: Path | None = None) -> 
 
         def stop() -> None:
             late.set()
-            _stop(process)
+            stop_command(process)
 
         timer = threading.Timer(patience, stop)  # wait(patience) would look only every 50 ms
         timer.start()
         try:
-            code = process.wait()
+            with COMMANDS.get().holding(process):
+                code = process.wait()
         except BaseException:  # Ctrl-C, which a group of its own does not hear
-            _stop(process)
+            stop_command(process)
             raise
         finally:
             timer.cancel()
@@ -242,13 +242,3 @@ def _file_of_words() -> IO[bytes]:
         raise MissingCompiler(
             f"no folder to compile in ({fault.strerror}); set TMPDIR to one; {_ways_out()}"
         ) from fault
-
-
-def _stop(process: subprocess.Popen[bytes]) -> None:
-    """End a process together with its children."""
-    with suppress(OSError):
-        if hasattr(os, "killpg"):
-            os.killpg(process.pid, signal.SIGKILL)
-        else:  # Windows, where a tree of processes is ended by a program of its own
-            subprocess.run(("taskkill", "/F", "/T", "/PID", str(process.pid)), capture_output=True, check=False)
-            process.kill()

@@ -77,9 +77,9 @@ class Places:
     A ufunc holds on to it, and it to none, so that both end with whoever calls it.
     """
 
-    def __init__(self, makers: Makers, make: Callable[[], Program]) -> None:
-        """Take what makes a program of one function."""
-        self.makers, self._make = makers, make
+    def __init__(self, makers: Makers, make: Callable[[], Program], accuracy: str = "") -> None:
+        """Take what makes a program of one function, and what accuracy rows of states shall have."""
+        self.makers, self._make, self.accuracy = makers, make, accuracy
         self._lock = Lock()
         self._found: dict[tuple[str, bool], int] = {}
 
@@ -96,7 +96,7 @@ class Places:
         """
         with self._lock:
             if (real, rows) not in self._found:
-                made = partial(self._compiled, code(self.program, real, rows))
+                made = partial(self._compiled, code(self.program, real, rows, self.accuracy))
                 self._found[real, rows] = (or_warn(made, self.makers.asked) or 0) if rows else made()
         return self._found[real, rows]
 
@@ -119,9 +119,9 @@ class Places:
 class Later:
     """A function that is made and compiled when it is first called; the NumPy module's where that cannot be done."""
 
-    def __init__(self, makers: Makers, make: Callable[[], Program]) -> None:
-        """Take what makes a program of one function."""
-        self._places = Places(makers, make)
+    def __init__(self, makers: Makers, make: Callable[[], Program], accuracy: str = "") -> None:
+        """Take what makes a program of one function; accuracy as for `emit`."""
+        self._places = Places(makers, make, accuracy)
         self._lock = Lock()
         self._found: Callable[..., Any] | None = None
 

@@ -46,6 +46,7 @@ class Loaded(Shown):
         prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
         backend: whose arrays they take.
         again: a function and its arguments, which make all of it in another process; None for NumPy's.
+        accuracy: what was asked for of many states; "" for that of the type.
     """
 
     scene: Scene
@@ -60,6 +61,7 @@ class Loaded(Shown):
     free: Mapping[str, float] = field(default_factory=dict)
     backend: str = "NumPy"
     again: tuple[Callable[..., Loaded], tuple[Any, ...]] | None = None
+    accuracy: str = ""
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
@@ -108,7 +110,7 @@ class Loaded(Shown):
         return [*self.calls, "calls", "compiled", "scene", "signatures"]
 
     def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Any, ...]]:
-        settings = (self.compiler, self.machine, self.prepared, self.closing, self.free)
+        settings = (self.compiler, self.machine, self.prepared, self.closing, self.free, self.accuracy)
         return self.again or (loaded, (self.scene, self.requests, *settings))
 
 
@@ -143,6 +145,7 @@ def loaded(
     prepare: bool,
     closing: LoopChoices,
     free: Mapping[str, float],
+    accuracy: str = "",
 ) -> Loaded:
     """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit."""
     makers = or_warn(lambda: Makers(compiler, machine), compiler)
@@ -154,14 +157,15 @@ def loaded(
         program = prepare_program(program) if prepare else program
         prepared, heads = is_prepared(program), tuple(one.function for one in program.routines)
         makes = [partial(replace, program, routines=(one,)) for one in program.routines]
-    found: Sequence[Callable[..., Any]] = [Later(makers, one) for one in makes] if makers else plain(program)
-    settings = (scene, requests, compiler, machine, prepared, closing, free)
+    found: Sequence[Callable[..., Any]] = [Later(makers, one, accuracy) for one in makes] if makers else plain(program)
+    settings = (scene, requests, compiler, machine, prepared, closing, free, accuracy)
     calls = {}
     for call, head in zip(found, heads, strict=True):
         one = numeric_function(scene, head.name, head, call, free, (_one_loaded, (*settings, head.name)))
         calls[head.name] = makers.module.named(one, call) if makers and isinstance(call, Later) else one
     told = {name: call.told for name, call in calls.items()}
-    return Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
+    made = Loaded(scene, requests, calls, told, makers is not None, compiler, machine, prepared, closing, free)
+    return replace(made, accuracy=accuracy)
 
 
 @growing()

@@ -67,7 +67,7 @@ class Runner:
     measured: str
     usual: bool
     asked: bool
-    aside: bool = False
+    aside: bool
 
 
 def run_python(sources: Sources) -> Any:
@@ -84,7 +84,7 @@ def run_python(sources: Sources) -> Any:
 
 
 RUNNERS: dict[str, Runner] = {
-    NUMPY.name: Runner(run_python, batches=True, many="", measured="", usual=False, asked=False),
+    NUMPY.name: Runner(run_python, batches=True, many="", measured="", usual=False, asked=False, aside=False),
     C.name: Runner(build, batches=True, many=BATCH, measured="", usual=False, asked=False, aside=True),
     UFUNC.name: Runner(
         lambda sources: build_extension(sources)[1],
@@ -95,13 +95,13 @@ RUNNERS: dict[str, Runner] = {
         asked=False,
         aside=True,
     ),
-    CASADI.name: Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True),
-    HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True),
+    CASADI.name: Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True, aside=False),
+    HEYOKA.name: Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True, aside=False),
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=False, aside=True),
     WASM.name: Runner(run_js, batches=False, many="", measured="", usual=False, asked=True, aside=True),
-    JSON.name: Runner(run_json, batches=False, many="", measured="", usual=False, asked=True),
-    GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True),
-    MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True),
+    JSON.name: Runner(run_json, batches=False, many="", measured="", usual=False, asked=True, aside=False),
+    GPU.name: Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True, aside=False),
+    MATLAB.name: Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True, aside=True),
     CPP.name: Runner(run_cpp, batches=True, many=BATCH, measured="", usual=False, asked=True, aside=True),
     RUST.name: Runner(run_rust, batches=True, many=BATCH, measured="", usual=False, asked=True, aside=True),
 }

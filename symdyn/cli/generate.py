@@ -86,6 +86,8 @@ def run(options: argparse.Namespace) -> int:
             program = prepare(program)
             if not is_prepared(program):
                 say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
+        if options.accuracy and not any(routine.counts.sincos for routine in program.routines):
+            say(f"symdyn: {scene.name}: no function takes a sine; --accuracy {options.accuracy} makes none faster")
         progress("printing")
         command = again(options, always="target")
         sources = emit(program, options.target, options.real, command, options.option, options.accuracy)

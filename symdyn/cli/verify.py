@@ -20,6 +20,7 @@ from symdyn.cli.scene_options import (
 )
 from symdyn.cli.talk import Waiting, give, print_table
 from symdyn.emit.code.real import SINGLE
+from symdyn.emit.code.short_sines import SHORT_SINES
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
@@ -38,6 +39,12 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_closing(verb)
     add_prepare(verb)
     verb.add_argument("--real", choices=SINGLE, default="double", help="number type of the measured code")
+    verb.add_argument(
+        "--accuracy",
+        choices=tuple(SHORT_SINES),
+        default="",
+        help="of code that has it, whose sines' bound is then in the bounds (default: what the number type allows)",
+    )
     verb.add_argument(
         "--targets",
         metavar="LIST",
@@ -71,6 +78,8 @@ def run(options: argparse.Namespace) -> int:
         raise VerifyError("--at goes with --rigorous: proofs hold everywhere")
     if options.rigorous and options.prepare:
         raise VerifyError("--rigorous measures code without prepare; leave out --prepare")
+    if options.rigorous and options.accuracy:
+        raise VerifyError("--rigorous measures code of full accuracy; leave out --accuracy")
     if options.states < 1:
         raise VerifyError(f"--states {options.states}: give one state at least")
     if options.files is not None:
@@ -103,6 +112,7 @@ def run(options: argparse.Namespace) -> int:
             options.prepare,
             closing,
             split(options.targets),
+            options.accuracy,
         )
     if options.json:
         give(certificate.as_dict())

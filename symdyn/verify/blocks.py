@@ -18,14 +18,13 @@ import numpy.typing as npt
 from symdyn.build import RUNNERS
 from symdyn.build.c_module import bind_rows
 from symdyn.dynamics import Function
-from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.targets.c import C
-from symdyn.emit.targets.c.batch import LANES
+from symdyn.emit.targets.c.gathered import LANES
 from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.rust import RUST
-from symdyn.program import Program
 from symdyn.program.assemble import shared
+from symdyn.verify.building import Building
 
 COLUMNS, ROWS = "columns", "rows"
 
@@ -73,15 +72,14 @@ class Blocks:
         return not self.wrong
 
 
-def run_blocks(program: Program, target: str, real: str, seed: int = 1) -> Blocks:
+def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:
     """Return how the code of one of `WAYS` over many states runs at every length from 0 to three blocks.
 
     Raises:
         BuildError: no compiler, or its own words when it refuses.
     """
-    runner, ways = RUNNERS[target], WAYS[target]
-    sources = emit(program, target, real, option=runner.many)
-    module = runner.run(sources)
+    program, ways, option = building.program, WAYS[target], RUNNERS[target].many
+    sources, module = building.compiled(target, option)
     library = ctypes.CDLL(str(module.path))
     opening, count, wrong = stem(program.scene.name), 0, ""
     for name, routine in zip(sources.functions, program.routines, strict=True):
@@ -91,8 +89,8 @@ def run_blocks(program: Program, target: str, real: str, seed: int = 1) -> Block
         count += 1
         arity = len(function.arguments) + 1
         calls = {way: bind_rows(library, f"{opening}_{name}_{ending}", arity) for way, ending in ways.items()}
-        wrong = _wrong(function, getattr(module, name), calls, NEAR[real], seed)
-    return Blocks(target, runner.many, tuple(ways), count, LONGEST, wrong)
+        wrong = _wrong(function, getattr(module, name), calls, NEAR[building.real], seed)
+    return Blocks(target, option, tuple(ways), count, LONGEST, wrong)
 
 
 def _wrong(function: Function, one: Any, calls: Mapping[str, Any], near: float, seed: int) -> str:

@@ -6,31 +6,33 @@ in the order of the targets, as if one had been built after the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from types import TracebackType
 from typing import Any
 
 from symdyn.build import RUNNERS
+from symdyn.build.commands import COMMANDS, Commands
 from symdyn.build.loaded import is_large
 from symdyn.emit import TARGETS, Sources, emit
-from symdyn.errors import BuildError, MissingProgram
+from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.program import Program
 
 
 class Building:
     """The files of a program, and the modules that they make."""
 
-    def __init__(self, program: Program, real: str) -> None:
-        """Start with nothing written."""
-        self.program, self.real = program, real
+    def __init__(self, program: Program, real: str, accuracy: str = "") -> None:
+        """Start with nothing written; accuracy as for `emit`."""
+        self.program, self.real, self.accuracy = program, real, accuracy
         small = [one for one in program.routines if not (one.function.request and is_large(one.function.request))]
         whole = len(small) == len(program.routines)
         self._usual = program if whole else replace(program, routines=tuple(small))
         self._written: dict[tuple[bool, str, str], Sources] = {}
-        self._begun: dict[str, Future[Any]] = {}
-        self._threads = ThreadPoolExecutor(max(1, sum(runner.aside for runner in RUNNERS.values())))
+        self._begun: dict[tuple[bool, str, str], Future[Any]] = {}
+        self._commands, most = Commands(), max(1, sum(runner.aside for runner in RUNNERS.values()))
+        self._threads = ThreadPoolExecutor(most, initializer=COMMANDS.set, initargs=(self._commands,))
 
     def __enter__(self) -> Building:
         """Return it; what was begun ends before the block does."""
@@ -39,25 +41,47 @@ class Building:
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Wait for the compilers."""
+        """Wait for the compilers; stop them where nobody wants any longer what they make."""
+        if kind is not None:
+            self._commands.stop()
         self._threads.shutdown(cancel_futures=True)
 
     def written(self, target: str, option: str, part: Program | None = None) -> Sources:
         """Return the files of a target, of the whole program or a part of it."""
-        key = (part is None or part is self.program, target, option)
+        key = self._key(target, option, part)
         if key not in self._written:
-            self._written[key] = emit(part or self.program, target, self.real, option=option)
+            self._written[key] = emit(part or self.program, target, self.real, option=option, accuracy=self.accuracy)
         return self._written[key]
 
-    def begin(self, targets: Sequence[str]) -> None:
-        """Let compilers start on what a certificate measures of targets."""
+    def options(self, target: str, every: bool = False) -> tuple[str, ...]:
+        """Return the options of a target that are looked at: what is measured, or `every` one that has the accuracy."""
+        measured = RUNNERS[target].measured if target in RUNNERS else ""
+        row = TARGETS[target]
+        wanted = dict.fromkeys((measured, "", *row.options) if every else (measured,))
+        if not self.accuracy:
+            return tuple(wanted)
+        having = tuple(one for one in wanted if one in row.shortens) or row.shortens[:1]
+        return having or tuple(wanted)  # which is refused in words
+
+    def begin(self, targets: Sequence[str], many: Container[str] = ()) -> None:
+        """Let compilers start on what a certificate measures of targets, and on code for `many` states of these."""
         for name in targets:
-            if name in RUNNERS and RUNNERS[name].aside and self._part(name).routines and name not in self._begun:
-                try:
-                    sources = self.written(name, RUNNERS[name].measured, self._part(name))
-                except (MissingProgram, BuildError):
-                    continue  # the same words come again where they are waited for
-                self._begun[name] = self._threads.submit(RUNNERS[name].run, sources)
+            if name not in RUNNERS or not RUNNERS[name].aside:
+                continue
+            if self._part(name).routines:
+                self._begin(name, self.options(name)[0], self._part(name))
+            if name in many:
+                self._begin(name, RUNNERS[name].many, self.program)
+
+    def compiled(self, target: str, option: str, part: Program | None = None) -> tuple[Sources, Any]:
+        """Return the files of a target, and the module that they make.
+
+        Raises:
+            BuildError: no compiler, or its own words when it refuses.
+        """
+        sources = self.written(target, option, part)
+        begun = self._begun.get(self._key(target, option, part))
+        return sources, RUNNERS[target].run(sources) if begun is None else begun.result()
 
     def modules(self, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
         """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
@@ -70,17 +94,49 @@ class Building:
             if not self._part(name).routines:
                 continue
             try:
-                modules[name] = self._module(name)
+                _, modules[name] = self.compiled(name, self.options(name)[0], self._part(name))
             except MissingProgram as fault:
                 notes.append(f"{target.title} was not measured: {fault}")
             except BuildError as fault:
                 return modules, str(fault)
         return modules, ""
 
+    def _begin(self, target: str, option: str, part: Program) -> None:
+        key = self._key(target, option, part)
+        if key not in self._begun:
+            try:
+                sources = self.written(target, option, part)
+            except (MissingProgram, BuildError):
+                return  # the same words come again where they are waited for
+            self._begun[key] = self._threads.submit(RUNNERS[target].run, sources)
+
     def _part(self, name: str) -> Program:
         return self._usual if RUNNERS[name].usual else self.program
 
-    def _module(self, name: str) -> Any:
-        if name in self._begun:
-            return self._begun[name].result()
-        return RUNNERS[name].run(self.written(name, RUNNERS[name].measured, self._part(name)))
+    def _key(self, target: str, option: str, part: Program | None) -> tuple[bool, str, str]:
+        return part is None or part is self.program, target, option
+
+
+def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "") -> tuple[str, ...]:
+    """Return the targets to measure: those named, else what has type and accuracy and is not for those who ask."""
+    if targets is None:
+        quick = {name for name, runner in RUNNERS.items() if not runner.asked}
+        having = {name for name, row in TARGETS.items() if real in row.reals and (row.shortens or not accuracy)}
+        return tuple(name for name in TARGETS if name in quick & having)
+    for name in targets:
+        if name not in TARGETS:
+            raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
+        if TARGETS[name].functions is not None:
+            raise EmitError(
+                f"target {name} ({TARGETS[name].text}) has no functions to call; measure {' or '.join(RUNNERS)}"
+            )
+        if real not in TARGETS[name].reals:
+            raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(TARGETS[name].reals)} alone")
+    return tuple(dict.fromkeys(targets))
+
+
+def modules_of(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
+    """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
+    with Building(program, real) as building:
+        building.begin(targets)
+        return building.modules(notes, targets)

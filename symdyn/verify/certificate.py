@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build import RUNNERS
 from symdyn.dynamics import (
     Equations,
     Function,
@@ -24,8 +23,7 @@ from symdyn.dynamics import (
     there,
     wanted_on,
 )
-from symdyn.emit import TARGETS
-from symdyn.errors import EmitError
+from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.graph import Expr, growing, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -35,8 +33,9 @@ from symdyn.scene import Scene, SceneLike, express, scene_of
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
-from symdyn.verify.building import Building
+from symdyn.verify.building import Building, wanted_targets
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
+from symdyn.verify.in_rows import InRows
 from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
 from symdyn.verify.laws_in_numbers import LOOKS
@@ -102,6 +101,7 @@ def certify(
     prepare: bool = False,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
     targets: Sequence[str] | None = None,
+    accuracy: str = "",
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -121,14 +121,19 @@ def certify(
         closing: what to choose about closed loops; the notes say it.
         targets: of which the code is measured, keys of `symdyn.emit.TARGETS`, and the text of the files proved, with
             every option; None takes those that run quickly, and the files that are measured.
+        accuracy: as for `emit`: of code that has it, measured over many states, with what sines are off by in the
+            bounds.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
-        EmitError: there is no such target, or it does not have the number type.
+        EmitError: there is no such target or accuracy, or it does not have the number type.
     """
     asked = targets is not None
-    scene, targets = scene_of(scene), wanted_targets(targets, real)
+    scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []
+    sines = find_short_sines(accuracy, real)
+    if sines:
+        notes.append(f"accuracy {accuracy}: bounds have sines and cosines that are off by {sines.bound:.0e} in them")
     workspace = Workspace(scene, closing)
     progress("deriving")
     outputs, preferred, left_out = taken(workspace, outputs, road)
@@ -146,9 +151,9 @@ def certify(
     claims += _composed_claims(program, code)
     if prepare and code is program:
         notes.append("nothing to prepare: no function has a free parameter")
-    with Building(code, real) as building:
+    with Building(code, real, accuracy) as building:
         progress("writing files")
-        building.begin(targets)
+        building.begin(targets, WAYS if asked else ())
         progress("proving over finite fields")
         there = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
         claims = on_unit_sphere(scene, there)
@@ -157,22 +162,24 @@ def certify(
         written = written_of(building, targets, asked, notes, seed)
         progress("building")
         modules, refused = building.modules(notes, targets)
-    blocks: tuple[Blocks, ...] = ()
-    if asked:
-        progress("running blocks of states at every length")
-        blocks = tuple(run_blocks(code, name, real, seed) for name in modules if name in WAYS)
+        blocks: tuple[Blocks, ...] = ()
+        if asked:
+            progress("running blocks of states at every length")
+            blocks = tuple(run_blocks(building, name, seed) for name in modules if name in WAYS)
+    if sines:
+        modules = {name: InRows(module, code) for name, module in modules.items()}
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     for one in LOOKS:
         if one.fits(scene, outputs):
             progress(one.doing)
-            found, told = one.look(Seen(workspace, outputs, program, modules, seed))
+            found, told = one.look(Seen(workspace, outputs, program, {} if sines else modules, seed))
             findings += found
             notes += told
     progress("measuring against 50 digits")
-    accuracy = measure(program, modules, seed=seed, real=real)
-    notes += [f"{a.function}: real at none of the states tried" for a in accuracy if not a.states]
-    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused, written, blocks)
+    measured = measure(program, modules, seed=seed, real=real, accuracy=accuracy)
+    notes += [f"{a.function}: real at none of the states tried" for a in measured if not a.states]
+    return Certificate(scene.name, fields, tuple(findings), tuple(measured), tuple(notes), refused, written, blocks)
 
 
 def taken(
@@ -270,30 +277,6 @@ class _Composed:
         """Return the function called `name`, of params."""
         call = getattr(self._module, name)
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
-
-
-def wanted_targets(targets: Sequence[str] | None, real: str) -> tuple[str, ...]:
-    """Return the targets to measure: those named, else what has the number type and is not for those who ask."""
-    if targets is None:
-        quick = {name for name, runner in RUNNERS.items() if not runner.asked}
-        return tuple(name for name, row in TARGETS.items() if name in quick and real in row.reals)
-    for name in targets:
-        if name not in TARGETS:
-            raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
-        if TARGETS[name].functions is not None:
-            raise EmitError(
-                f"target {name} ({TARGETS[name].text}) has no functions to call; measure {' or '.join(RUNNERS)}"
-            )
-        if real not in TARGETS[name].reals:
-            raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(TARGETS[name].reals)} alone")
-    return tuple(dict.fromkeys(targets))
-
-
-def modules_of(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
-    with Building(program, real) as building:
-        building.begin(targets)
-        return building.modules(notes, targets)
 
 
 def finite(value: Any) -> Any:

@@ -31,7 +31,8 @@ from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Array
-from symdyn.verify.certificate import finite, modules_of, taken, wanted_targets
+from symdyn.verify.building import modules_of, wanted_targets
+from symdyn.verify.certificate import finite, taken
 
 MOST_BITS = 4096
 ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller

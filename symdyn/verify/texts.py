@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.algebra.finite_field import Redraw
-from symdyn.build import RUNNERS
 from symdyn.emit import TARGETS, Sources
 from symdyn.emit.code.identifiers import stem
 from symdyn.errors import MissingProgram
@@ -35,8 +34,7 @@ def written_of(
         return ()
     found: list[Written] = []
     for name in targets:
-        measured = RUNNERS[name].measured if name in RUNNERS else ""
-        for option in dict.fromkeys((measured, "", *TARGETS[name].options) if asked else (measured,)):
+        for option in building.options(name, asked):
             try:
                 found += prove_texts(numbers, files_of(building.written(name, option)), languages(name, option))
             except MissingProgram as fault:

@@ -120,4 +120,4 @@ AWK = Target(
 )
 
 TARGETS[AWK.name] = AWK
-RUNNERS[AWK.name] = Runner(run, batches=False, many="", measured="", usual=False, asked=True)
+RUNNERS[AWK.name] = Runner(run, batches=False, many="", measured="", usual=False, asked=True, aside=False)

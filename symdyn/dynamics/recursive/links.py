@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.moments import Moments, TurnedMoments
 from symdyn.graph import Expr
 from symdyn.spatial import (
     Mat,
@@ -88,6 +88,10 @@ class PlanarTurn:
         rows[i][k], rows[j][k] = c * J[k][i] - s * J[k][j], s * J[k][i] + c * J[k][j]
         rows[j][i], rows[k][i], rows[k][j] = rows[i][j], rows[i][k], rows[j][k]
         return symmetric(rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2])
+
+    def moments_back(self, body: Moments) -> Moments:
+        """Return the moments of a body that this turns, about z."""
+        return TurnedMoments(body.m, self.back(body.h), self.tensor_back(body.J), body)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,11 @@ class Moments:
     h: Vec
     J: Mat
 
+    @property
+    def polar(self) -> Expr:
+        """The moment of inertia about z, J_xx + J_yy."""
+        return self.J[0][0] + self.J[1][1]
+
     def __add__(self, other: Moments) -> Moments:
         """Return the moments of both together, in one frame."""
         return Moments(self.m + other.m, add(self.h, other.h), add_matrices(self.J, other.J))
@@ -41,6 +46,18 @@ class Moments:
         )
         x, y, z = scale(self.m, p)
         return Moments(self.m, (_plus(self.h[0], x), _plus(self.h[1], y), _plus(self.h[2], z)), J)
+
+
+@dataclass(frozen=True)
+class TurnedMoments(Moments):
+    """Moments that have been turned about z, which leaves the polar moment as it was before."""
+
+    before: Moments
+
+    @property
+    def polar(self) -> Expr:
+        """The moment of inertia about z, without adding up what has turned."""
+        return self.before.polar
 
 
 def _plus(a: Expr, b: Expr) -> Expr:

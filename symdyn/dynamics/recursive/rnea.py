@@ -20,19 +20,26 @@ from dataclasses import dataclass, replace
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.moments import Moments
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Op
 from symdyn.spatial import Mat, Vec, Wrench, add, apply, cross, neg, scale, sub, zero_vector
 
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """Motion of one frame, in its own axes; see the module's legend. rad/s, rad/s^2, m/s^2; squares: ωx², ωy², ωz²."""
+    """Motion of one frame, in its own axes; see the module's legend. rad/s, rad/s^2, m/s^2.
+
+    Attributes:
+        w, dw, a, U: as in the legend.
+        squares: ωx², ωy², ωz².
+        spread: ωz² - ωy², ωx² - ωz², ωy² - ωx².
+    """
 
     w: Vec
     dw: Vec
     a: Vec
     U: Mat
     squares: Vec
+    spread: Vec
 
 
 def rnea(
@@ -48,6 +55,9 @@ def rnea(
     each in its frame.
     """
     still = zero_vector(tree.graph)
+    for i in sorted(set(tree.outward()).difference(tree.parent)):
+        if not tree.slides[i] and _turns_lightly(tree.body[i]):
+            tree, acting = _held(tree, i, acting)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
     ends = tree.ends
     motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
@@ -59,6 +69,26 @@ def rnea(
         for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
             forces[k] = forces[k] + moment
     return forces
+
+
+def _held(tree: LeanTree, i: int, acting: Sequence[Wrench]) -> tuple[LeanTree, Sequence[Wrench]]:
+    """Return the tree with body i in axes that do not turn with its joint, and what acts on all bodies.
+
+    For the last body of a branch h and J turn for 12 multiplications. In its own axes ω, U z and the acceleration turn
+    outwards and its wrench inwards, for 20, and five products of ω are new, not three.
+    """
+    body, link, wrench, turn = list(tree.body), list(tree.link), list(acting), tree.link[i].turn
+    body[i], link[i] = turn.moments_back(body[i]), link[i].at_rest(False)
+    if wrench:
+        wrench[i] = turn.back(wrench[i][0]), turn.back(wrench[i][1])
+    return replace(tree, body=tuple(body), link=tuple(link)), wrench
+
+
+def _turns_lightly(body: Moments) -> bool:
+    """Tell whether a turn about z fills at most one pair of zeros among h and J."""
+    (x, y, _), ((xx, xy, xz), (_, yy, yz), _) = body.h, body.J
+    filled = (x.is_zero != y.is_zero, xz.is_zero != yz.is_zero, xy.is_zero and xx is not yy)
+    return sum(filled) < 2
 
 
 def transmitted(
@@ -91,13 +121,13 @@ def with_products(w: Vec, products: Sequence[Expr], dw: Vec, a: Vec) -> LinkMoti
         (xy + dz, -(xx + zz), yz - dx),
         (xz - dy, yz + dx, -(xx + yy)),
     )
-    return LinkMotion(w, dw, a, U, (xx, yy, zz))
+    return LinkMotion(w, dw, a, U, (xx, yy, zz), (zz - yy, xx - zz, yy - xx))
 
 
-def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool) -> LinkMotion:
+def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool, plane: tuple[Expr, Expr] | None = None) -> LinkMotion:
     """Return a motion with its U from U z, the `column`: that gives ωy² and the rest of ω̇ without a multiplication.
 
-    The last entry of ω̇ is dz; `ends` tells that nobody needs the others.
+    The last entry of ω̇ is dz; `ends` tells that nobody needs the others. `plane` is ωx², ωy² where both are known.
     """
     x, y, z = w
 
@@ -106,7 +136,7 @@ def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool) -> LinkMotion:
         yield x * double
         yield y * double
 
-    return turning_with(w, (x * x, z * z, x * y, x * z, y * z), twice, dz, a, column, ends)
+    return turning_with(w, (x * x, z * z, x * y, x * z, y * z), twice, dz, a, column, ends, plane)
 
 
 def turning_with(
@@ -117,18 +147,24 @@ def turning_with(
     a: Vec,
     column: Vec,
     ends: bool,
+    plane: tuple[Expr, Expr] | None = None,
 ) -> LinkMotion:
     """Return the same for ωx², ωz², ωx ωy, ωx ωz, ωy ωz; `twice` gives the last two doubled, if they are wanted."""
     xx, zz, xy, xz, yz = products
-    yy = -column[2] - xx
     dx, dy = yz - column[1], column[0] - xz
     zx, zy = (a - b for a, b in zip(twice(), column[:2], strict=True)) if ends else (xz - dy, yz + dx)
+    across, yy = -(xx + zz), -column[2] - xx if plane is None else plane[1]
+    if plane is None:
+        along = column[2] + (xx - zz)
+        spread = (column[2] - across, xx - zz, across - along)
+    else:
+        along, spread = -(yy + zz), (zz - yy, xx - zz, yy - xx)
     U = (
-        (-(yy + zz), xy - dz, column[0]),
-        (xy + dz, -(xx + zz), column[1]),
+        (along, xy - dz, column[0]),
+        (xy + dz, across, column[1]),
         (zx, zy, column[2]),
     )
-    return LinkMotion(w, (dx, dy, dz), a, U, (xx, yy, zz))
+    return LinkMotion(w, (dx, dy, dz), a, U, (xx, yy, zz), spread)
 
 
 def carried(parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr, ends: bool) -> LinkMotion:
@@ -144,11 +180,20 @@ def carried(parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr, e
         moved = moving(w, dw, a)
         a = (a[0] + w[1] * twice, a[1] - w[0] * twice, a[2] + qdd)
     elif link.is_right:
-        moved = turning((w[0], w[1], w[2] + qd), dw[2] + qdd, a, link.out(apply(parent.U, link.axis)), ends)
+        column, plane = link.out(apply(parent.U, link.axis)), _plane(parent, link)
+        moved = turning((w[0], w[1], w[2] + qd), dw[2] + qdd, a, column, ends, plane)
     else:
         moved = moving((w[0], w[1], w[2] + qd), (dw[0] + w[1] * qd, dw[1] - w[0] * qd, dw[2] + qdd), a)
     rise = scale(link.rise, (moved.U[0][2], moved.U[1][2], moved.U[2][2]))
     return replace(moved, a=add(a, rise))
+
+
+def _plane(parent: LinkMotion, link: Link) -> tuple[Expr, Expr] | None:
+    """Return ωx², ωy² at the end of a link that does not turn, where its axes are the parent's in another order."""
+    if not link.turn.sin.is_zero:
+        return None
+    x, y, _ = (-one if one.op is Op.NEG else one for one in link.out(parent.squares))
+    return (x, y) if x in parent.squares and y in parent.squares else None
 
 
 def balance(body: Moments, motion: LinkMotion) -> tuple[Vec, Vec]:
@@ -158,11 +203,12 @@ def balance(body: Moments, motion: LinkMotion) -> tuple[Vec, Vec]:
     """
     U, J = motion.U, body.J
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = J
-    x2, y2, z2 = motion.squares
+    zy, xz2, yx = motion.spread
+    about_z = U[1][0] * body.polar if U[0][1] is -U[1][0] else U[1][0] * xx - U[0][1] * yy
     turning = (
-        U[2][0] * xy - U[1][0] * xz + (z2 - y2) * yz + U[2][1] * yy - U[1][2] * zz,
-        U[0][1] * yz - U[2][1] * xy + (x2 - z2) * xz + U[0][2] * zz - U[2][0] * xx,
-        U[1][2] * xz - U[0][2] * yz + (y2 - x2) * xy + U[1][0] * xx - U[0][1] * yy,
+        U[2][0] * xy - U[1][0] * xz + zy * yz + U[2][1] * yy - U[1][2] * zz,
+        U[0][1] * yz - U[2][1] * xy + xz2 * xz + U[0][2] * zz - U[2][0] * xx,
+        U[1][2] * xz - U[0][2] * yz + yx * xy + about_z,
     )
     f = add(scale(body.m, motion.a), apply(U, body.h))
     return add(turning, cross(body.h, motion.a)), f

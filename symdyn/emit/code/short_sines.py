@@ -75,8 +75,8 @@ SHORT_SINES: Mapping[str, ShortSines] = {
 }
 
 
-def find_short_sines(accuracy: str, real: str = "double") -> ShortSines | None:
-    """Return the sines of an accuracy, None for "": as near as the type allows.
+def find_short_sines(accuracy: str, real: str = "") -> ShortSines | None:
+    """Return the sines of an accuracy, None for "": as near as the type allows. Real type "" is that of the sines.
 
     Raises:
         EmitError: there is no such accuracy, or not of this type.
@@ -89,7 +89,7 @@ def find_short_sines(accuracy: str, real: str = "double") -> ShortSines | None:
             f"accuracy {accuracy!r} is not known; give {known}, or leave it out for about 1e-16, in float 1e-7"
         )
     row = SHORT_SINES[accuracy]
-    if row.real != real:
+    if real not in ("", row.real):
         raise EmitError(f"accuracy {accuracy} is one of {row.real}, not of {real}; leave one of both out")
     return row
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from symdyn.emit.code.real import REALS
+from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.ufunc import TAGS, docstring
@@ -73,13 +74,17 @@ def runtime() -> dict[str, str]:
 
 
 @growing()
-def code(program: Program, real: str = "double", rows: bool = False) -> Code:
+def code(program: Program, real: str = "double", rows: bool = False, accuracy: str = "") -> Code:
     """Return a program as C with entries for one state, or for rows of them; what has an empty operand has none.
+
+    The accuracy, as for `emit`, is that of rows in its type; all others are as accurate as their type allows.
 
     Raises:
         EmitError: it cannot be written in this type.
     """
-    draft = C.draft(program, REALS[real], "symdyn.load", BATCH if rows else "")
+    short = find_short_sines(accuracy)
+    sines = short if short and rows and short.real == real else None
+    draft = C.draft(program, REALS[real], "symdyn.load", BATCH if rows else "", sines)
     functions, entries = [], []
     for text, routine in zip(draft.page.functions, program.routines, strict=True):
         arguments, symbol = routine.function.arguments, f"{'rows' if rows else 'one'}_{text.name}"

@@ -18,7 +18,7 @@ from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
-from symdyn.emit.targets.c.batch import LANES
+from symdyn.emit.targets.c.gathered import LANES
 from symdyn.program.prepare import PREPARE
 from symdyn.simulation.ensemble.abreast_functions import Abreast
 

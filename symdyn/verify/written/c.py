@@ -2,8 +2,10 @@
 
     <stem>_<function>            one state; the arguments and the result may be the same array
     <function>_part<n>           a piece of it, read where it is called
-    <function>_block             as many states as it says, entry i of state k at [i * stride + k]
+    <function>_block             as many states as it says, entry i of state k at [i * stride + k], of the result at
+                                 [i * reach + k]
     <function>_pass<n>           one loop over them, read where it is called, for state k
+    <function>_places            which entry of a block's result each entry of the result is; one after the last is zero
 
 All other functions of a file are fixed text: `sincos_row`, `sign_of`, `exp_of` mean here what they are called, columns
 and rows of states are brought to `_block` by what is compared and measured.
@@ -12,6 +14,7 @@ and rows of states are brought to `_block` by what is compared and measured.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -19,9 +22,9 @@ import numpy as np
 
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_values import File
-from symdyn.verify.written.memory import Index
-from symdyn.verify.written.reading import Language, Read, Reading, Text, Wanted
-from symdyn.verify.written.syntax import said, unread
+from symdyn.verify.written.memory import Fault, Index, Result
+from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
+from symdyn.verify.written.syntax import line_of, said, unread
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -57,7 +60,7 @@ def read(text: Text) -> Reading:
     for wanted in text.wanted:
         for name, columns in ((f"{text.stem}_{wanted.name}", False), (f"{wanted.name}_block", True)):
             if name in file.functions:
-                functions.append(_function(file, name, wanted, columns))
+                functions += _function(file, name, wanted, columns)
     return Reading(tuple(functions), tuple(file.cuts.values()))
 
 
@@ -78,12 +81,8 @@ def _by_rows(read: Read, shape: tuple[int, ...]) -> Read:
 def definitions(root: Node) -> dict[str, Node]:
     """Return the functions that are defined in a file by name, inside its conditions and extern "C" too."""
     found: dict[str, Node] = {}
-    stack = [root]
-    while stack:
-        node = stack.pop()
-        if node.type in INSIDE:
-            stack += node.children
-        elif node.type == "function_definition":
+    for node in outside(root):
+        if node.type == "function_definition":
             name = declared_name(node)
             if name in found:
                 raise unread(node, "is defined twice")
@@ -91,17 +90,66 @@ def definitions(root: Node) -> dict[str, Node]:
     return found
 
 
+def outside(root: Node) -> Iterator[Node]:
+    """Iterate over what stands outside of functions, inside conditions and extern "C" too."""
+    stack = [root]
+    while stack:
+        node = stack.pop()
+        if node.type in INSIDE:
+            stack += node.children
+        else:
+            yield node
+
+
 INSIDE = ("translation_unit", "preproc_ifdef", "preproc_if", "linkage_specification", "declaration_list")
 
 
-def _function(file: File, name: str, wanted: Wanted, columns: bool) -> Read:
-    """Return what a function computes, for one state, or for state k of a block."""
-    takes(file, name, [*(["stride"] if columns else []), *wanted.arguments, "out"])
-    given = opened(wanted, columns, apart=columns)
+def _function(file: File, name: str, wanted: Wanted, columns: bool) -> list[Read]:
+    """Return what a function computes, for one state, or for state k of a block: there, and where it is copied to."""
+    takes(file, name, [*(["stride", "reach"] if columns else []), *wanted.arguments, "out"])
+    given = opened(wanted, columns, apart=columns, reaching=columns)
     if columns:
-        given.names["stride"] = Index(0, 0, 1)
+        given.names.update(stride=Index(0, 0, 1), reach=Index(0, 0, 0, 1))
     CStatements(file, wanted, given.names).run(name)
-    return finished(file, name, wanted, given.result)
+    places = _places(file, f"{wanted.name}_places") if columns else None
+    if places is None:
+        return [finished(file, name, wanted, given.result)]
+    copied = _copied(file, name, wanted, given.result, places)
+    if None in given.result.entries:  # it is written nowhere but in rows
+        return [copied]
+    return [finished(file, name, wanted, given.result), replace(copied, name=f"{wanted.name}_places")]
+
+
+def _copied(file: File, name: str, wanted: Wanted, result: Result, places: list[int]) -> Read:
+    """Return a result whose entries are those of a block's result at some places."""
+    try:
+        entries, lines = result.first()
+    except Fault as fault:
+        raise Unread(line_of(file.functions[name]), f"{name} {fault}") from None
+    if len(places) != wanted.size or not all(0 <= place <= len(entries) for place in places):
+        raise Unread(line_of(file.functions[name]), f"{name} has other entries than {wanted.name}_places says")
+    entries, lines = (*entries, file.text.graph.zero), (*lines, line_of(file.functions[name]))
+    chosen = tuple(entries[place] for place in places), tuple(lines[place] for place in places)
+    return Read(wanted.name, name, *chosen)
+
+
+def _places(file: File, name: str) -> list[int] | None:
+    """Return the numbers of a table of a file, None if there is no such table."""
+    found = [one for one in outside(file.text.root) if one.type == "declaration" and _declares(one, name)]
+    if not found:
+        return None
+    numbers = [said(one) for one in found[0].children[-2].children[-1].children[1:-1:2]]
+    table = said(found[0])
+    expected = f"static const unsigned short {name}[{len(numbers)}] = {{{', '.join(numbers)}}};"
+    if len(found) > 1 or table != expected or not all(number.isdecimal() for number in numbers):
+        raise unread(found[0], "is no table of places")
+    return [int(number) for number in numbers]
+
+
+def _declares(node: Node, name: str) -> bool:
+    """Return whether a declarator begins with a name."""
+    declarators = [one.children[0] for one in node.children if one.type == "init_declarator"]
+    return any(one.type == "array_declarator" and said(one.children[0]) == name for one in declarators)
 
 
 @dataclass

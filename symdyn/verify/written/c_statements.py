@@ -229,17 +229,18 @@ class Opened:
     result: Result
 
 
-def opened(wanted: Wanted, columns: bool, apart: bool) -> Opened:
+def opened(wanted: Wanted, columns: bool, apart: bool, reaching: bool = False) -> Opened:
     """Return the arguments of a function by name, entries of one state or of state k among columns.
 
     Args:
         wanted: which function.
         columns: whether its arguments are columns of states.
         apart: whether the result is another array than the arguments.
+        reaching: whether columns of the result are `reach` apart, not as those of arguments.
     """
     common = common_of(wanted) if columns else ""
     given = {one: Given(one, wanted.arguments[one], columns and one != common) for one in wanted.arguments}
-    result = Result(wanted.size, columns, () if apart else tuple(given.values()))
+    result = Result(wanted.size, columns, () if apart else tuple(given.values()), reaching)
     names: dict[str, Value] = {
         one: memory.entries[0] if one in wanted.scalars and not columns else Pointer(memory)
         for one, memory in given.items()

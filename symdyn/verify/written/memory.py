@@ -1,7 +1,7 @@
 """Where values stand while a function of a C-like language is read: arrays, pointers into them, indices.
 
-An index is whole numbers times 1, times k, the number of a state in a block, and times `stride`, how far the columns
-of a block are apart: `q[2 * stride + k]` is entry 2 of state k.
+An index is whole numbers times 1, times k, the number of a state in a block, times `stride` and times `reach`, how far
+columns of arguments and of the result are apart: `q[2 * stride + k]` is entry 2 of state k.
 """
 
 from __future__ import annotations
@@ -19,18 +19,25 @@ class Fault(Exception):  # noqa: N818  the reader adds the line
 
 @dataclass(frozen=True)
 class Index:
-    """units + lanes k + strides stride."""
+    """units + lanes k + strides stride + reaches reach."""
 
     units: int
     lanes: int = 0
     strides: int = 0
+    reaches: int = 0
 
     def __add__(self, other: Index) -> Index:
-        return Index(self.units + other.units, self.lanes + other.lanes, self.strides + other.strides)
+        return Index(
+            self.units + other.units,
+            self.lanes + other.lanes,
+            self.strides + other.strides,
+            self.reaches + other.reaches,
+        )
 
     def __mul__(self, other: Index) -> Index:
         if self.plain:
-            return Index(self.units * other.units, self.units * other.lanes, self.units * other.strides)
+            times = self.units
+            return Index(times * other.units, times * other.lanes, times * other.strides, times * other.reaches)
         if other.plain:
             return other * self
         raise Fault("is no entry of a state")
@@ -38,7 +45,7 @@ class Index:
     @property
     def plain(self) -> bool:
         """Whether it is a number."""
-        return not (self.lanes or self.strides)
+        return not (self.lanes or self.strides or self.reaches)
 
 
 class Memory(Protocol):
@@ -96,9 +103,12 @@ class Given:
 class Result:
     """What a function returns through its last argument: every entry is written once, none is read."""
 
-    def __init__(self, size: int, columns: bool = False, before: Sequence[Given] = ()) -> None:
-        """Wait for `size` entries; the arrays `before` may be the same one, and are not read from then on."""
-        self.columns, self.before = columns, before
+    def __init__(self, size: int, columns: bool = False, before: Sequence[Given] = (), reaching: bool = False) -> None:
+        """Wait for `size` entries; the arrays `before` may be the same one, and are not read from then on.
+
+        Columns that are `reaching` stand at i * reach + k, others at i * stride + k.
+        """
+        self.columns, self.before, self.reaching = columns, before, reaching
         self.entries: list[Expr | None] = [None] * size
         self.lines = [0] * size
 
@@ -108,7 +118,7 @@ class Result:
 
     def store(self, index: Index, value: Expr, line: int) -> None:
         """Write an entry of state k."""
-        place = place_of(index, self.columns)
+        place = place_of(index, self.columns, self.reaching)
         if not 0 <= place < len(self.entries):
             raise Fault(f"writes entry {place} of a result that has {len(self.entries)}")
         if self.entries[place] is not None:
@@ -116,6 +126,13 @@ class Result:
         self.entries[place], self.lines[place] = value, line
         for given in self.before:
             given.readable = False
+
+    def first(self) -> tuple[tuple[Expr, ...], tuple[int, ...]]:
+        """Return the first entries and where each was written, up to one that was not; none after it was."""
+        count = self.entries.index(None) if None in self.entries else len(self.entries)
+        if any(entry is not None for entry in self.entries[count:]):
+            raise Fault(f"never writes entry {count} of the result")
+        return tuple(entry for entry in self.entries if entry is not None), tuple(self.lines[:count])
 
     def whole(self) -> tuple[tuple[Expr, ...], tuple[int, ...]]:
         """Return all entries and where each was written."""
@@ -169,9 +186,11 @@ class Rows:
         return Pointer(self.rows[place])
 
 
-def place_of(index: Index, columns: bool) -> int:
-    """Return which entry an index is: of one state, or of state k among columns."""
-    if columns and index == Index(0, 1, index.strides):
+def place_of(index: Index, columns: bool, reaching: bool = False) -> int:
+    """Return which entry an index is: of one state, or of state k among columns, `reach` or `stride` apart."""
+    if columns and reaching and index == Index(0, 1, 0, index.reaches):
+        return index.reaches
+    if columns and not reaching and index == Index(0, 1, index.strides):
         return index.strides
     if not columns and index.plain:
         return index.units

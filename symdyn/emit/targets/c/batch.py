@@ -9,15 +9,13 @@ from math import prod
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
+from symdyn.emit.targets.c.gathered import LANES, gathered
 from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
 from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
 from symdyn.emit.targets.c.writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
 from symdyn.program.assemble import PARAMS, shared
-
-LANES = 64
-"""States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
 
 FEWEST = 32
 """States in the block of a long function, even if it leaves the nearest cache: fewer are slower."""
@@ -33,9 +31,6 @@ VECTOR = 16
 
 ALIAS = 2048
 """Columns a multiple of so many bytes apart compete for few places of a cache."""
-
-WAYS = 8
-"""How many of them find a place at once; more columns of a result are written into a block first, and copied."""
 
 FEW = 3
 """Angles of one state from which they are taken together."""
@@ -66,6 +61,12 @@ class BatchText:
         length: entries of these arguments.
         size: entries of the result.
         lanes: states of a block; 0 where the function is too large for blocks, or runs once in a while.
+        together: states whose columns are copied at once, some blocks of them.
+        reach: how far rows of a block's result are apart, while it waits to be copied.
+        held: how many of these rows there are.
+        zeros: whether the last of them holds zeros.
+        places: of each entry of the result, the row that it is; () where every entry has its own.
+        direct: whether a block may write where the result has to go.
         rows: rows of work space.
         passes: the loops.
         calls: statements of the block function, in running order.
@@ -75,8 +76,8 @@ class BatchText:
         parts: functions of their own that a long scalar function is cut into; () for a short one.
         aliased: columns of a multiple of so many states stand ALIAS bytes apart; 0 where that does no harm.
         single: at most so many states are not worth a block.
-        columns, block, row, state: what is handed on: where block k starts among columns, in a block of our own, where
-            state k stands among rows, in a state of our own.
+        columns, later, block, row, state: what is handed on: where block k starts among columns, and the one j states
+            later, in a block of our own, where state k stands among rows, in a state of our own.
         sincos: whether it takes sines and cosines by a routine of our own.
     """
 
@@ -85,6 +86,12 @@ class BatchText:
     length: int
     size: int
     lanes: int
+    together: int
+    reach: int
+    held: int
+    zeros: bool
+    places: tuple[int, ...]
+    direct: bool
     rows: int
     passes: tuple[PassText, ...]
     calls: tuple[str, ...]
@@ -95,6 +102,7 @@ class BatchText:
     aliased: int
     single: int
     columns: str
+    later: str
     block: str
     row: str
     state: str
@@ -194,16 +202,18 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
             length += argument.length
     size = prod(text.shape)
     once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
-    lanes = _lanes((length + size) * width, made.rows * width) if size and not once else 0
+    result = gathered(routine, program, width)
+    lanes = _lanes((length + result.rows) * width, made.rows * width) if size and not once else 0
+    together = result.states(lanes, width, STACK - lanes * (length + made.rows) * width)
     passes: list[PassText] = []
     calls: list[str] = []
     for stage in made.stages if lanes else ():
         if isinstance(stage, SineCosine):
             calls.append(f"sincos_row({lanes}, {writer.row(stage)}, w[{stage.sine[1]}], w[{stage.cosine[1]}]);")
         else:
-            passes.append(writer.loop(stage, len(passes) + 1, LANED))
+            passes.append(writer.loop(stage, len(passes) + 1, LANED, result.written))
             work = "w" if made.rows else "0"
-            calls.append(f"{text.name}_pass{len(passes)}(stride, {_handed(text, {})}{work}, out);")
+            calls.append(f"{text.name}_pass{len(passes)}(stride, reach, {_handed(text, {})}{work}, out);")
     parts = _parts(single)
     if parts:
         scalar = single.scalar_calls(_by_address(text), together=True)
@@ -217,6 +227,12 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         length=length,
         size=size,
         lanes=lanes,
+        together=together,
+        reach=result.reach(together, width),
+        held=result.rows,
+        zeros=result.zeros,
+        places=result.places,
+        direct=result.direct,
         rows=made.rows,
         passes=tuple(passes),
         calls=tuple(calls),
@@ -224,9 +240,10 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         scalar=scalar,
         parts=parts,
         results=tuple(single.entry(place) for place in range(size)),
-        aliased=ALIAS // width if size > WAYS else 0,
+        aliased=ALIAS // width if result.wide else 0,
         single=lanes // 8,
         columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
+        later=_handed(text, {a.name: f"{a.name} + k + j" for a, _ in states}),
         block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
         row=_handed(text, {a.name: f"{a.name}[k]" if a.scalar else f"{a.name} + k * {a.length}" for a, _ in states}),
         state=_handed(text, {a.name: f"b[{row}]" if a.scalar else f"b + {row}" for a, row in states}),

@@ -25,7 +25,8 @@ from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import dd_functions, double_double
-from symdyn.emit.targets.c.batch import LANES, batches, cuts
+from symdyn.emit.targets.c.batch import batches, cuts
+from symdyn.emit.targets.c.gathered import LANES, LINE
 from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.graph import Op
 from symdyn.program.assemble import PARAMS, PREPARED
@@ -82,12 +83,15 @@ def _write(draft: Draft) -> dict[str, str]:
         "flat": printer.literal(Fraction(FLAT[real.name])),
         "suffix": real.suffix,
         "lanes": LANES,
+        "side": LINE // (4 if real.suffix else 8),
         "common": PREPARED if is_prepared(program) else PARAMS,
         "batch": batch,
         "lone": draft.option == HEADER_ONLY,
         "codes": batches(program, page, printer, real) if batch else cuts(program, page, printer),
     }
     values["cut"] = any(many and many.parts for many in values["codes"])
+    values["spread"] = batch and any(many.places for many in values["codes"])
+    values["drained"] = batch and not all(many.places for many in values["codes"])
     values["sincos"] = any(many and many.sincos for many in values["codes"])
     values |= sincos_values(real.name, draft.sines) if values["sincos"] else {}
     if draft.option == HEADER_ONLY:

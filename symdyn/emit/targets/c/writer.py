@@ -64,12 +64,13 @@ class Layout:
     """How a place in memory is written: entries of arguments and of the result, rows of work space."""
 
     entry: str
+    result: str
     row: str
     common: tuple[str, ...]
 
 
-LANED = Layout("{}[{} * stride + k]", "w[{}][k]", ("stride",))
-SINGLE = Layout("{}[{}]", "w[{}]", ())
+LANED = Layout("{}[{} * stride + k]", "{}[{} * reach + k]", "w[{}][k]", ("stride", "reach"))
+SINGLE = Layout("{}[{}]", "{}[{}]", "w[{}]", ())
 
 
 @dataclass(frozen=True)
@@ -90,19 +91,29 @@ class Writer:
         argument, place = self.places[stage.angle.node]
         return f"{argument} + {place} * stride"
 
-    def loop(self, stage: Pass, number: int, layout: Layout) -> PassText:
-        """Return one pass as text, for the states of a block or for a single one."""
+    def loop(self, stage: Pass, number: int, layout: Layout, written: Mapping[int, int] | None = None) -> PassText:
+        """Return one pass as text, for the states of a block or for a single one.
+
+        Of the entries of the result those of `written` alone are written, to its places; None for all to their own.
+        """
+        places = {
+            place: place if written is None else written[place]
+            for place in stage.outputs
+            if written is None or place in written
+        }
         read = {self.places[step.node][0] for step in (*stage.inputs, *stage.uniform) if step.node.op is SYMBOL}
-        read |= {"stride"} if stage.inputs or stage.outputs else set()
+        read |= {"stride"} if stage.inputs else set()
+        read |= {"reach"} if places else set()
         read |= {"w"} if stage.loads or stage.stores else set()
-        read |= {"out"} if stage.outputs else set()
+        read |= {"out"} if places else set()
         handed = (*layout.common, *(argument.name for argument in self.routine.function.arguments), "w", "out")
         loads = {step.node: row for step, row in stage.loads}
         stores = {step.node: row for step, row in stage.stores}
         lines: list[Line] = []
         for line in stage.order:
             if isinstance(line, int):
-                lines.append(Line(layout.entry.format("out", line), self.entry(line)))
+                if line in places:
+                    lines.append(Line(layout.result.format("out", places[line]), self.entry(line)))
             elif line.node in loads:
                 lines.append(Line(line.name, layout.row.format(loads[line.node])))
             elif line.node.op is SYMBOL:

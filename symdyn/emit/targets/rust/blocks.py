@@ -18,7 +18,7 @@ from symdyn.program.assemble import PARAMS, shared
 LANES = 64
 """States of a block, as in C."""
 
-LANED = Layout("{}[{}][k]", "w[{}][k]", ())
+LANED = Layout("{}[{}][k]", "{}[{}][k]", "w[{}][k]", ())
 """An entry of an argument or of the result, and a row of work space, are arrays over the states."""
 
 
