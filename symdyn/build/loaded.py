@@ -10,7 +10,8 @@ from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python
 from symdyn.dynamics import LoopChoices, Unasked, available, row_of
-from symdyn.emit import emit
+from symdyn.emit import TARGETS, emit
+from symdyn.emit.targets.c import C
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.errors import EmitError, SceneError, UnknownNameError
 from symdyn.program import Program, formulate, identifier, lower
@@ -146,7 +147,7 @@ def loaded(
     accuracy: str = "",
 ) -> Loaded:
     """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit."""
-    program = lower(formulate(scene, requests, closing=closing))
+    program = lower(formulate(scene, requests, closing=closing, lines=not C.loops))
     program = prepare_program(program) if prepare else program
     prepared = is_prepared(program)
     makers = or_warn(lambda: Makers(compiler, machine), compiler)
@@ -231,7 +232,8 @@ def lambdify(
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
     wanted = names_of("name", name)
     known = scene_of(scene)
-    program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing))
+    lines = not TARGETS[target].loops
+    program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing, lines=lines))
     sources = emit(program, target, real, option=runners[target].many)
     found = run_or_python(sources, runners[target].run)[0].values()
     names, settings = tuple(dict.fromkeys(wanted)), (target, real, closing)
