@@ -4,7 +4,7 @@
 
 Nothing is run here: llvm-mca knows how long operations of a core take and which units do them, and assumes that all
 data is in the nearest cache. `tests/test_neon.py` runs the same code in an emulator. Needs aarch64-linux-gnu-gcc and
-llvm-mca 17 or later, which describes the core: on Debian `apt install gcc-aarch64-linux-gnu libc6-dev-arm64-cross llvm-19`.
+llvm-mca 17 or later, which describes the core; on Debian: gcc-aarch64-linux-gnu, libc6-dev-arm64-cross, llvm-19.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from symdyn.emit.targets.c.sincos import CHAINS  # noqa: E402
 from symdyn.program import Program  # noqa: E402
 
 COMPILER = "aarch64-linux-gnu-gcc"
-MCA = tuple(f"llvm-mca-{number}" for number in range(22, 16, -1)) + ("llvm-mca",)
+MCA = (*(f"llvm-mca-{number}" for number in range(22, 16, -1)), "llvm-mca")
 MARKS = (
     "<!-- What follows, up to the next mark, is written by `python benchmarks/neon.py --docs docs`. -->",
     "<!-- end -->",
@@ -69,8 +69,8 @@ def table(analyser: str, core: str, ghz: float) -> str:
     """Return what is estimated of every robot and output."""
     version = re.search(r"version ([0-9.]+)", said(analyser, "--version"))
     lines = [
-        f"Estimated, not measured: gcc {said(COMPILER, '-dumpfullversion').strip()} with `-O3 {' '.join(MACHINE)}`, loops read by "
-        f"llvm-mca {version[1] if version else ''}, data in the nearest cache, {ghz:g} GHz.",
+        f"Estimated, not measured: gcc {said(COMPILER, '-dumpfullversion').strip()} with `-O3 {' '.join(MACHINE)}`, "
+        f"loops read by llvm-mca {version[1] if version else ''}, data in the nearest cache, {ghz:g} GHz.",
         "",
         f"| batch, a state on {core} | cycles of the loop | of sines and cosines | ns |",
         "|---|--:|--:|--:|",

@@ -430,12 +430,17 @@ def apart(name: str, way: str, closed: bool) -> None:
     assert (name, way) not in w.derived, way
 
 
+def loop(name: str, way: str, closed: bool) -> None:
+    """What goes over a table of numbers is no road of a scene whose parameters have no value."""
+    assert way not in roads_of(name, two_link()), way
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)
 def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
     field: str, name: str, way: str, closed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    check = {"trees_only": trees_only, "up_to": up_to, "apart": apart}[field]
+    check = {"trees_only": trees_only, "up_to": up_to, "apart": apart, "loop": loop}[field]
     check(name, way, closed)
     row = OUTPUTS[name]
     default = next(one.default for one in fields(Road) if one.name == field)

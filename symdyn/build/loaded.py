@@ -10,13 +10,15 @@ from typing import Any, overload
 from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python
-from symdyn.dynamics import Function, LoopChoices, Unasked, Workspace, available, called, row_of
-from symdyn.emit import emit
+from symdyn.dynamics import Function, LoopChoices, Unasked, Workspace, available, called, loop_alone, row_of
+from symdyn.emit import TARGETS, emit
+from symdyn.emit.targets.c import C
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.errors import EmitError, SceneError, UnknownNameError
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
+from symdyn.program.formulation import looped
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values.names import suggestion
@@ -153,7 +155,7 @@ def loaded(
     if makers and heads:
         prepared, makes = False, [partial(_program, scene, one, closing) for one in requests]
     else:
-        program = lower(formulate(scene, requests, closing=closing))
+        program = lower(formulate(scene, requests, closing=closing, lines=not C.loops))
         program = prepare_program(program) if prepare else program
         prepared, heads = is_prepared(program), tuple(one.function for one in program.routines)
         makes = [partial(replace, program, routines=(one,)) for one in program.routines]
@@ -172,13 +174,18 @@ def loaded(
 def _heads(scene: Scene, requests: Sequence[str], closing: LoopChoices) -> tuple[Function, ...] | None:
     """Return how functions are called, underived; None where only their derivations tell."""
     workspace = Workspace(scene, closing)
-    found = [called(workspace, one) for one in requests]
+    found = [_head(workspace, one) for one in requests]
     return None if None in found else tuple(one for one in found if one)
+
+
+def _head(workspace: Workspace, request: str) -> Function | None:
+    loop = looped(workspace, request, None)
+    return loop_alone(workspace, request, loop) if loop else called(workspace, request)
 
 
 def _program(scene: Scene, request: str, closing: LoopChoices) -> Program:
     """Return the program of one function."""
-    return lower(formulate(scene, (request,), closing=closing))
+    return lower(formulate(scene, (request,), closing=closing, lines=not C.loops))
 
 
 def _one_loaded(*settings: Any) -> NumericFunction:
@@ -247,7 +254,8 @@ def lambdify(
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
     wanted = names_of("name", name)
     known = scene_of(scene)
-    program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing))
+    lines = not TARGETS[target].loops
+    program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing, lines=lines))
     sources = emit(program, target, real, option=runners[target].many)
     found = run_or_python(sources, runners[target].run)[0].values()
     names, settings = tuple(dict.fromkeys(wanted)), (target, real, closing)

@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
         if target.tunes:
             program = tunable(scene, outputs, options.formulation, closing)
         else:
-            program = lower(equations_of(options, scene, outputs, closing))
+            program = lower(equations_of(options, scene, outputs, closing, lines=not target.loops))
         if options.prepare:
             program = prepare(program)
             if not is_prepared(program):
@@ -100,9 +100,11 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def equations_of(options: argparse.Namespace, scene: Scene, outputs: Sequence[str], closing: LoopChoices) -> Equations:
-    """Return what becomes code, at rest if that is asked for."""
-    equations = formulate(scene, outputs, options.formulation, closing)
+def equations_of(
+    options: argparse.Namespace, scene: Scene, outputs: Sequence[str], closing: LoopChoices, lines: bool = True
+) -> Equations:
+    """Return what becomes code, at rest if that is asked for; as to `lines` see `formulate`."""
+    equations = formulate(scene, outputs, options.formulation, closing, lines or options.static)
     return at_rest(equations) if options.static else equations
 
 

@@ -18,6 +18,7 @@ from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
 from symdyn.emit import TARGETS, emit
+from symdyn.emit.code.real import find_real
 from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
 from symdyn.verify import Certificate
@@ -183,7 +184,10 @@ def _of_command(
     there = {name: (folder / name).read_bytes() for name in fresh.contents if (folder / name).is_file()}
     found = type(fresh)(fresh.target, fresh.option, fresh.stem, fresh.functions, there)
     written = prove_texts(
-        printed(program, asked.real, options.seed), found, languages(asked.target, asked.option), fresh.contents
+        printed(program, asked.real, options.seed, TARGETS[asked.target].loops_in(find_real(asked.real))),
+        found,
+        languages(asked.target, asked.option),
+        fresh.contents,
     )
     progress("proving over finite fields")
     return of_files(equations, program, written, options.seed, [f"made by: {command}"])

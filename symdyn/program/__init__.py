@@ -3,6 +3,7 @@
 from symdyn.dynamics.roads.count import Counts
 from symdyn.program.assemble import identifier
 from symdyn.program.formulation import cheapest, choose, formulate
+from symdyn.program.in_lines import in_lines
 from symdyn.program.lower import at_rest, count_derived, lower
 from symdyn.program.prepare import prepare
 from symdyn.program.routine import Program, Routine, Step
@@ -20,6 +21,7 @@ __all__ = [
     "count_derived",
     "formulate",
     "identifier",
+    "in_lines",
     "lower",
     "prepare",
     "skipped",

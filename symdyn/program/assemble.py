@@ -56,6 +56,8 @@ def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Pro
 
 def _routine(function: Function, known: Constants) -> Routine:
     """Return one function as named steps."""
+    if function.is_loop_alone:
+        return Routine(function, (), (), (), count_by_binding(function), frozenset())
     needed = [node for node in reachable(function.entries) if node not in known]
     symbols = {node for node in needed if node.op is SYMBOL}
     lines = _lines(function, needed, known)

@@ -8,6 +8,9 @@ all beyond `LONGEST`, where the table's own rule decides.
 A road that is weighed apart is derived on a graph of its own, and on the scene's if it wins: programs are written in
 the order in which nodes are born, which what is only weighed must not change.
 
+From `FEWEST` joints on what can be a loop over a table is one in the languages that have it, beside the lines by the
+cheapest road, and these need not be derived at all. A road that is asked for is taken at any number of joints.
+
 Closed forms with sums of angles are no road: they trade multiplications for sines, and a rounded sum of angles has lost
 digits that the product form keeps.
 """
@@ -15,8 +18,19 @@ digits that the product form keeps.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from symdyn.dynamics import Equations, Function, LoopChoices, Workspace, derive_one, roads_of, row_of
+from symdyn.dynamics import (
+    Equations,
+    Function,
+    LoopChoices,
+    Workspace,
+    derive_one,
+    loop_alone,
+    roads_of,
+    row_of,
+)
+from symdyn.dynamics.recursive.joint_table import FEWEST
 from symdyn.dynamics.roads.count import count
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
@@ -35,6 +49,7 @@ def formulate(
     outputs: Sequence[str],
     road: str | None = None,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+    lines: bool = True,
 ) -> Equations:
     """Return the equations of a scene, each output by the road that costs least.
 
@@ -43,6 +58,8 @@ def formulate(
         outputs: as for `derive`.
         road: take this one wherever an output has it; None leaves all to counting.
         closing: what to choose about closed loops.
+        lines: whether loops over tables are derived in lines as well; `emit` does it where it has to. Beside functions
+            that are no loops they always are.
 
     Raises:
         DerivationError: an unknown output, body or point, equations that do not exist, a road that no output has.
@@ -50,13 +67,16 @@ def formulate(
     workspace = Workspace(scene, closing)
     if closing.independent:
         _ = workspace.loops.decisions
-    return Equations(scene, workspace.graph, choose(workspace, outputs, road), closing)
+    return Equations(scene, workspace.graph, choose(workspace, outputs, road, lines), closing)
 
 
-def choose(workspace: Workspace, outputs: Sequence[str], road: str | None = None) -> tuple[Function, ...]:
+def choose(
+    workspace: Workspace, outputs: Sequence[str], road: str | None = None, lines: bool = True
+) -> tuple[Function, ...]:
     """Return the outputs on the workspace's graph; see `formulate`."""
     known_road(workspace.scene, outputs, road)
-    return tuple(chosen(workspace, request, road) for request in outputs)
+    lines = lines or not all(looped(workspace, request, road) for request in outputs)
+    return tuple(chosen(workspace, request, road, lines) for request in outputs)
 
 
 def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
@@ -66,11 +86,26 @@ def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
         raise DerivationError(f"no output that was asked for has the road {road!r}; there are {', '.join(known)}")
 
 
-def chosen(workspace: Workspace, request: str, road: str | None = None) -> Function:
+def chosen(workspace: Workspace, request: str, road: str | None = None, lines: bool = True) -> Function:
     """Return an output by the road that was asked for, if it has that, else by the one that costs least."""
+    loop = looped(workspace, request, road)
+    if loop and not lines:
+        return loop_alone(workspace, request, loop)
     if road is not None and road in roads_of(request, workspace.scene):
         return derive_one(workspace, request, road)
-    return cheapest(workspace, request)
+    found = cheapest(workspace, request)
+    return replace(found, loop=workspace.joint_table) if loop else found
+
+
+def looped(workspace: Workspace, request: str, road: str | None) -> str:
+    """Return the road by which an output is a loop over a table: the one asked for, or by count; "" for none."""
+    roads = row_of(request, workspace.scene)[0].roads
+    if not any(one.loop for one in roads.values()):
+        return ""
+    there = roads_of(request, workspace.scene)
+    if road in there:
+        return road if roads[road].loop else ""
+    return next((name for name in there if roads[name].loop and workspace.state.n >= FEWEST), "")
 
 
 def cheapest(workspace: Workspace, request: str) -> Function:

@@ -23,6 +23,7 @@ from symdyn.dynamics import (
     there,
     wanted_on,
 )
+from symdyn.dynamics.recursive.rnea_loop import rnea_loop
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.graph import Expr, growing, reachable, substitute
 from symdyn.program import Program, choose, lower
@@ -227,6 +228,7 @@ def of_files(
     scene = equations.scene
     plain = lower(equations)
     claims = _program_claims(scene, equations.functions, plain) + _composed_claims(plain, program)
+    claims += [_loop_claim(function) for function in equations.functions if function.loop]
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     return Certificate(scene.name, fields, tuple(findings), (), tuple(notes), "", tuple(written))
@@ -251,6 +253,13 @@ def _program_claims(scene: Scene, functions: Sequence[Function], program: Progra
         )
         for function, routine in zip(functions, program.routines, strict=True)
     ]
+
+
+def _loop_claim(function: Function) -> Claim:
+    """Return that a loop over the table of a function computes its entries."""
+    assert function.loop is not None, "there is a table"
+    found = rnea_loop(function.loop, *(argument.symbols for argument in function.arguments))
+    return Claim(function.name, "loop over a table", function.formulation, tuple(found), function.entries)
 
 
 def _composed_claims(program: Program, prepared: Program) -> list[Claim]:

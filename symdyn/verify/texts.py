@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from symdyn.algebra.finite_field import Redraw
 from symdyn.emit import TARGETS, Sources
 from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.real import find_real
 from symdyn.errors import MissingProgram
 from symdyn.verify.building import Building
 from symdyn.verify.written import READERS, Files, Written, languages, printed, prove_texts
@@ -28,7 +29,8 @@ def written_of(
     if not targets:
         return ()
     try:
-        numbers = printed(building.program, building.real, seed)
+        loops = {name: TARGETS[name].loops_in(find_real(building.real)) for name in targets}
+        numbers = {one: printed(building.program, building.real, seed, one) for one in set(loops.values())}
     except Redraw:
         notes.append("files were not proved: no point was found at which all functions are defined")
         return ()
@@ -36,7 +38,8 @@ def written_of(
     for name in targets:
         for option in building.options(name, asked):
             try:
-                found += prove_texts(numbers, files_of(building.written(name, option)), languages(name, option))
+                files = files_of(building.written(name, option))
+                found += prove_texts(numbers[loops[name]], files, languages(name, option))
             except MissingProgram as fault:
                 notes.append(f"files of {TARGETS[name].title} were not proved: {fault}")
                 break

@@ -117,6 +117,7 @@ AWK = Target(
     write=write,
     beside=alone,
     shortens=(),
+    loops=False,
 )
 
 TARGETS[AWK.name] = AWK

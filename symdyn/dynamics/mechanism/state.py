@@ -40,6 +40,11 @@ class State:
     rates: tuple[Expr, ...]
 
     @property
+    def motion(self) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[Expr, ...]]:
+        """Coordinates, velocities and their rates."""
+        return self.q, self.qd, self.qdd
+
+    @property
     def n(self) -> int:
         """Number of velocities."""
         return len(self.qd)

@@ -13,6 +13,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS, operations
+from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Expr, reachable
 from symdyn.graph.ops import SYMBOL
@@ -62,11 +63,30 @@ def count(function: Function) -> Counts:
     return sum(count_by_binding(function).values(), Counts())
 
 
+TURN, SLIDE = Counts(92, 80, sincos=1), Counts(88, 72)
+"""What a joint costs in a loop over a table."""
+
+GENERAL, FROM_ZERO = Counts(25, 20), Counts(4, 2)
+"""What a fixed turn costs besides that is not about x, and that of a turn which is not zero where q is."""
+
+
+def count_table(table: JointTable) -> Counts:
+    """Return the operations of one call of inverse dynamics as a loop: zeros are multiplied by."""
+    found = Counts()
+    for row in table.rows:
+        found += SLIDE if row.slides else TURN
+        found += GENERAL if len(row.fixed) > 2 else Counts()
+        found += Counts() if row.at_zero or row.slides else FROM_ZERO
+    return found
+
+
 def count_by_binding(function: Function) -> dict[str, Counts]:
     """Return the operations of `function` by binding time, a key for every row of `BINDING`.
 
     Symbols are told by their names; one that is no argument counts as known last.
     """
+    if function.loop and function.is_loop_alone:
+        return {name: count_table(function.loop) if name == BINDING[-1][0] else Counts() for name, _ in BINDING}
     known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
     times: dict[Expr, int] = {}  # -1 for what has no symbol below it
     tallies = [Counter[str]() for _ in BINDING]

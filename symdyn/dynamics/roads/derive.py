@@ -14,6 +14,7 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
+from symdyn.dynamics.recursive.joint_table import lacking
 from symdyn.dynamics.roads.closed_operators import CLOSED, MANY, of_closed, words
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.operators import WORDS, of_another
@@ -74,6 +75,14 @@ def derive(
 
 
 @growing()
+def loop_alone(workspace: Workspace, request: str, road: str) -> Function:
+    """Return an output by a road that is a loop with its table alone: no entry is derived."""
+    row, place = row_of(request, workspace.scene)
+    assert row.roads[road].loop, f"{road} is no loop"
+    return _named(workspace, request, row, place, road, ())
+
+
+@growing()
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph, derived once; see `derive`."""
     row, place = row_of(request, workspace.scene)
@@ -95,12 +104,19 @@ def _derived(workspace: Workspace, request: str, row: Output, place: str, road: 
     if DRIVES in row.arguments:
         refuse_ideal_friction(scene)
     entries = workspace.once(row.roads[road].derive, *([place] if row.place else []))
-    made = _called(workspace, request, row, place, over_time(workspace, entries))
+    made = _named(workspace, request, row, place, road, entries)
     assert prod(made.shape) == len(entries), f"{request} by {road}: {len(entries)} entries for {made.labels}"
+    return made
+
+
+def _named(workspace: Workspace, request: str, row: Output, place: str, road: str, entries: Sequence[Expr]) -> Function:
+    """Return entries, or none of a loop, with all that is said of them."""
+    made = _called(workspace, request, row, place, over_time(workspace, entries))
     unique = row.unique(workspace) if row.unique else ()
     text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
     text += _chosen(workspace, row) + _loose(made.labels, unique)
-    return replace(made, text=text, entries=tuple(entries), formulation=road, unique=unique)
+    loop = workspace.joint_table if row.roads[road].loop else None
+    return replace(made, text=text, entries=tuple(entries), formulation=road, unique=unique, loop=loop)
 
 
 def _called(workspace: Workspace, request: str, row: Output, place: str, timed: tuple[str, ...] = ()) -> Function:
@@ -231,11 +247,12 @@ def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:
         DerivationError: there is no such output.
     """
     found = row_of(request, scene)[0].roads
-    if scene is None or not any(road.trees_only for road in found.values()):
+    if scene is None or not any(road.trees_only or road.loop for road in found.values()):
         return tuple(found)
     tree = build_tree(scene, Graph())
     plain = not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.balls
-    return tuple(name for name, road in found.items() if plain or not road.trees_only)
+    held = not lacking(scene, tree)
+    return tuple(n for n, road in found.items() if (plain or not road.trees_only) and (held or not road.loop))
 
 
 def expected(scene: Scene, by: Unasked = Unasked.WRITTEN) -> list[str]:

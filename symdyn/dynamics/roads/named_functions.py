@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
+from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
@@ -59,6 +60,7 @@ class Function:
         request: what to ask `derive` for, e.g. "pose:tool".
         unique: which entries rigid bodies determine, row-major; () for all. The others are one choice among many.
         labels: what its rows stand for, then its columns; () where nobody says.
+        loop: the table that code may go over in a loop; None where it is lines. With it, entries may be left out.
     """
 
     name: str
@@ -72,6 +74,12 @@ class Function:
     request: str = ""
     unique: tuple[bool, ...] = ()
     labels: tuple[tuple[str, ...], ...] = ()
+    loop: JointTable | None = None
+
+    @property
+    def is_loop_alone(self) -> bool:
+        """Whether its entries were left out, so that nothing but a loop over its table computes it."""
+        return self.loop is not None and not self.entries
 
 
 @dataclass(frozen=True)

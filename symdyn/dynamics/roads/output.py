@@ -52,12 +52,14 @@ class Road:
         trees_only: knows no prescribed motion and no velocity that several moves share, as of screws and cams.
         up_to: coordinates up to which it pays to derive it beside others, to see which costs least.
         apart: whether it is derived on a graph of its own for that.
+        loop: whether it goes over a table of joints, as code can in a loop; only scenes that a table holds have it.
     """
 
     derive: Callable[..., Sequence[Expr]]
     trees_only: bool = False
     up_to: float = inf
     apart: bool = False
+    loop: bool = False
 
 
 def by_lagrange(derive: Callable[..., Sequence[Expr]]) -> Road:

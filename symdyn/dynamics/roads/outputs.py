@@ -15,6 +15,7 @@ from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.recursive.lean_tree import potential_energy
+from symdyn.dynamics.recursive.rnea_loop import rnea_loop
 from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads import tree_roads as roads
@@ -107,6 +108,7 @@ OUTPUTS: dict[str, Output] = {
         {
             "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
             "lagrange": by_lagrange(lambda w: lagrange.driving_forces(w.energy)),
+            "rnea_loop": Road(lambda w: rnea_loop(w.joint_table, *w.state.motion), up_to=0, loop=True),
         },
         own=INVERSE_IN_LOOPS,
         unasked=Unasked.AT_A_LOOK,

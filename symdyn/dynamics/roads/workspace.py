@@ -18,6 +18,7 @@ from symdyn.dynamics.mechanism.prescribed import Prescribed, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba
+from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
 from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, regroup
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
@@ -105,6 +106,11 @@ class Workspace:
     def lean(self) -> LeanTree:
         """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
         return regroup(reframe(self.tree))
+
+    @cached_property
+    def joint_table(self) -> JointTable:
+        """The lean tree as rows of numbers, of a scene that lacks nothing of `joint_table.lacking`."""
+        return joint_table(self.lean, self.state.q)
 
     @cached_property
     def whole(self) -> LeanTree:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.recursive.joint_table import FEWEST, JointTable
+from symdyn.dynamics.roads.count import count_table
 from symdyn.dynamics.roads.named_functions import Argument
 from symdyn.emit.code.identifiers import function_names
 from symdyn.emit.code.operators import Printer
@@ -58,6 +60,7 @@ class FunctionText:
         counts: operations of one call, in words.
         operations: what is written out, at run time.
         first: index of the first entry of an array.
+        loop: the table that a loop goes over in place of lines; None where there are lines.
     """
 
     name: str
@@ -74,6 +77,7 @@ class FunctionText:
     counts: str
     operations: frozenset[Op]
     first: int
+    loop: JointTable | None = None
 
     @property
     def scalars(self) -> tuple[str, ...]:
@@ -117,11 +121,16 @@ class Page:
     first: int
 
 
-def compose(program: Program, printer: Printer, command: str, first: int, keywords: frozenset[str]) -> Page:
+def compose(
+    program: Program, printer: Printer, command: str, first: int, keywords: frozenset[str], loops: bool = False
+) -> Page:
     """Return the page of `program` with its code in the printer's language; as to the rest see `Target`."""
     names = function_names([routine.function.name for routine in program.routines], keywords)
     functions = tuple(
-        _function(program, routine, name, printer, first) for routine, name in zip(program.routines, names, strict=True)
+        _loop(routine, routine.function.loop, name, first)
+        if loops and routine.function.loop
+        else _function(program, routine, name, printer, first)
+        for routine, name in zip(program.routines, names, strict=True)
     )
     arguments = {argument.name: argument for function in functions for argument in function.arguments}
     params = [one for routine in program.routines for one in routine.function.arguments if one.name == PARAMS]
@@ -153,6 +162,30 @@ def _function(program: Program, routine: Routine, name: str, printer: Printer, f
         counts=str(routine.counts),
         operations=routine.operations,
         first=first,
+    )
+
+
+def _loop(routine: Routine, table: JointTable, name: str, first: int) -> FunctionText:
+    """Return a function that goes over a table; it reads every entry of every argument."""
+    function, joints = routine.function, len(table.rows)
+    many = joints >= FEWEST
+    why = f"from {FEWEST} joints on as fast, and compiled at once" if many else "asked for by its formulation"
+    return FunctionText(
+        name=name,
+        text=function.text,
+        arguments=tuple(_argument(argument) for argument in function.arguments),
+        result=function.result,
+        shape=function.shape,
+        units=function.units,
+        formulation=f"a loop over a table of {joints} joints, not lines: {why}",
+        inputs=tuple((f"{a.name}_{k}", a.name, k) for a in function.arguments for k in range(first, first + joints)),
+        steps=(),
+        outputs=tuple(Line(str(index), "") for (index,) in _indices(function.shape, first)),
+        unused=(),
+        counts=str(count_table(table)),
+        operations=frozenset(),
+        first=first,
+        loop=table,
     )
 
 

@@ -72,6 +72,7 @@ class Target:
         write: contents by file name; the file to compile or to import first.
         beside: what a user wants beside the files and they do not need, by name: an example, what builds it.
         shortens: options at which rows of sines are taken by C of our own, of which there is shorter for less accuracy.
+        loops: whether functions with a table become loops over it; else all are lines.
     """
 
     name: str
@@ -90,6 +91,7 @@ class Target:
     write: Callable[[Draft], Mapping[str, Contents]]
     beside: Callable[[Sources], Mapping[str, str]]
     shortens: tuple[str, ...]
+    loops: bool
 
     def draft(
         self, program: Program, real: Real, command: str, option: str = "", sines: ShortSines | None = None
@@ -102,9 +104,13 @@ class Target:
         """
         self._refuse(program, real)
         printer = self.printer(real)
-        page = compose(program, printer, command, self.first, self.keywords)
+        page = compose(program, printer, command, self.first, self.keywords, self.loops_in(real))
         about = render("common/about.txt.jinja", {"page": page, "sines": sines}).rstrip("\n")
         return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about), sines)
+
+    def loops_in(self, real: Real) -> bool:
+        """Tell whether functions with a table become loops over it, with numbers of a type."""
+        return self.loops and real.parts == 1
 
     def _refuse(self, program: Program, real: Real) -> None:
         """Raise EmitError for functions that it is not made of, and for what the language or the type lacks."""

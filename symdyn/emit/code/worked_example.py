@@ -19,7 +19,7 @@ from symdyn.emit.code.real import digits, find_real
 from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.emit.code.target import Sources
 from symdyn.graph import Expr, evaluate
-from symdyn.program import Program
+from symdyn.program import Program, in_lines
 from symdyn.program.assemble import PREPARED
 from symdyn.program.prepare import PREPARE
 from symdyn.program.states import ALLOWED, DRAWS, ROUNDOFF, TINIEST, WIDER, rounding, sample
@@ -82,13 +82,14 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
 
     Numbers are the nearest of the type, and end as the language's literals do: on `suffix`.
     """
-    functions = [routine.function for routine in sources.program.routines]
+    program = in_lines(sources.program)
+    functions = [routine.function for routine in program.routines]
     arguments = _arguments(functions)
     best: tuple[dict[str, list[Bounded]], dict[Expr, Bounded]] = {}, {}
     rng = random.Random(SEED)
     for draw in range(DRAWS):
         point = _point(arguments, rng, sources.real, WIDER[draw * len(WIDER) // DRAWS])
-        results = _results(sources.program, point, sources.real, bound_of_sines(sources.accuracy))
+        results = _results(program, point, sources.real, bound_of_sines(sources.accuracy))
         if len(results) > len(best[0]) or not draw:
             best = results, point
         if len(results) == len(functions):

@@ -126,4 +126,5 @@ CPP = Target(
     write=_write,
     beside=_beside,
     shortens=(),
+    loops=False,
 )

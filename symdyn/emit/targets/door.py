@@ -23,7 +23,7 @@ from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import EmitError
 from symdyn.graph import growing
-from symdyn.program import Program
+from symdyn.program import Program, in_lines
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import spell
 
@@ -80,6 +80,7 @@ def emit(
         known = f"it has {' or '.join(row.options)}" if row.options else "leave it out"
         raise EmitError(f"target {target} ({row.text}) has no option {option}; {known}")
     number = find_real(real)
+    program = program if row.loops_in(number) else in_lines(program)
     if real not in row.reals:
         raise EmitError(
             f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; leave --real out"

@@ -93,4 +93,5 @@ HEYOKA = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

@@ -69,4 +69,5 @@ JS = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

@@ -110,4 +110,5 @@ JSON = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

@@ -113,4 +113,5 @@ JULIA = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

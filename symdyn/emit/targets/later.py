@@ -18,6 +18,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import growing
 from symdyn.program import Program
 from symdyn.program.assemble import shared
+from symdyn.program.table_numbers import table_in_order
 
 RUNTIME = "symdyn_ufuncs"
 
@@ -105,10 +106,12 @@ def code(program: Program, real: str = "double", rows: bool = False, accuracy: s
 
 def fits_float(program: Program) -> bool:
     """Tell whether a program can be written in float: no constant is too large."""
-    if all(abs(value) < 2 ** (REALS["float"].top - 1) for value in program.constants.values()):
+    tables = (table_in_order(one.function.loop, program.scene) for one in program.routines if one.function.loop)
+    numbers = (value for some in (program.constants.values(), *tables) for value in some)
+    if all(abs(value) < 2 ** (REALS["float"].top - 1) for value in numbers):
         return True
     try:
-        C.draft(program, REALS["float"], "")
+        C.write(C.draft(program, REALS["float"], ""))
     except EmitError:
         return False
     return True

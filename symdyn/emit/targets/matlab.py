@@ -165,4 +165,5 @@ MATLAB = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

@@ -101,4 +101,5 @@ NUMPY = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

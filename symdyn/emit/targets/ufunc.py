@@ -123,4 +123,5 @@ UFUNC = Target(
     write=_write,
     beside=alone,
     shortens=("", DOUBLES),
+    loops=True,
 )

@@ -7,6 +7,8 @@
     <function>_pass<n>           one loop over them, read where it is called, for state k
     <function>_places            which entry of a block's result each entry of the result is; one after the last is zero
 
+    <function>_ground, _joints, _matrices    numbers that a function goes over in a loop, which is fixed text
+
 All other functions of a file are fixed text: `sincos_row`, `sign_of`, `exp_of` mean here what they are called, columns
 and rows of states are brought to `_block` by what is compared and measured.
 """
@@ -21,6 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
+from symdyn.verify.written.c_tables import read_table
 from symdyn.verify.written.c_values import File
 from symdyn.verify.written.memory import Fault, Index, Result
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
@@ -36,7 +39,9 @@ SINES, COPY = "sincos_row", "memcpy"
 GROUP = 8
 """`sincos_row` takes a multiple of so many angles."""
 
-UNKNOWN = re.compile(rb'\b(ALIGNED|ALONE|PART|EACH|SHOWN)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)')
+UNKNOWN = re.compile(
+    rb'\b(ALIGNED|ALONE|PART|EACH|SHOWN|INLINED)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
+)
 """What grammars know nothing of: macros for attributes and for a loop of fixed text, a brace in a condition."""
 
 LOOP = re.compile(r"for\(size_tk=0;k<([0-9]+);k\+\+\)")
@@ -58,6 +63,9 @@ def read(text: Text) -> Reading:
     file = File(text, definitions(text.root), GRAMMAR)
     functions: list[Read] = []
     for wanted in text.wanted:
+        if wanted.loop:
+            functions += [read_table(file, wanted)] if f"{text.stem}_{wanted.name}" in file.functions else []
+            continue
         for name, columns in ((f"{text.stem}_{wanted.name}", False), (f"{wanted.name}_block", True)):
             if name in file.functions:
                 functions += _function(file, name, wanted, columns)

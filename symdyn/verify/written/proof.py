@@ -10,7 +10,8 @@ from pathlib import PurePath
 
 from symdyn.algebra.finite_field import Redraw
 from symdyn.algebra.many_points import Residues
-from symdyn.program import Program
+from symdyn.program import Program, in_lines
+from symdyn.program.table_numbers import table_in_order
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
@@ -62,7 +63,7 @@ class Printed:
         real: the type.
         graph: of its entries, and of what is read of files: what stands in several of them is one node.
         places: points of fields.
-        values: of the entries of each function there.
+        values: of the entries of each function there, or of its table.
         operations: all operations of each function, by what they are of at the first point.
     """
 
@@ -80,26 +81,29 @@ class Printed:
             given = routine.function.arguments
             arguments = {one.name: tuple(graph.symbol(str(symbol.value)) for symbol in one.symbols) for one in given}
             scalars = frozenset(one.name for one in given if one.scalar)
-            found.append(Wanted(name, arguments, scalars, routine.function.shape))
+            loop = routine.function.loop is not None
+            found.append(Wanted(name, arguments, scalars, routine.function.shape, loop))
         return tuple(found)
 
 
-def printed(program: Program, real: str, seed: int = 1) -> Printed:
-    """Return a program as it is printed with numbers of a type.
+def printed(program: Program, real: str, seed: int = 1, loops: bool = False) -> Printed:
+    """Return a program as it is printed with numbers of a type, `loops` as their tables, else all of it in lines.
 
     Raises:
         Redraw: no point was found at which every function is defined.
     """
+    program = program if loops else in_lines(program)
     graph = Verbatim()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
-    entries = verbatim(program.outputs, rounded, graph)
-    places = everywhere(entries, seed)
-    found, operations, first = [], [], 0
-    for routine in program.routines:
-        last = first + len(routine.function.entries)
-        found.append(tuple(places.values(entries[first:last])))
-        operations.append(places.operations(entries[first:last]))
-        first = last
+    read = [
+        [graph.constant(nearest(value, real)) for value in table_in_order(one.function.loop, program.scene)]
+        if one.function.loop
+        else verbatim(one.function.entries, rounded, graph)
+        for one in program.routines
+    ]
+    places = everywhere([entry for some in read for entry in some], seed)
+    found = [tuple(places.values(some)) for some in read]
+    operations = [places.operations(some) for some in read]
     return Printed(program, real, graph, places, tuple(found), tuple(operations))
 
 
@@ -191,6 +195,8 @@ def read_text(program: Printed, files: Files, source: bytes, language: Language 
 def _difference(program: Printed, files: Files, read: Read) -> str:
     """Return where a function of a file is another one than that of the program, "" if nowhere."""
     number = files.functions.index(read.function)
+    if len(read.entries) != len(program.values[number]):
+        return f"{read.name}, line {min(read.lines, default=0)}: is a table of {len(read.entries)} numbers"
     try:
         values = program.places.values(read.entries)
     except Redraw:

@@ -36,12 +36,14 @@ class Wanted:
         arguments: by name, in calling order, a symbol for each entry, on the graph of the text.
         scalars: names of arguments that are one number.
         shape: of the result.
+        loop: whether it goes over a table, whose numbers are then all that is read of it.
     """
 
     name: str
     arguments: Mapping[str, tuple[Expr, ...]]
     scalars: frozenset[str]
     shape: tuple[int, ...]
+    loop: bool = False
 
     @property
     def size(self) -> int:
@@ -103,7 +105,7 @@ def _nearest(decimal: str, real: str) -> Fraction:
 
 @dataclass(frozen=True)
 class Read:
-    """What one function of a file computes.
+    """What one function of a file computes, or the numbers that it goes over in a loop.
 
     Attributes:
         function: name of the wanted function.

@@ -109,15 +109,15 @@ class BatchText:
     sincos: bool
 
 
-def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple[BatchText, ...]:
-    """Return the batch code of every function of the page.
+def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple[BatchText | None, ...]:
+    """Return the batch code of every function of the page, None for one that is a loop over a table.
 
     Raises:
         EmitError: a function is called as the batch code of another one will be.
     """
     _check_names([function.name for function in page.functions])
     return tuple(
-        _batch(routine, text, program, printer, 4 if real.suffix else 8)
+        None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8)
         for routine, text in zip(program.routines, page.functions, strict=True)
     )
 
@@ -140,7 +140,7 @@ def _cut(
     routine: Routine, text: FunctionText, program: Program, printer: Printer, few: int | None, address: str
 ) -> CutText | None:
     together, long = few is not None, length_of(routine) > LONGEST
-    if not (long or together):
+    if text.loop or not (long or together):
         return None
     writer = writer_of(routine, text, program, printer, LONGEST, short=together and long)
     angles = sum(isinstance(stage, SineCosine) for stage in writer.plan.stages)

@@ -27,6 +27,7 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.c import dd_functions, double_double
 from symdyn.emit.targets.c.batch import batches, cuts
 from symdyn.emit.targets.c.gathered import LANES, LINE
+from symdyn.emit.targets.c.loops import loop_text
 from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.graph import Op
 from symdyn.program.assemble import PARAMS, PREPARED
@@ -53,6 +54,9 @@ BATCH, HEADER_ONLY = "batch", "header-only"
 
 SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
 """Functions of our own in the source file, written there when they are called."""
+
+LOOPED = ("ground", "joint", "joints", "matrices", "outward", "inward", "fetch", "store", "loop", "one")
+"""What a function that is a loop is made of, behind its name."""
 
 FLAT = {"double": -708, "float": -87}
 """Exponents below which an exponential would be denormal, and raise underflow: it is zero there."""
@@ -87,11 +91,18 @@ def _write(draft: Draft) -> dict[str, str]:
         "common": PREPARED if is_prepared(program) else PARAMS,
         "batch": batch,
         "lone": draft.option == HEADER_ONLY,
-        "codes": batches(program, page, printer, real) if batch else cuts(program, page, printer),
     }
-    values["cut"] = any(many and many.parts for many in values["codes"])
-    values["spread"] = batch and any(many.places for many in values["codes"])
-    values["drained"] = batch and not all(many.places for many in values["codes"])
+    codes = batches(program, page, printer, real) if batch else cuts(program, page, printer)
+    values["codes"] = [
+        loop_text(text.loop, program.scene, printer, 4 if real.suffix else 8) if text.loop else code
+        for text, code in zip(page.functions, codes, strict=True)
+    ]
+    values["loops"] = any(function.loop for function in page.functions)
+    values["cut"] = values["loops"] or any(many and many.parts for many in values["codes"])
+    values["columns"] = batch and not all(function.loop for function in page.functions)
+    lined = [many for many, text in zip(values["codes"], page.functions, strict=True) if not text.loop]
+    values["spread"] = batch and any(many.places for many in lined)
+    values["drained"] = batch and not all(many.places for many in lined)
     values["sincos"] = any(many and many.sincos for many in values["codes"])
     values |= sincos_values(real.name, draft.sines) if values["sincos"] else {}
     if draft.option == HEADER_ONLY:
@@ -111,7 +122,9 @@ def _private(values: Mapping[str, Any]) -> list[str]:
         for function, many in zip(values["page"].functions, values["codes"], strict=True)
         for part in (many.parts if many else ())
     ]
-    return helpers + parts
+    sines = ["bits_of", "double_of", "sincos_row"] if values["sincos"] else []
+    loops = [f"{one.name}_{what}" for one in values["page"].functions if one.loop for what in LOOPED]
+    return helpers + sines + parts + loops
 
 
 def _beside(sources: Sources) -> dict[str, str]:
@@ -141,4 +154,5 @@ C = Target(
     write=_write,
     beside=_beside,
     shortens=(BATCH,),
+    loops=True,
 )

@@ -89,4 +89,5 @@ CASADI = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

@@ -185,4 +185,5 @@ FMU = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

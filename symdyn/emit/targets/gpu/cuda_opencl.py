@@ -109,4 +109,5 @@ GPU = Target(
     write=_write,
     beside=_beside,
     shortens=(),
+    loops=False,
 )

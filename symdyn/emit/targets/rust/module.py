@@ -137,4 +137,5 @@ RUST = Target(
     write=_write,
     beside=_beside,
     shortens=(),
+    loops=False,
 )

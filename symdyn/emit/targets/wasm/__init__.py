@@ -85,4 +85,5 @@ WASM = Target(
     write=_write,
     beside=alone,
     shortens=(),
+    loops=False,
 )

@@ -1,0 +1,278 @@
+"""Inverse dynamics of large trees as a loop over a table of joints: what it computes, when it is taken, its text."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from mechanisms import random_tree
+
+import symdyn
+from symdyn.build.c_module import build
+from symdyn.dynamics import Workspace, derive_one, roads_of
+from symdyn.dynamics.mechanism.tree import build_tree
+from symdyn.dynamics.recursive.joint_table import FEWEST, JointRow, JointTable, lacking
+from symdyn.dynamics.recursive.rnea_loop import rnea_loop
+from symdyn.dynamics.roads.count import count, count_table
+from symdyn.dynamics.roads.named_functions import Argument, Function
+from symdyn.emit import TARGETS, emit
+from symdyn.graph import Expr, Graph
+from symdyn.program import at_rest, formulate, in_lines, lower
+from symdyn.scene import Scene, number
+from symdyn.verify.accuracy import measure
+from symdyn.verify.equality import Claim, prove
+from symdyn.verify.texts import files_of
+from symdyn.verify.written import READERS, languages, printed, prove_texts
+
+ID, LOOP = "inverse_dynamics", "rnea_loop"
+
+SEEDS = range(6)
+
+
+def tree(seed: int, joints: int) -> Scene:
+    """Return a branching tree of turns, slides and fixed joints, right and odd angles, its parameters with values."""
+    return random_tree(seed, joints, free=False)
+
+
+def with_rotors(scene: Scene) -> Scene:
+    """Return a scene with a rotor at each joint that moves."""
+    moving = (replace(one, armature=number(Fraction(k + 1, 7))) for k, one in enumerate(scene.joints))
+    return replace(scene, joints=tuple(a if a.moves else b for a, b in zip(moving, scene.joints, strict=True)))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_loop_over_the_table_is_what_the_other_roads_derive(seed: int) -> None:
+    w = Workspace(with_rotors(tree(seed, 7)))
+    one, other = (derive_one(w, ID, road).entries for road in (LOOP, "rnea"))
+
+    _, (found,) = prove([Claim(ID, LOOP, "rnea", one, other)], seed=1)
+
+    assert found.verdict == "proved"
+
+
+def test_without_gravity_the_ground_stands_still() -> None:
+    scene = tree(1, 7).with_gravity((number(0),) * 3)
+    w = Workspace(scene)
+
+    _, (found,) = prove(
+        [Claim(ID, LOOP, "rnea", *(derive_one(w, ID, road).entries for road in (LOOP, "rnea")))], seed=1
+    )
+
+    assert all(x.is_zero for x in w.joint_table.ground)
+    assert found.verdict == "proved"
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_c_as_a_loop_is_as_accurate_as_its_numbers_allow(seed: int, real: str) -> None:
+    program = lower(formulate(with_rotors(tree(seed, 12)), [ID], LOOP))
+
+    found = measure(program, {"c": build(emit(program, "c", real, option="batch"))}, real=real)
+
+    assert [one.passed for one in found] == [True]
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("seed", SEEDS)
+def test_states_abreast_are_those_one_by_one_and_those_of_lines(seed: int) -> None:
+    scene = with_rotors(tree(seed, 90))
+    loop, lines = lower(formulate(scene, [ID], LOOP, lines=False)), lower(formulate(scene, [ID], "rnea"))
+    assert len(scene.velocities) < FEWEST or "a loop over a table" in str(emit(loop, "c").texts)
+    assert "a loop over a table" not in str(emit(lines, "c").texts)
+    module, plain = build(emit(loop, "c", option="batch")), build(emit(lines, "c", option="batch"))
+    rng = np.random.default_rng(seed)
+    given = rng.uniform(-3, 3, (3, 37, len(scene.velocities)))
+
+    many = module.inverse_dynamics(*given)
+
+    assert np.allclose(
+        many, [module.inverse_dynamics(*state) for state in given.swapaxes(0, 1)], rtol=1e-12, atol=1e-12
+    )
+    size = np.abs(many).max(axis=1, keepdims=True)
+    assert np.abs(many - plain.inverse_dynamics(*given)).max() <= 1e-11 * size.max()
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+def test_one_state_and_many_have_the_same_bits() -> None:
+    module = build(emit(lower(formulate(tree(2, 90), [ID], LOOP, lines=False)), "c", option="batch"))
+    given = np.random.default_rng(1).uniform(-3, 3, (3, 19, len(tree(2, 90).velocities)))
+
+    one = [module.inverse_dynamics(*state) for state in given.swapaxes(0, 1)]
+
+    assert (module.inverse_dynamics(*given) == one).all()
+
+
+def long_tree() -> Scene:
+    """Return a tree of just as many joints as make a loop."""
+    return next(one for one in (tree(3, n) for n in range(FEWEST, 2 * FEWEST)) if len(one.velocities) == FEWEST)
+
+
+def test_a_loop_is_taken_by_count_and_what_is_asked_for_at_any() -> None:
+    few, many = tree(3, 9), long_tree()
+    for scene, road, wanted in ((few, None, 0), (many, None, 1), (few, LOOP, 1), (many, "rnea", 0)):
+        source = emit(lower(formulate(scene, [ID], road, lines=False)), "c").texts[f"{scene.name}.c"]
+        assert source.count("a loop over a table of") == wanted
+        assert source == emit(lower(formulate(scene, [ID], road)), "c").texts[f"{scene.name}.c"]
+    assert f"from {FEWEST} joints on" in emit(lower(formulate(many, [ID])), "c").texts[f"{many.name}.h"]
+    assert "asked for by its formulation" in emit(lower(formulate(few, [ID], LOOP)), "c").texts[f"{few.name}.h"]
+
+
+def test_beside_functions_that_are_no_loops_the_text_is_that_of_all_together() -> None:
+    scene = tree(3, 9)
+    one, both = (lower(formulate(scene, [ID, "kinetic_energy"], LOOP, lines=lines)) for lines in (False, True))
+
+    assert emit(one, "c").texts == emit(both, "c").texts
+
+
+@pytest.mark.parametrize("target", [name for name, one in TARGETS.items() if not one.loops and one.functions is None])
+def test_languages_without_loops_get_lines(target: str) -> None:
+    scene = tree(3, 9)
+    alone, lines = lower(formulate(scene, [ID], LOOP, lines=False)), lower(formulate(scene, [ID]))
+
+    assert dict(emit(alone, target)) == dict(emit(lines, target))
+
+
+def test_at_rest_there_is_no_loop() -> None:
+    (function,) = at_rest(formulate(tree(3, 9), [ID], LOOP)).functions
+
+    assert function.entries
+    assert not function.loop
+    assert in_lines(lower(formulate(tree(3, 9), [ID], LOOP, lines=False)))[ID].function.entries
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("cart_pole", "friction"),
+        ("four_bar", "close it"),
+        ("two_link", "have no value"),
+        ("free_body", "balls"),
+        ("arm7", ""),
+        ("puma560", ""),
+    ],
+)
+def test_what_a_table_does_not_hold_is_said(name: str, words: str) -> None:
+    scene = symdyn.example(name)
+
+    said = lacking(scene, build_tree(scene, Graph()))
+
+    assert words in said
+    assert bool(words) == bool(said)
+    assert (LOOP in roads_of(ID, scene)) == (not said)
+
+
+def unknown_table(kinds: list[bool], fixed: int, turned: bool) -> tuple[JointTable, tuple[list[Expr], ...]]:
+    """Return a chain of joints, slides or not, whose numbers are symbols, and q, q̇ and q̈; the third is odd."""
+    graph = Graph()
+
+    def numbers(what: str, many: int) -> list[Expr]:
+        return [graph.symbol(f"{what}_{place}") for place in range(many)]
+
+    def row(k: int, slides: bool) -> JointRow:
+        zero = numbers(f"z{k}", 2) if turned and k == 2 else [graph.one, graph.zero]
+        turn, shift, moments = (
+            numbers(f"f{k}", fixed if k == 2 else 2),
+            numbers(f"p{k}", 3),
+            numbers(f"m{k}", 4 if slides else 7),
+        )
+        rise, rotor = numbers(f"r{k}", 2)
+        x, y, z = shift
+        return JointRow(k, slides, tuple(turn), (x, y, z), (zero[0], zero[1]), rise, rotor, tuple(moments))
+
+    x, y, z = numbers("g", 3)
+    table = JointTable((x, y, z), tuple(row(k, slides) for k, slides in enumerate(kinds)))
+    return table, tuple(numbers(name, len(kinds)) for name in ("q", "v", "a"))
+
+
+@pytest.mark.parametrize(
+    ("slides", "fixed", "turned"),
+    [(False, 2, False), (False, 9, False), (False, 2, True), (True, 2, True), (True, 9, True)],
+)
+def test_the_operations_that_are_told_are_those_of_the_loop(slides: bool, fixed: int, turned: bool) -> None:
+    """One joint more, amid turns, costs as much as a row whose numbers are all unknown, where nothing simplifies."""
+    counts = []
+    for kinds in ([False] * 4, [False] * 2 + [slides] + [False] * 2):
+        table, given = unknown_table(kinds, fixed if len(kinds) > 4 else 2, turned)
+        symbols = tuple(x for some in given for x in some)
+        one = Argument("qdd", symbols, "", ())
+        function = Function("f", "", (one,), "tau", (len(kinds),), tuple(rnea_loop(table, *given)), "", LOOP)
+        counts.append((count(function), count_table(table)))
+    (fewer, told_fewer), (more, told_more) = counts
+
+    assert str(told_more - told_fewer) == str(more - fewer)
+
+
+@pytest.mark.parametrize("option", ["", "batch", "header-only"])
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_the_numbers_of_the_tables_are_read_back(option: str, real: str) -> None:
+    pytest.importorskip("tree_sitter_c")
+    program = lower(formulate(with_rotors(tree(4, 12)), [ID], LOOP))
+    files = files_of(emit(program, "c", real, option=option))
+    numbers = printed(program, real, loops=True)
+
+    found = prove_texts(numbers, files, languages("c", option), files.contents)
+
+    assert all(one.passed for one in found)
+    assert any(one.functions == (ID,) for one in found)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where"),
+    [
+        ("inverse_dynamics_ground[3] = {0.0, ", "inverse_dynamics_ground[3] = {1e-9, ", "another function"),
+        ("{0, 0, 1, ", "{0, 1, 1, ", "fixed text"),
+        ("const double y2 = y * y", "const double y2 = x * y", "fixed text"),
+        ("x2 = x * x, y2 = y * y", "x2 = x * x, y2 = y * x", "fixed text"),
+    ],
+)
+def test_a_changed_table_or_loop_is_found(old: str, new: str, where: str) -> None:
+    pytest.importorskip("tree_sitter_c")
+    program = lower(formulate(tree(4, 12), [ID], LOOP))
+    files = files_of(emit(program, "c"))
+    (name,) = (name for name in files.contents if name.endswith(".c"))
+    source = str(files.contents[name])
+    changed = source.replace(old, new, 1)
+    if changed == source:
+        pytest.skip("not written so")
+
+    found = prove_texts(
+        printed(program, "double", loops=True),
+        replace(files, contents={**files.contents, name: changed}),
+        READERS["c"],
+        files.contents,
+    )
+
+    assert any(where in one.where for one in found)
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+def test_a_large_tree_is_loaded_without_deriving_its_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = long_tree()
+    derived = []
+    monkeypatch.setattr("symdyn.program.formulation.derive_one", lambda *given: derived.append(given))
+    functions = symdyn.load(scene, functions=ID)
+    given = np.random.default_rng(0).uniform(-1, 1, (3, 20, FEWEST))
+
+    many = functions.inverse_dynamics(*given)
+
+    assert not derived
+    assert np.allclose(
+        many, [functions.inverse_dynamics(*state) for state in given.swapaxes(0, 1)], rtol=1e-12, atol=1e-12
+    )
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+def test_a_certificate_holds_loop_and_lines_together() -> None:
+    found = symdyn.certify(tree(5, 6), [ID], road=LOOP, targets=["c"])
+
+    assert found.passed
+    assert {one.claim for one in found.findings} >= {f"{ID}: {LOOP} = rnea", f"{ID}: {LOOP} = lagrange"}
+    assert all(one.functions == (ID,) for one in found.written if one.verdict == "proved")
