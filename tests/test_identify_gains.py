@@ -81,6 +81,17 @@ def test_a_first_guess_may_be_far_off_and_a_scene_without_numbers_needs_none() -
         assert np.all(np.abs(np.array(values(found)) - TWO.gains) < 4 * np.array([one.error for one in found.gains]))
 
 
+def test_gains_of_any_size_are_found_from_afar() -> None:
+    """From least squares with smoothed currents, and from random starts, Gauss-Newton went astray."""
+    sizes = {"M1": 3e4, "M2": -2e-3}
+    logs = [one | {name: one[name] / size for name, size in sizes.items()} for one in TWO.logs(7)]
+
+    found = found_of(TWO, logs)
+
+    plain = found_of(TWO, TWO.logs(7))
+    np.testing.assert_allclose(np.array(values(found)) / list(sizes.values()), values(plain), rtol=1e-6)
+
+
 def test_gains_are_the_same_whatever_the_unit_of_the_column() -> None:
     log, loaded = TWO.logs(1)
     milli = [{name: 1000 * x if name.startswith("M") else x for name, x in one.items()} for one in (log, loaded)]

@@ -117,7 +117,7 @@ def fitted(
                 f"{len(names)} parameters; give a longer log, or a wider band"
             )
         if shown and not k:
-            gains = first(shown, rows, start, usual)
+            gains = first(shown, rows, usual)
         regression, gains, rest = _settled(rows, gains, names, prior, band)
         forces = [one.motion.tau * gains.values for one in parts]
         predicted = [one.Y @ gains.factors for one in parts]

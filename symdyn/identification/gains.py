@@ -13,7 +13,7 @@ Reference: Gautier and Briot, Global identification of joint drive gains and dyn
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,6 +36,12 @@ LONGEST = 5.0
 
 LEAST = 1e-9
 """Part of the largest singular value below which the first guess leaves a direction to what was expected."""
+
+CLEAN = 1e-9
+"""Part of what a drive shows that the first guess takes for noise at least."""
+
+TRIES = 200
+"""Of Levenberg and Marquardt, from each first guess."""
 
 HARDLY = 0.2
 """Standard error, in parts of a gain, from which on it is said to be hardly told."""
@@ -138,34 +144,84 @@ def expected(shown: Mapping[int, str], seen: Array, forces: Array) -> Array:
     return found
 
 
-def first(shown: Mapping[int, str], rows: Rows, prior: Array, gains: Array) -> Gains:
-    """Return where Gauss-Newton starts: least squares with currents that are smoothed first (two stages).
+def first(shown: Mapping[int, str], rows: Rows, gains: Array) -> Gains:
+    """Return where Gauss-Newton starts: the best that Levenberg and Marquardt find from some guesses.
 
     Args:
         shown: as of `Gains`.
         rows: what drives show, and columns, the last of them forces that are known.
-        prior: of the parameters, shape (b,).
         gains: that are expected, shape (nv,).
     """
-    Y, known, joint = rows.Y[:, :-1], rows.Y[:, -1], rows.joint
-    b, drives = Y.shape[1], list(shown)
-    columns, target, weights = np.zeros((len(Y), len(drives))), rows.tau - known, np.ones(len(Y))
-    for j in np.unique(joint):
-        of = joint == j
-        size = float(np.sqrt(np.mean((gains[j] * rows.tau[of]) ** 2)))
-        weights[of] = 1 / size if size > 0 else 1.0
-        if j in shown:
-            span = rows.Y[of] / np.maximum(np.linalg.norm(rows.Y[of], axis=0), 1e-300)
-            columns[of, drives.index(int(j))] = -span @ np.linalg.lstsq(span, rows.tau[of], rcond=LEAST)[0]
-            target[of] = -known[of]
-    begin = np.append(prior, gains[drives])
-    A = np.column_stack([Y, columns]) * weights[:, None]
-    scale = np.linalg.norm(A, axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    found = begin + np.linalg.lstsq(A / scale, target * weights - A @ begin, rcond=LEAST)[0] / scale
+    few = _few(rows)
+    drives, guess = list(shown), np.array([gains[j] for j in shown])
+    smoothed = _two_stages(few, drives, gains)
+    tries = [_fitted(few, drives, one) for one in (smoothed, guess, np.copysign(guess, smoothed))]
+    _, found = min(tries, key=lambda one: one[0])
     values = gains.copy()
-    values[drives] = np.where(found[b:] != 0, found[b:], gains[drives])
-    return Gains(shown, values, found[:b])
+    values[drives] = found[-len(drives) :]
+    return Gains(shown, values, found[: -len(drives)])
+
+
+def _few(rows: Rows) -> Rows:
+    """Return few rows of the same sums of squares, over the noise of what each drive shows, by QR joint by joint."""
+    found = []
+    for j in np.unique(rows.joint):
+        own = np.column_stack([rows.Y, rows.tau])[rows.joint == j]
+        scale = np.linalg.norm(own, axis=0)
+        own = own / np.where(scale > 0, scale, 1.0)
+        off = own[:, -1] - own[:, :-1] @ np.linalg.lstsq(own[:, :-1], own[:, -1], rcond=LEAST)[0]
+        noise = max(float(np.linalg.norm(off)), CLEAN) * scale[-1] / np.sqrt(len(own))
+        found.append((np.linalg.qr(own, mode="r") * scale / (noise or 1.0), int(j)))
+    R = np.vstack([one for one, _ in found])
+    joint = np.concatenate([np.full(len(one), j) for one, j in found])
+    return Rows(R[:, :-1], R[:, -1], joint, np.zeros(len(R)), np.zeros(len(R), np.int64))
+
+
+def _two_stages(rows: Rows, drives: Sequence[int], gains: Array) -> Array:
+    """Return gains by least squares with a column of what each drive shows, smoothed by the others: signs at least."""
+    columns, target = np.zeros((len(rows.tau), len(drives))), rows.tau - rows.Y[:, -1]
+    for place, j in enumerate(drives):
+        own = rows.joint == j
+        columns[own, place] = -rows.Y[own] @ np.linalg.lstsq(rows.Y[own], rows.tau[own], rcond=LEAST)[0]
+        target[own] = -rows.Y[own, -1]
+    A = np.column_stack([rows.Y[:, :-1], columns])
+    weights = 1 / np.abs(gains[rows.joint])
+    scale = np.linalg.norm(A * weights[:, None], axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    found = (np.linalg.lstsq(A * weights[:, None] / scale, target * weights, rcond=LEAST)[0] / scale)[-len(drives) :]
+    return np.where(found != 0, found, gains[list(drives)])
+
+
+def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Array]:
+    """Return the sum of squares, and parameters and gains, of i = u (Y β + F), u = 1/k in parts of a guess."""
+    from scipy.optimize import least_squares
+
+    Y, known, seen = rows.Y[:, :-1], rows.Y[:, -1], rows.tau
+    scale = np.linalg.norm(Y, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    Y = Y / scale
+    count, own = Y.shape[1], np.stack([rows.joint == j for j in drives], axis=1)
+    alone = ~own.any(axis=1)
+
+    def turned(x: Array) -> Array:
+        found: Array = alone + own @ (x[count:] / guess)
+        return found
+
+    def off(x: Array) -> Array:
+        found: Array = turned(x) * (Y @ x[:count] + known) - seen
+        return found
+
+    def slope(x: Array) -> Array:
+        force = Y @ x[:count] + known
+        return np.column_stack([turned(x)[:, None] * Y, own * force[:, None] / guess])
+
+    u = turned(np.ones(count + len(drives)))
+    begin = np.append(np.linalg.lstsq(u[:, None] * Y, seen - u * known, rcond=LEAST)[0], np.ones(len(drives)))
+    found = least_squares(
+        off, begin, slope, method="lm" if len(seen) >= len(begin) else "trf", x_scale="jac", max_nfev=TRIES
+    )
+    parts = np.where(found.x[count:] != 0, found.x[count:], 1.0)
+    return float(found.cost), np.append(found.x[:count] / scale, guess / parts)
 
 
 def told_gains(scene: Scene, shown: Mapping[int, str], regression: Regression, values: Array) -> tuple[Gain, ...]:
