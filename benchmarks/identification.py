@@ -1,11 +1,13 @@
 """Whether stated intervals hold the truth: base parameters of simulated arms over 100 seeds, and FIGAROH beside.
 
-    python benchmarks/identification.py [--arms puma560,arm7] [--seeds 100] [--figaroh PYTHON]
+    python benchmarks/identification.py [--arms puma560,arm7] [--gains two_link] [--seeds 100] [--figaroh PYTHON]
 
 Logs are those of `tests/simulated_logs.py`: friction, encoders that count, noisy torques; seeds are 0, 1, 2, ... and
 none is picked. Counted is for how many the 95 % interval of each base parameter holds its true value, and the joint
-ellipsoid all of them. `--figaroh` names the Python of an environment with `pip install figaroh==1.0.2`, which is given
-the same log of the first seed and the same motion, differentiated and filtered by us, as its own examples do by theirs.
+ellipsoid all of them. `--gains` does so where drives show currents, without and with a payload of which the mass is
+told: gains and the payload are among the parameters. `--figaroh` names the Python of an environment with `pip install
+figaroh==1.0.2`, which is given the same log of the first seed and the same motion, differentiated and filtered by us,
+as its own examples do by theirs.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT), str(ROOT / "tes
 
 import numpy as np  # noqa: E402
 from scipy.stats import binom  # noqa: E402
-from simulated_logs import ARMS, Arm, Coverage, coverage  # noqa: E402
+from simulated_logs import ARMS, DRIVEN, Arm, Coverage, coverage, coverage_of_gains  # noqa: E402
 
 from symdyn.identification import identify  # noqa: E402
 from symdyn.scene.scene_files import write_text  # noqa: E402
@@ -35,12 +37,15 @@ LEAST, MOST = 90, 99
 def told(found: Coverage, seconds: float) -> None:
     """Print what was counted."""
     seeds, held = found.seeds, found.held
-    print(f"{found.arm}: {len(held)} base parameters, {seeds} seeds, {seconds / seeds:.2f} s of one core each")
+    print(f"{found.arm}: {len(held)} parameters, {seeds} seeds, {seconds / seeds:.2f} s of one core each")
     print(f"  held on average {100 * held.mean() / seeds:.1f} %, least {held.min()}, most {held.max()} of {seeds}")
     low, high = LEAST * seeds / 100, MOST * seeds / 100
     outside = [f"{name} {k}" for name, k in zip(found.names, held, strict=True) if not low <= k <= high]
     chance = len(held) * (binom.cdf(np.ceil(low) - 1, seeds, 0.95) + binom.sf(np.floor(high), seeds, 0.95))
     print(f"  outside {low:g} to {high:g}: {', '.join(outside) or 'none'}; {chance:.1f} expected of exact intervals")
+    gains = {name: int(k) for name, k in zip(found.names, held, strict=True) if name.startswith("gain")}
+    if gains:
+        print(f"  of gains least {min(gains.values())}, most {max(gains.values())} of {seeds}: {gains}")
     print(f"  joint ellipsoid: {found.joint} of {seeds}; (β - truth)/error has rms {found.ratio:.3f}")
 
 
@@ -84,15 +89,19 @@ def main() -> None:
     """Run what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arms", default="puma560,arm7", help=f"of {', '.join(ARMS)}")
+    parser.add_argument("--gains", default="", help=f"of {', '.join(DRIVEN)}")
     parser.add_argument("--seeds", type=int, default=100)
     parser.add_argument("--figaroh", metavar="PYTHON", help="of an environment that has it")
     asked = parser.parse_args()
-    for name in asked.arms.split(","):
+    for name in filter(None, asked.arms.split(",")):
         if asked.seeds:
             begin = time.process_time()
             told(coverage(ARMS[name], asked.seeds), time.process_time() - begin)
         if asked.figaroh:
             beside(ARMS[name], asked.figaroh)
+    for name in filter(None, asked.gains.split(",")):
+        begin = time.process_time()
+        told(coverage_of_gains(DRIVEN[name], asked.seeds), time.process_time() - begin)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ condition number of some that one fixed seed draws; nothing is picked by what id
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,9 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 import symdyn
-from symdyn.identification import identify
+from symdyn.identification import Identification, Payload, identify
 from symdyn.identification.linear_model import LinearModel, linear_model, with_terms
-from symdyn.scene import Scene, bind
+from symdyn.scene import Scene, acceleration_name, bind
+from symdyn.scene.ten_parameters import INERTIAL
 from symdyn.simulation.prescribed.forces import drive_names
 
 Array = npt.NDArray[np.float64]
@@ -171,13 +172,90 @@ class Coverage:
 
 def coverage(arm: Arm, seeds: int) -> Coverage:
     """Return how often the intervals of seeds 0, 1, 2, ... hold the truth; what data do not tell counts as missed."""
-    held, joint, ratios = np.zeros(len(arm.model.names), np.int64), 0, []
-    for seed in range(seeds):
-        found = identify(arm.scene, arm.log(seed), friction=TERMS)
-        truth = np.array([arm.truth[name] for name in found.names])
-        low, high = found.interval(0.95).T
+    return _counted(arm.name, arm.truth, [identify(arm.scene, arm.log(seed), friction=TERMS) for seed in range(seeds)])
+
+
+def _counted(name: str, true: Mapping[str, float], found: Sequence[Identification]) -> Coverage:
+    names = found[0].names
+    truth = np.array([true[one] for one in names])
+    held, joint, ratios = np.zeros(len(names), np.int64), 0, []
+    for one in found:
+        low, high = one.interval(0.95).T
         held += (low <= truth) & (truth <= high)
-        off = found.after - truth
-        joint += bool(off @ found.regression.information @ off <= found.regression.reach(0.95))
-        ratios.append(off / found.errors)
-    return Coverage(arm.name, found.names, seeds, held, joint, float(np.sqrt(np.mean(np.square(ratios)))))
+        off = one.after - truth
+        joint += bool(off @ one.regression.information @ off <= one.regression.reach(0.95))
+        ratios.append(off / one.errors)
+    return Coverage(name, names, len(found), held, joint, float(np.sqrt(np.mean(np.square(ratios)))))
+
+
+@dataclass(frozen=True)
+class Driven:
+    """An arm whose drives show currents, measured without and with a payload on its last body.
+
+    Attributes:
+        arm: without it.
+        gains: N m/A.
+        load: the payload, all of it.
+        given: what identification is told of it.
+    """
+
+    arm: Arm
+    gains: tuple[float, ...]
+    load: Payload
+    given: Payload
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Every drive is in A."""
+        return dict.fromkeys(drive_names(self.arm.scene), "A")
+
+    @cached_property
+    def truth(self) -> dict[str, float]:
+        """Base parameters, the payload's ten and gains by the names that identification gives."""
+        found = self.arm.truth | {f"gain {name}": k for name, k in zip(self.units, self.gains, strict=True)}
+        return found | {f"payload {one}": x for (one, _, _), x in zip(INERTIAL, self.load.ten.tolist(), strict=True)}
+
+    @cached_property
+    def forces(self) -> tuple[Array, Array]:
+        """Without and with the payload, without noise, shape (N, n)."""
+        _, q, qd, qdd = self.arm.motion
+        return self.arm.forces, self.arm.forces + self.arm.model.ten(q, qd, qdd)[:, :, -10:] @ self.load.ten
+
+    def logs(self, seed: int) -> list[dict[str, Array]]:
+        """Return both logs, as those of `Arm.log`, with noise of their own."""
+        found = []
+        for k, force in enumerate(self.forces):
+            log = self.arm.log(2 * seed + k)
+            noisy = [log[name] for name in self.units] + (force - self.arm.forces).T
+            found.append(log | dict(zip(self.units, (noisy.T / np.array(self.gains)).T, strict=True)))
+        return found
+
+    def exact(self) -> list[dict[str, Array]]:
+        """Return both logs without noise, velocities and accelerations among the columns."""
+        scene, (t, *motion) = self.arm.scene, self.arm.motion
+        rates = [acceleration_name(name) for name in scene.velocities]
+        names = (*scene.coordinates, *scene.velocities, *rates)
+        columns = {"t": t} | dict(zip(names, np.concatenate(motion, axis=1).T, strict=True))
+        return [columns | dict(zip(self.units, (f / np.array(self.gains)).T, strict=True)) for f in self.forces]
+
+
+DRIVEN: dict[str, Driven] = {
+    "two_link": Driven(
+        ARMS["two_link"], (0.65, 2.0),
+        Payload("link2", 2.0, (0.1, 0.02, 0.0), (0.01, 0.012, 0.008), 1), Payload("link2", 2.0, log=1),
+    ),
+    "puma560": Driven(
+        ARMS["puma560"], (0.65, 0.8, 1.43, 1.4, 2.21, 2.0),
+        Payload("link6", 2.0, (0.03, -0.02, 0.08), (0.01, 0.012, 0.008), 1), Payload("link6", 2.0, log=1),
+    ),
+}  # fmt: skip
+"""Of the payload nothing but its mass is told."""
+
+
+def coverage_of_gains(driven: Driven, seeds: int) -> Coverage:
+    """Return how often intervals of seeds hold the truth: of base parameters, the payload's and gains."""
+    found = [
+        identify(driven.arm.scene, driven.logs(seed), friction=TERMS, units=driven.units, payloads=driven.given)
+        for seed in range(seeds)
+    ]
+    return _counted(driven.arm.name, driven.truth, found)

@@ -187,9 +187,9 @@ def test_what_is_odd_about_a_run_is_said(tmp_path: Path, capsys: pytest.CaptureF
     err = capsys.readouterr().err
     assert "the motion sticks at t = " in err
     assert "tanh(v/0.01)" in err
-    assert main(["simulate", cart, "--until", "1", "--rtol", "1e-30", "--start", "x="]) == 1
+    assert main(["simulate", cart, "--until", "1", "--rtol", "1e-40", "--start", "x="]) == 1
     err = capsys.readouterr().err
-    assert "rtol = 1e-30 is not a tolerance; give one between 1e-16 and 1" in err
+    assert "rtol = 1e-40 is not a tolerance; give one between 1e-30 and 1" in err
     assert '--start: "x=" is not name=formula' in err
 
 

@@ -71,6 +71,7 @@ def worst(function, given: list[np.ndarray], found: np.ndarray) -> float:
     return float(largest)
 
 
+@pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize(("name", "output"), CASES)
 def test_results_have_29_digits_and_more(name, output):
@@ -84,6 +85,7 @@ def test_results_have_29_digits_and_more(name, output):
     assert np.array_equal(high + low, high)
 
 
+@pytest.mark.long
 @pytest.mark.runs("cc")
 def test_every_operation_is_as_right_state_by_state_and_in_batches_of_any_length():
     program = spoken()
@@ -178,6 +180,7 @@ def test_the_example_beside_it_comes_out_and_the_c_is_clean(compiler, option, tm
     assert subprocess.run([tmp_path / "example"], capture_output=True, check=False).returncode == 1
 
 
+@pytest.mark.long
 @pytest.mark.runs("cc")
 def test_two_headers_stand_in_one_file(tmp_path):
     for name in ("first", "second"):
@@ -192,6 +195,7 @@ def test_two_headers_stand_in_one_file(tmp_path):
     subprocess.run([tmp_path / "both"], check=True)
 
 
+@pytest.mark.long
 @pytest.mark.runs("cc")
 def test_what_depends_on_parameters_alone_is_prepared():
     program = lower(symdyn.derive(symdyn.example("two_link"), ["inverse_dynamics"]))

@@ -383,11 +383,6 @@ def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str,
     assert told in capsys.readouterr().err
 
 
-def test_currents_are_no_forces_and_the_way_out_is_told() -> None:
-    with pytest.raises(IdentifyError, match=r"tau\*: A is a current; .* torque constant .* docs/identify\.md"):
-        symdyn.identify(scara(), log(scara()), units={"tau*": "A"})
-
-
 def test_rounding_of_a_joint_at_rest_tells_nothing() -> None:
     """Rates of a constant column are rounding of filter and spline: they told an inertia of -3e7, friction of 5e11."""
     data = noisy(log(scara()), 3, 0.01)

@@ -8,20 +8,21 @@ import math
 from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
 from symdyn.cli.identify_files import add_file_options, check_files, write_files
 from symdyn.cli.identify_runs import OUTPUT_ERROR, RUNS, add_run_options, run_output_error
+from symdyn.cli.payload_options import FORM, payloads
 from symdyn.cli.scene_options import add_reading_options, again, read_scene
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
 from symdyn.identification import Identification, identify
 from symdyn.identification.linear_model import TERMS
-from symdyn.identification.units import UNITS
+from symdyn.identification.units import GAINED, UNITS
 from symdyn.rounding import in_digits
 from symdyn.scene.values.formula import split_commas
 
 EXCITE, REGRESSION = "--excite", "--by regression"
 
 WAYS = {
-    REGRESSION: ("band", "friction", "hold_back", "units", "keep_outliers", "output", "total_mass", "force"),
+    REGRESSION: ("band", "friction", "hold_back", "units", "payload", "keep_outliers", "output", "total_mass", "force"),
     f"--by {OUTPUT_ERROR}": RUNS,
     EXCITE: (*EXCITING, "output"),
 }
@@ -45,7 +46,18 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("--hold-back", type=float, metavar="SHARE", help="part of every log that judges the result: 0.25")
     verb.add_argument(
-        "--units", metavar="LIST", help=f"columns that are not in SI with radians, e.g. t=ms,q*=deg: {', '.join(UNITS)}"
+        "--units",
+        metavar="LIST",
+        help=f"columns that are not in SI with radians, e.g. t=ms,q*=deg: {', '.join(UNITS)}; "
+        f"drives whose gain is not known, e.g. tau*=A: {', '.join(GAINED)}; and those whose gain is, tau1=0.12*A",
+    )
+    verb.add_argument(
+        "--payload",
+        action="append",
+        default=[],
+        metavar="P",
+        help=f"what a log was measured with, {FORM}, which tells "
+        "gains; com in the frame of the body, m, and inertia about com, kg m^2, are found where they are not given",
     )
     verb.add_argument("--keep-outliers", action="store_true", help="fit samples too that no noise explains")
     add_file_options(verb)
@@ -68,6 +80,7 @@ def run(options: argparse.Namespace) -> int:
     if options.by == OUTPUT_ERROR:
         return run_output_error(scene, options)
     check_files(options)
+    carried = payloads(options.payload)
     terms = [one.strip() for one in split_commas(options.friction or "")]
     with Waiting() as progress:
         progress("identifying")
@@ -79,6 +92,7 @@ def run(options: argparse.Namespace) -> int:
             options.hold_back or 0.0,
             not options.keep_outliers,
             pairs(options.units, "--units"),
+            payloads=carried,
         )
     for note in found.notes:
         say(note)
@@ -109,13 +123,29 @@ def show(found: Identification) -> None:
     """Print the tables."""
     regression = found.regression
     rows = []
-    columns = zip(found.names, found.before, found.after, found.errors, regression.told, strict=True)
+    count = len(found.names) - len(found.gains)  # which have a table of their own, with units
+    columns = zip(found.names[:count], found.before, found.after, found.errors, regression.told, strict=False)
     for name, before, after, error, told in columns:
         part = 100 * error / abs(after) if told and after else math.nan
         rows.append((name, _told(before), _told(after), _told(error, 2) if told else "not told", _told(part, 2)))
     print_table(
         f"base parameters of {found.scene.name}", ("parameter", "before ", "after ", "standard error ", "% "), rows
     )
+    if found.gains:
+        print_table(
+            "gains of drives",
+            ("drive", "unit", "gain ", "standard error ", "% "),
+            [
+                (
+                    one.drive,
+                    one.unit,
+                    _told(one.value) if math.isfinite(one.error) else "-",
+                    _told(one.error, 2) if math.isfinite(one.error) else "not told",
+                    _told(100 * one.error / abs(one.value), 2),
+                )
+                for one in found.gains
+            ],
+        )
     print_table(
         "driving forces, root mean squares",
         ("drive", "unit", "measured ", "error ", "% ", "error before ", "held back ", "% "),

@@ -189,7 +189,10 @@ def again(options: argparse.Namespace, always: str = "") -> str:
         elif action.nargs == 0 and value == action.const != action.default:
             words.append(action.option_strings[0])
         elif action.nargs != 0 and (value != action.default or action.dest == always):
-            words += [action.option_strings[0], shlex.quote(str(value).replace(" ", ""))]
+            repeated = isinstance(action, argparse._AppendAction) and isinstance(value, list)
+            for one in value if repeated else [value]:
+                several = one if isinstance(one, list) else [one]
+                words += [action.option_strings[0], *(shlex.quote(str(each).replace(" ", "")) for each in several)]
     return " ".join(words)
 
 

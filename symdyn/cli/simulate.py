@@ -15,6 +15,7 @@ from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, 
 from symdyn.simulation.feedback.controller import changed, placed
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.initial import read_start
+from symdyn.simulation.integrate.gauss import FINEST
 from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import counted
 from symdyn.simulation.trajectory import END, INTERRUPTED
@@ -55,10 +56,12 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--method",
         metavar="NAME",
-        help="taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode, adams or ida (SUNDIALS); "
-        "without this, the one that fits",
+        help="taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode, adams or ida (SUNDIALS), gauss "
+        "(31 digits); without this, the one that fits",
     )
-    verb.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step")
+    verb.add_argument(
+        "--rtol", type=float, metavar="TOL", help="relative tolerance of a step; below 1e-16, to 1e-30, with 31 digits"
+    )
     verb.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
     add_output_options(verb)
 
@@ -72,7 +75,9 @@ def run(options: argparse.Namespace) -> int:
         lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
         lambda: _feedback(scene, options),
         lambda: check_outputs(scene, options),
-        lambda: check_run(scene, options.until, options.every, options.rtol, options.atol, formulas, options.method),
+        lambda: check_run(
+            scene, options.until, options.every, options.rtol, options.atol, formulas, options.method, finest=FINEST
+        ),
     )
     with Bar(f"simulating {scene.name}") as progress:
         trajectory = simulate(

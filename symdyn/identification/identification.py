@@ -9,6 +9,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.identification.filtered import Flags, Motion
+from symdyn.identification.gains import Gain
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.log import Log
 from symdyn.identification.outliers import Outlier
@@ -37,6 +38,7 @@ class Identification(Shown):
         predicted: of each motion, Y β at every sample, shapes (N, nv).
         used: of each motion, which samples were fitted, shapes (N, nv).
         held: of each motion, which samples were held back, shapes (N,).
+        gains: of drives that show something else than their force, such as currents.
     """
 
     scene: Scene
@@ -52,20 +54,22 @@ class Identification(Shown):
     predicted: tuple[Array, ...]
     used: tuple[Flags, ...]
     held: tuple[Flags, ...]
+    gains: tuple[Gain, ...] = ()
 
     def __repr__(self) -> str:
-        told = f"{int(self.regression.told.sum())} of {len(self.names)} base parameters told"
+        count = len(self.model.names)
+        told = f"{int(self.regression.told[:count].sum())} of {count} base parameters told"
         return f"<Identification of {self.scene.name}: {told}, condition number {self.regression.condition:.3g}>"
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the base parameters, shape (p,)."""
+        """Names of the base parameters, of what was not known of payloads, and of gains, shape (p,)."""
         return self.regression.names
 
     @property
     def before(self) -> Array:
-        """What the scene says of them, shape (p,); NaN where it has no number."""
-        return self.model.prior
+        """What the scene says of them, shape (p,); NaN where it has no number, and of what is not in it."""
+        return np.append(self.model.prior, np.full(len(self.names) - len(self.model.prior), np.nan))
 
     @property
     def after(self) -> Array:
@@ -105,6 +109,10 @@ class Identification(Shown):
             "parameters": [
                 {"name": n, "before": float(b), "after": float(a), "standard_error": float(e), "told": bool(k)}
                 for n, b, a, e, k in columns
+            ],
+            "gains": [
+                {"drive": one.drive, "unit": one.unit, "value": one.value, "standard_error": one.error}
+                for one in self.gains
             ],
             "fits": [
                 {

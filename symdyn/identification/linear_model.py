@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from symdyn.dynamics.roads.derive import derive_one
 from symdyn.dynamics.roads.linear_forces import remainder
 from symdyn.errors import DerivationError, IdentifyError
 from symdyn.graph import evaluate, reachable
+from symdyn.identification.unknowns import TEN
 from symdyn.scene import Joint, Parameter, Scene, bind, velocity_name
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.joints import JOINTS
@@ -39,7 +41,8 @@ class LinearModel:
         rows: indices of the velocities whose row says something, shape (m,).
         jumps: indices of the velocities at whose standstill a force jumps.
         regressor: (q, qd, qdd) of shapes (N, nq), (N, nv), (N, nv) to Y, shape (N, nv, p).
-        rest: the same arguments to r, what none of the parameters stands for, shape (N, nv).
+        ten: the same arguments to the columns of the ten parameters of every body, shape (N, nv, 10 bodies); compiled
+            when it is called.
     """
 
     scene: Scene
@@ -48,6 +51,7 @@ class LinearModel:
     rows: tuple[int, ...]
     jumps: tuple[int, ...]
     regressor: Callable[[Array, Array, Array], Array]
+    ten: Callable[[Array, Array, Array], Array]
 
 
 @dataclass(frozen=True)
@@ -177,11 +181,20 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
         found: Array = np.asarray(call(q, qd, qdd), dtype=np.float64)
         return found
 
+    @cache
+    def every() -> Callable[..., Array]:
+        found: Callable[..., Array] = load(bound, ["regressor"]).regressor
+        return found
+
+    def ten(q: Array, qd: Array, qdd: Array) -> Array:
+        found: Array = np.asarray(every()(q, qd, qdd), dtype=np.float64)[:, :, : TEN * len(bound.bodies)]
+        return found
+
     rng = np.random.default_rng(1)
     q, qd, qdd = (rng.uniform(-1, 1, (8, n)) for n in (len(scene.coordinates), *[len(scene.velocities)] * 2))
     said = np.abs(np.nan_to_num(regressor(q, qd, qdd))).max(axis=(0, 2))
     rows = tuple(int(k) for k in np.flatnonzero(said > 0))
-    return LinearModel(augmented, tuple(name for name, _ in told), prior, rows, _jumps(scene), regressor)
+    return LinearModel(augmented, tuple(name for name, _ in told), prior, rows, _jumps(scene), regressor, ten)
 
 
 def _number(value: object, known: dict[str, float]) -> float:

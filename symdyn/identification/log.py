@@ -48,7 +48,7 @@ class Log:
         q: coordinates, shape (N, nq); rad or m.
         qd: velocities, shape (N, nv), None where they are to be differentiated.
         qdd: accelerations, shape (N, nv), None likewise.
-        tau: driving forces, shape (N, nv), zero where a joint is passive; N m or N.
+        tau: driving forces, shape (N, nv), zero where a joint is passive; N m or N, or what a drive shows instead.
         notes: what is doubtful, one line each.
     """
 
@@ -87,7 +87,8 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
         faults.add("data", f"{name or 'a function'}: a log is a CSV file or arrays over t, not a function")
     if not said.tables and not faults.lines:
         faults.add("data", "is no log; give a CSV file with the columns t, " + ", ".join(expected(scene)))
-    tables = [in_si(table, units or {}, faults) for table in said.tables]
+    drives = [drive for drive in scene.drives if drive]
+    tables = [in_si(table, units or {}, drives, faults) for table in said.tables]
     logs = [one for table in tables if (one := _log(scene, table, faults)) is not None]
     if faults.lines:
         raise IdentifyError(faults.lines)

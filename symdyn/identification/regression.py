@@ -47,7 +47,7 @@ class Regression:
     Attributes:
         names: of the parameters, shape (p,).
         Y: rows, shape (M, p), in the units of the driving forces.
-        tau: measured, shape (M,).
+        tau: measured, less what is known of it, shape (M,).
         joint: index of the velocity of each row, shape (M,).
         frequency: Hz of each row, shape (M,).
         weights: one over the standard deviation of each row, shape (M,).
@@ -128,6 +128,7 @@ class Rows:
         Y, tau, joint, frequency: as in `Regression`.
         group: rows of one group are of one frequency of one motion, shape (M,).
         buried: one draw of what noise of the motion makes of Y, shape (M, p); () where there is none.
+        force: as measured, where tau is what is left of it, shape (M,); () where tau is.
     """
 
     Y: Array
@@ -136,6 +137,7 @@ class Rows:
     frequency: Array
     group: Indices
     buried: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    force: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: int) -> Regression:
@@ -153,7 +155,7 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
     deviation = np.ones(joints)
     for j in range(joints):
         if (of := joint == j).any():
-            deviation[j] = max(float(np.sqrt(np.mean(tau[of] ** 2))), 1e-300)
+            deviation[j] = max(float(np.sqrt(np.mean((rows.force if rows.force.size else tau)[of] ** 2))), 1e-300)
     variance = deviation[joint] ** 2
     variance = np.where(variance > 1e-200, variance, max(float(variance.max()), 1e-300))
     for _ in range(ROUNDS):

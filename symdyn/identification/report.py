@@ -74,7 +74,15 @@ def report(found: Identification, made: Identified | None = None, command: str =
         made: the identified scene, told too where it is given.
         command: what made it, shown on top.
     """
-    sections = [_parameters(found), _untold(found), _fits(found), *_plots(found), *_residuals(found), _outliers(found)]
+    sections = [
+        _parameters(found),
+        _gains(found),
+        _untold(found),
+        _fits(found),
+        *_plots(found),
+        *_residuals(found),
+        _outliers(found),
+    ]
     if made is not None:
         sections.append(_scene(made))
     parts = [one for one in sections if one is not None]
@@ -96,7 +104,8 @@ def _facts(found: Identification) -> Iterator[tuple[str, str]]:
     yield "rows of the regressor", f"{len(regression.tau)}"
     yield "degrees of freedom", f"{regression.dof}"
     yield "condition number of the weighted rows, columns scaled", _told(regression.condition, 3)
-    yield "base parameters told", f"{int(regression.told.sum())} of {len(found.names)}"
+    count = len(found.model.names)
+    yield "base parameters told", f"{int(regression.told[:count].sum())} of {count}"
 
 
 # Tables
@@ -134,6 +143,24 @@ def _parameters(found: Identification) -> Section:
     )
     table = Table("Base parameters before and after", heads, (False, *(True,) * 7), tuple(rows))
     return Section("Parameters", words, (table,))
+
+
+def _gains(found: Identification) -> Section | None:
+    if not found.gains:
+        return None
+    rows = tuple(
+        (one.drive, one.unit, _told(one.value), _told(one.error, 2), _told(100 * one.error / abs(one.value), 2))
+        if isfinite(one.error)
+        else (one.drive, one.unit, "\u2013", "not told", "")
+        for one in found.gains
+    )
+    heads = ("drive", "unit", "gain", "standard error", "% of it")
+    words = (
+        "What the column of a drive is multiplied by to become its force. Their errors go with those of the other "
+        "parameters: in the covariance they are one with them.",
+    )
+    table = Table("Gains of drives", heads, (False, False, *(True,) * 3), rows)
+    return Section("Gains", words, (table,))
 
 
 def _untold(found: Identification) -> Section:

@@ -90,7 +90,7 @@ def identified(
     if inertial_names(scene):
         named = fit_names(scene, *told, added)
         values = {name: float(x) for name, x in zip(named.names, named.values, strict=True)}
-        notes = _named_notes(scene, named)
+        notes = [*_named_notes(scene, named), *_gain_notes(found)]
         if total_mass is not None or inside:
             asked = " and ".join(
                 ["the total mass"] * (total_mass is not None) + ["ellipsoids of bodies"] * bool(inside)
@@ -105,18 +105,21 @@ def identified(
     physical = nearest_physical(known, combinations @ known.map, estimate, covariance, total_mass, inside, spread)
     changed = [k for k, name in enumerate(known.bodies) if name not in physical.kept]
     values = {known.names[k]: float(physical.values[k]) for k in _places(changed, len(known.bodies), len(known.names))}
-    return Identified(with_parameters(scene, values), values, physical, None, tuple(_physical_notes(physical)))
+    return Identified(
+        with_parameters(scene, values), values, physical, None, (*_physical_notes(physical), *_gain_notes(found))
+    )
 
 
 def told_combinations(found: Identification) -> tuple[Array, Array, Array]:
     """Return C, e, Sigma: combinations of base parameters that data tell, shape (k, b), estimates, covariance."""
     regression = found.regression
-    count = len(regression.names)
+    count = len(found.model.names)  # gains and payloads stand behind them
+    estimate, covariance = regression.estimate[:count], regression.covariance[:count, :count]
     if not len(regression.untold):
-        return np.eye(count), regression.estimate, regression.covariance
-    _, _, Vt = np.linalg.svd(regression.untold)
-    C = Vt[len(regression.untold) :] * regression.scale
-    return C, C @ regression.estimate, C @ regression.covariance @ C.T
+        return np.eye(count), estimate, covariance
+    _, sizes, Vt = np.linalg.svd(regression.untold[:, :count])
+    C = Vt[int(np.sum(sizes > NOTHING)) :] * regression.scale[:count]
+    return C, C @ estimate, C @ covariance @ C.T
 
 
 def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
@@ -236,6 +239,11 @@ def _named_notes(scene: Scene, named: Named) -> list[str]:
 def _of(body: Body) -> list[Quantity]:
     entries = (body.mass, *(body.com or ()), *(body.first_moment or ()), *body.inertia)
     return [q for q in (*entries, *(p.mass for p in body.particles)) if q.symbols or value_of(q, {})]
+
+
+def _gain_notes(found: Identification) -> list[str]:
+    told = [f"{g.drive} {g.value:.5g} ± {g.error:.2g} {g.unit}" for g in found.gains if np.isfinite(g.error)]
+    return [f"gains of drives, which a scene does not hold: {listed(told)}"] if told else []
 
 
 def _physical_notes(found: Physical) -> list[str]:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.identification.bounds import fits
 from symdyn.identification.directions import echelon
 from symdyn.identification.filtered import Motion
+from symdyn.identification.fitting import Fitted
+from symdyn.identification.gains import Gains
 from symdyn.identification.linear_model import LinearModel
+from symdyn.identification.payload import Carried
 from symdyn.scene import Scene
+from symdyn.simulation.prescribed.forces import drive_names
 
 SMALL = 1e-3
 """Part of the largest share below which a parameter is no part of a combination."""
@@ -23,7 +28,10 @@ STRUCTURE = 1e-9
 """Part of its terms that a combination has at most in random motions, if no motion tells it."""
 
 NEVER = "no motion tells them apart"
-RICHER = "a richer motion would tell, as --excite finds"
+RICHER = "a richer motion would tell"
+
+UNFELT = "its drive feels nothing of known size"
+WEIGH = "a payload that it feels would tell, or a gain that is known, as in --units {}=0.12*A"
 
 MOST = 4
 """Parameters of a combination that are named; others are counted."""
@@ -56,37 +64,50 @@ class Untold:
         return f"{what}{why}; the scene's own value{'s stay' if several else ' stays'} there; {self.helps}"
 
 
-def untold(model: LinearModel, directions: Array, scale: Array, motions: Sequence[Motion]) -> tuple[Untold, ...]:
-    """Return the combinations that rows of `motions` do not tell, with reasons.
+def untold(
+    model: LinearModel, carried: Carried, shown: Mapping[int, str], found: Fitted, places: Sequence[int]
+) -> tuple[Untold, ...]:
+    """Return the combinations that the rows of a fit do not tell, with reasons.
 
     Args:
         model: whose parameters they are.
-        directions: orthonormal in units of `scale`, shape (u, p).
-        scale: of the columns, shape (p,).
-        motions: that were fitted.
+        carried: payloads by log.
+        shown: what drives show that do not show their force, by the number of their velocity.
+        found: the fit.
+        places: of the log of each motion.
     """
-    if not len(directions):
+    regression = found.regression
+    if not len(regression.untold):
         return ()
-    found = []
-    lacking = _lacking(model.scene, motions)
-    generic = _generic(model, motions)
+    told = []
+    lacking = _lacking(model.scene, found.motions)
+    generic = _generic(model, carried, shown, found, sorted(set(places)))
     size = np.linalg.norm(generic, axis=(0, 1))
-    for row in echelon(directions):
+    first_gain = len(regression.names) - len(shown)
+    for row in echelon(regression.untold):
         part = np.flatnonzero(np.abs(row) > SMALL * np.abs(row).max())
-        part = part[np.argsort(-np.abs(row[part]), kind="stable")]
-        names = tuple(model.names[k] for k in part)
+        part = part[np.lexsort((-np.abs(row[part]), part < first_gain))]
+        names = tuple(regression.names[k] for k in part)
         along = np.zeros(len(row))
-        along[part] = row[part] / scale[part]
+        along[part] = row[part] / regression.scale[part]
         formula = _formula(along[part], names)
         if np.linalg.norm(generic @ along) < STRUCTURE * np.linalg.norm(size * along):
-            found.append(Untold(formula, NEVER, "leave a term out, or know one of them", names))
+            why, helps = NEVER, "leave a term out, or know one of them"
+            if part[0] >= first_gain:
+                why, helps = UNFELT, WEIGH.format(drive_names(model.scene)[list(shown)[part[0] - first_gain]])
+            told.append(Untold(formula, why, helps, names))
             continue
         joints = [j for j in range(generic.shape[1]) if np.abs(generic[:, j] @ along).max() > 1e-9]
         reasons = [lacking[j] for j in joints if j in lacking]
         why = "; ".join(dict.fromkeys(one[0] for one in reasons))
         helps = "; ".join(dict.fromkeys(one[1] for one in reasons))
-        found.append(Untold(formula, why, helps or RICHER, names))
-    return tuple(found)
+        told.append(Untold(formula, why, helps or _richer(model.scene), names))
+    return tuple(told)
+
+
+def _richer(scene: Scene) -> str:
+    """Return what helps where nothing else is known; --excite only where it finds motions."""
+    return RICHER if fits(scene) else f"{RICHER}, as --excite finds"
 
 
 def _formula(coefficients: Array, names: Sequence[str]) -> str:
@@ -100,12 +121,23 @@ def _formula(coefficients: Array, names: Sequence[str]) -> str:
     return " ".join(parts) + (f" and {more} more" if more > 0 else "")
 
 
-def _generic(model: LinearModel, motions: Sequence[Motion]) -> Array:
-    """Return the regressor of random motions, shape (states, nv, p)."""
+def _generic(
+    model: LinearModel, carried: Carried, shown: Mapping[int, str], found: Fitted, places: Sequence[int]
+) -> Array:
+    """Return the columns of random motions with the payloads of each log, shape (states, nv, p)."""
     rng = np.random.default_rng(0)
-    nq, nv = motions[0].q.shape[1], motions[0].qd.shape[1]
-    q, qd, qdd = rng.uniform(-1, 1, (200, nq)), rng.uniform(-1, 1, (200, nv)), rng.uniform(-1, 1, (200, nv))
-    return np.nan_to_num(model.regressor(q, qd, qdd))
+    nq, nv = found.motions[0].q.shape[1], found.motions[0].qd.shape[1]
+    state = rng.uniform(-1, 1, (200, nq)), rng.uniform(-1, 1, (200, nv)), rng.uniform(-1, 1, (200, nv))
+    gains = Gains(shown, found.gains, found.regression.estimate[: len(found.regression.names) - len(shown)])
+    loads = dict[tuple[bytes, bytes], int]()
+    for place in places:
+        loads.setdefault((carried.unknown[place].tobytes(), carried.known[place].tobytes()), place)
+    columns = []
+    for place in loads.values():
+        both = np.nan_to_num(np.concatenate([model.regressor(*state), carried.columns(model, place, *state)], axis=2))
+        joint = np.tile(np.arange(nv), len(both))
+        columns.append(gains.columns(both.reshape(len(joint), -1), joint).reshape(len(both), nv, -1))
+    return np.concatenate(columns)
 
 
 def _lacking(scene: Scene, motions: Sequence[Motion]) -> dict[int, tuple[str, str]]:

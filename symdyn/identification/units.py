@@ -6,9 +6,9 @@ their joints, forces beside those that the scene expects.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from fnmatch import fnmatchcase
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 
@@ -47,8 +47,15 @@ UNITS: dict[str, float] = {
 }
 """What a column may be in, and by which it becomes SI with radians."""
 
-CURRENTS = ("A", "mA")
-"""What a drive is often measured in, and no factor makes a force of that is the same for all drives."""
+GAINED: dict[str, tuple[float, str]] = {
+    "A": (1.0, "A"),
+    "mA": (1e-3, "A"),
+    "V": (1.0, "V"),
+    "mV": (1e-3, "V"),
+    "%": (1.0, "%"),
+    "counts": (1.0, "count"),
+}
+"""What a drive may show in place of its force, a multiple of it by a gain that data may tell, and what one of it is."""
 
 NEAR, ALIKE = 0.1, 0.9
 """How near a ratio is to a factor of units, and the correlation from which two columns show the same thing."""
@@ -64,29 +71,53 @@ LONG = 20.0
 """m of travel from which a joint without limits is asked whether it is in millimetres."""
 
 
-def in_si(table: Columns, units: Mapping[str, str], faults: Faults) -> Columns:
-    """Return columns in SI with radians, those that `units` say, by name or pattern such as "q*", in another unit."""
-    t, values = table.t, dict(table.values)
-    for pattern, unit in units.items():
-        factor = UNITS.get(unit)
-        found = [name for name in (TIME, *values) if fnmatchcase(name, pattern)]
-        if unit in CURRENTS:
+def in_si(table: Columns, units: Mapping[str, str], drives: Collection[str], faults: Faults) -> Columns:
+    """Return columns in SI with radians, those that `units` say, by name or pattern such as "q*", in another unit.
+
+    Of several patterns that fit a column the last counts.
+    A drive in a unit of `GAINED` stays what it shows, unless its gain stands before the unit, as in "0.12*A".
+    """
+    factors = dict[str, float]()
+    for pattern, said in units.items():
+        factor, unit = _factor(said)
+        found = [name for name in (TIME, *table.values) if fnmatchcase(name, pattern)]
+        other = [name for name in found if name not in drives]
+        if factor is None:
+            faults.add("units", f"{pattern}: {said} is no unit of a column; {choice(unit, (*UNITS, *GAINED))}")
+        elif not found:
+            faults.add(
+                "units", f"{pattern}: {table.source} has no such column; {choice(pattern, (TIME, *table.values))}"
+            )
+        elif unit in GAINED and other:
             faults.add(
                 "units",
-                f"{pattern}: {unit} is a current; a force it becomes by the torque constant and the gear ratio of its "
-                "drive, which a log alone does not tell: docs/identify.md, Currents in place of forces",
+                f"{pattern}: {unit} is what a drive shows, and {other[0]} is none; {choice(other[0], tuple(drives))}",
             )
-        elif factor is None:
-            faults.add("units", f"{pattern}: {unit} is no unit of a column; {choice(unit, UNITS)}")
-        elif not found:
-            faults.add("units", f"{pattern}: {table.source} has no such column; {choice(pattern, (TIME, *values))}")
         else:
-            for name in found:
-                if name == TIME:
-                    t = t * factor
-                else:
-                    values[name] = values[name] * factor
-    return Columns(table.source, t, values, table.every)
+            factors |= dict.fromkeys(found, factor)
+    values = {name: x * factors[name] if name in factors else x for name, x in table.values.items()}
+    return Columns(table.source, table.t * factors.get(TIME, 1.0), values, table.every)
+
+
+def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
+    """Return of which drives the gain is to be found: their numbers, and what one of what they show is, such as "A"."""
+    found = {}
+    for k, name in enumerate(drives):
+        said = [one for pattern, one in units.items() if fnmatchcase(name, pattern)]  # the last one counts
+        if said and said[-1] in GAINED:
+            found[k] = GAINED[said[-1]][1]
+    return found
+
+
+def _factor(said: str) -> tuple[float | None, str]:
+    """Return what a unit, with a number before it or without, is multiplied by, None where it is none; and the unit."""
+    before, times, unit = said.rpartition("*")
+    size = UNITS.get(unit, GAINED[unit][0] if unit in GAINED else None)
+    try:
+        number = float(before) if times else 1.0
+    except ValueError:
+        return None, said
+    return (None, said) if size is None or not isfinite(number) or number == 0 else (number * size, unit)
 
 
 def looks_off(scene: Scene, source: str, t: Array, q: Array, qd: Array | None, faults: Faults) -> list[str]:

@@ -20,12 +20,14 @@ from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
+from symdyn.simulation.exact_start import beyond_doubles
 from symdyn.simulation.feedback.controller import Feedback, Law, placed, placed_function, read_feedback
 from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.feedback.loop import Loop, Loops
 from symdyn.simulation.initial import Start, Values, read_start, singular
 from symdyn.simulation.integrate import METHODS, Hit, Problem
-from symdyn.simulation.integrator import Choice, choose
+from symdyn.simulation.integrate.gauss import FINEST
+from symdyn.simulation.integrator import DOUBLES, EXACT, Choice, choose
 from symdyn.simulation.joint_limits import at_start, named, on_the_way, reached, stopping
 from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.prescribed.entries import Entries
@@ -46,8 +48,8 @@ ROUNDING = 1e-14
 AHEAD = (0.0, 1e-6, 1e-5, 1e-4)
 """Parts of the time, or seconds, by which it is looked ahead for what has no value where a run ends."""
 
-FINEST, SMALLEST = 1e-16, 1e-300
-"""The finest relative tolerance that means anything in doubles, and the smallest absolute one."""
+SMALLEST = 1e-300
+"""The smallest absolute tolerance that means anything."""
 
 
 def simulate(
@@ -91,7 +93,7 @@ def simulate(
         start: formulas by coordinate, or as "q1=0.3,q2=pi/2", in place of what the scene says; or a whole state.
         start_rates: formulas by velocity.
         method: a key of `METHODS`; None chooses.
-        rtol: relative tolerance of a step; None takes the method's.
+        rtol: relative tolerance of a step; None takes the method's. Below 1e-16 the run has 31 digits (`gauss`).
         atol: absolute tolerance of a step; None takes rtol.
         stops: formulas in what outputs may name, and in outputs; where one crosses zero the run ends.
         reports: likewise; where one crosses zero the event is kept.
@@ -120,7 +122,7 @@ def simulate(
     with noted(faults):
         initial = read_start(scene, start, start_rates)
     with noted(faults):
-        zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
+        zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions, FINEST)
     laws = []
     with noted(faults):
         laws += [placed(scene, read_feedback(scene, feedback), until)] if feedback is not None else []
@@ -144,15 +146,25 @@ def simulate(
     for note in notes:
         _tell(say, note)
 
+    choice = choose(system, x, until, method, rtol, any(limits))
+
     def attempt(choice: Choice) -> tuple[Run, Problem]:
         relative = choice.method.rtol if rtol is None else rtol
         absolute = relative if atol is None else atol
         _tell(say, _method(choice, relative, absolute))
         projection = Projection(system, max(ROUNDING, DRIFT * relative))
-        problem = Problem(system, x, times, relative, absolute, looked_for, projection)
+        problem = Problem(
+            system,
+            x,
+            times,
+            relative,
+            absolute,
+            looked_for,
+            projection,
+            beyond_doubles(initial, len(x)) if choice.name == EXACT else None,
+        )
         return integrated(problem, choice.method, progress, say), problem
 
-    choice = choose(system, x, until, method)
     run, problem = attempt(choice)
     if choice.otherwise is not None and run.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
@@ -162,12 +174,17 @@ def simulate(
     for note in seen:
         _tell(say, note)
     found = replace(
-        found, method=choice.name, rtol=problem.rtol, atol=problem.atol, steps=run.steps, evaluations=run.evaluations,
-        preparing=run.preparing, wall=run.wall, notes=(*notes, *seen),
+        found, low=_beyond(system, run), method=choice.name, rtol=problem.rtol, atol=problem.atol, steps=run.steps,
+        evaluations=run.evaluations, preparing=run.preparing, wall=run.wall, notes=(*notes, *seen),
     )  # fmt: skip
     if say is None and not found.complete and found.stopped != INTERRUPTED:
         warnings.warn(f"{scene.name}: {found.stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
     return found
+
+
+def _beyond(system: StateEquations, run: Run) -> Array | None:
+    """Return what coordinates and velocities of a run are beyond their doubles, None where they are doubles."""
+    return None if run.low is None else run.low[:, : system.nq + system.nv]
 
 
 def trajectory_of(
@@ -235,8 +252,11 @@ def check_run(
     formulas: Sequence[str] = (),
     method: str | None = None,
     reactions: bool | str = False,
+    finest: float = DOUBLES,
 ) -> tuple[tuple[Quantity, ...], Array]:
     """Return the formulas of events and the times of samples of a run; arguments as for `simulate`.
+
+    `finest` is the finest relative tolerance that there is a method for.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -247,7 +267,7 @@ def check_run(
     for text, event in zip(formulas, events, strict=True):
         if event is not None and not event.symbols:
             faults.add("event", f'"{text}" is a constant, which crosses nothing')
-    for name, value, least in (("rtol", rtol, FINEST), ("atol", atol, SMALLEST)):
+    for name, value, least in (("rtol", rtol, finest), ("atol", atol, SMALLEST)):
         if value is not None and not least <= value < 1:
             faults.add("", f"{name} = {value:g} is not a tolerance; give one between {least:g} and 1, such as 1e-9")
     if method is not None and method.lower() not in METHODS:

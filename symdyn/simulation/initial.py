@@ -23,7 +23,7 @@ from symdyn.simulation.equations.conserved import values_on
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
-from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula, words
+from symdyn.simulation.prescribed.formulas_in_time import bound, close, number_of, parameter_values, read_formula, words
 
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
@@ -40,11 +40,13 @@ class Start:
         q: coordinates, shape (nq,).
         u: velocities, shape (nv,).
         notes: what was changed so that loops close, one line each.
+        formulas: what was said of q and u, parameters bound; () where they are numbers.
     """
 
     q: Array
     u: Array
     notes: tuple[str, ...] = ()
+    formulas: tuple[Quantity, ...] = ()
 
 
 Values: TypeAlias = Mapping[str, Any] | str
@@ -68,17 +70,18 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         return start
     values = parameter_values(scene)
     faults = Faults("")
-    q, given_q = _position(scene, start, values, faults)
+    q, given_q, formulas = _position(scene, start, values, faults)
     u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in starting_velocity(scene)])
+    formulas += starting_velocity(scene)
     moved = prescribed(scene, Graph()).place
     given_u: list[int] = []
     velocities = scene.velocities
     for name, text in _by_name(rates, "start rates", faults).items():
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
         k = _index(named, velocities, "start rates", faults)
-        value = _value(text, values, f"start rates: {name}", faults)
-        if k is not None and value is not None:
-            u[k] = value
+        formula, value = _value(text, values, f"start rates: {name}", faults)
+        if k is not None and formula is not None and value is not None:
+            u[k], formulas[len(q) + k] = value, formula
             given_u.append(k)
             if k in moved:
                 faults.add("start rates", f"{name} has a prescribed motion, which says how it starts")
@@ -101,7 +104,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         notes += more
         close(faults)
     no_equations(numbers, q)
-    return Start(q, u, tuple(notes))
+    return Start(q, u, tuple(notes), tuple(bound(one, values) for one in formulas))
 
 
 def read_guess(scene: Scene, start: Values | None = None) -> Array:
@@ -111,24 +114,24 @@ def read_guess(scene: Scene, start: Values | None = None) -> Array:
         SimulateError: with every fault, one line each.
     """
     faults = Faults("")
-    q, _ = _position(scene, start, parameter_values(scene), faults)
+    q, _, _ = _position(scene, start, parameter_values(scene), faults)
     close(faults)
     return numbers_at(scene).normalised(q)
 
 
 def _position(
     scene: Scene, start: Values | None, values: Mapping[str, Quantity], faults: Faults
-) -> tuple[Array, list[int]]:
-    """Return coordinates at the start, and which of them the user gives."""
-    q = np.array([number_of(x, values, "start", faults) or 0.0 for x in starting_position(scene)])
-    given: list[int] = []
+) -> tuple[Array, list[int], list[Quantity]]:
+    """Return coordinates at the start, which of them the user gives, and the formulas of all."""
+    formulas, given = [*starting_position(scene)], list[int]()
+    q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
     for name, text in _by_name(start, "start", faults).items():
         k = _index(name, scene.coordinates, "start", faults)
-        value = _value(text, values, f"start: {name}", faults)
-        if k is not None and value is not None:
-            q[k] = value
+        formula, value = _value(text, values, f"start: {name}", faults)
+        if k is not None and formula is not None and value is not None:
+            q[k], formulas[k] = value, formula
             given.append(k)
-    return q, given
+    return q, given, formulas
 
 
 def no_equations(numbers: Numbers, q: Array) -> None:
@@ -159,9 +162,11 @@ def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int |
     return None
 
 
-def _value(text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
+def _value(
+    text: str, values: Mapping[str, Quantity], where: str, faults: Faults
+) -> tuple[Quantity | None, float | None]:
     formula = read_formula(text, values, where, faults)
-    return None if formula is None else number_of(formula, values, where, faults)
+    return formula, None if formula is None else number_of(formula, values, where, faults)
 
 
 def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: Faults) -> None:

@@ -8,7 +8,7 @@ something else grows is a saddle, as at a pendulum's top, which friction has no 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,9 @@ STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
 
 OTHERWISE = "dop853"
 """What steps over a change point of loops, where series end."""
+
+EXACT, DOUBLES = "gauss", 1e-16
+"""What computes in double-doubles, and the finest tolerance that means anything in doubles."""
 
 LARGEST = 3000
 """Operations that heyoka compiles within a few seconds."""
@@ -48,14 +51,26 @@ class Choice:
     otherwise: str | None = None
 
 
-def choose(system: StateEquations, x: Array, until: float, asked: str | None = None) -> Choice:
+def choose(
+    system: StateEquations,
+    x: Array,
+    until: float,
+    asked: str | None = None,
+    rtol: float | None = None,
+    limited: bool = False,
+) -> Choice:
     """Return the integrator for a system that starts at x: the one of `METHODS` that was asked for, or that fits.
+
+    A relative tolerance below what doubles have takes the one that computes in more; `limited` says whether limits of
+    joints end the run.
 
     Raises:
         SimulateError: there is no such method, it does not apply, or its library is missing.
     """
+    if rtol is not None and rtol < DOUBLES and asked is None:
+        return replace(_asked(system, EXACT, limited), reason="doubles have no such tolerance")
     if asked is not None:
-        return _asked(system, asked)
+        return _asked(system, asked, limited, rtol)
     if is_stiff(system, x, until):
         if system.loop is not None and system.loop.period is not None:
             return Choice(
@@ -75,7 +90,7 @@ def choose(system: StateEquations, x: Array, until: float, asked: str | None = N
     return Choice("dop853", METHODS["dop853"], f"no Taylor method: {why}")
 
 
-def _asked(system: StateEquations, asked: str) -> Choice:
+def _asked(system: StateEquations, asked: str, limited: bool, rtol: float | None = None) -> Choice:
     name = asked.lower()
     if name not in METHODS:
         raise SimulateError(f"method {asked} is not known; {suggestion(asked, METHODS)}")
@@ -83,8 +98,15 @@ def _asked(system: StateEquations, asked: str) -> Choice:
     if not importable(method.module):
         raise SimulateError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
+    if name == EXACT and not why and limited:
+        why = "joints have limits, which end runs, and it looks for no events (--ignore-limits lets it)"
     if why:
-        raise SimulateError(f"method {name} does not apply: {why}; take dop853")
+        other = "take dop853" if rtol is not None or name != EXACT else f"give --rtol {DOUBLES:g} or more"
+        raise SimulateError(f"method {name} does not apply: {why}; {other}")
+    if name != EXACT and rtol is not None and rtol < DOUBLES:
+        raise SimulateError(
+            f"method {name} computes in doubles: give --rtol {DOUBLES:g} or more, or no method, which takes {EXACT}"
+        )
     return Choice(name, method, "")
 
 

@@ -26,10 +26,13 @@ def csv_text(trajectory: Trajectory) -> str:
 
 
 def write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    """Write t, q, qd, qdd, tau, each extra column by its name, the names of columns, and JSON of how it was made."""
+    """Write t, q, qd, qdd, tau, each extra column by its name, the names of columns, and JSON of how it was made.
+
+    Of runs with 31 digits, `low` is what q and qd are beyond their doubles.
+    """
     scene = trajectory.scene
     arrays: dict[str, Any] = {name: getattr(trajectory, name) for name in ("t", "q", "qd", "qdd", "tau")}
-    arrays |= dict(trajectory.extra)
+    arrays |= dict(trajectory.extra) | ({} if trajectory.low is None else {"low": trajectory.low})
     arrays["coordinates"], arrays["velocities"] = np.array(scene.coordinates), np.array(scene.velocities)
     arrays["about"] = np.array(json.dumps(about(trajectory), ensure_ascii=False))
     np.savez_compressed(file, **arrays)

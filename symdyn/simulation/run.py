@@ -30,6 +30,7 @@ class Run:
         stopped: "end", "interrupted", `STOPPED` by the last of the hits, or why the integrator gave up.
         steps, evaluations: of the integrator.
         preparing, wall: seconds until its first state, and from there on.
+        low: what states are beyond their doubles, shape (N, nx); None of methods that compute in doubles.
     """
 
     t: Array
@@ -40,6 +41,7 @@ class Run:
     evaluations: int
     preparing: float
     wall: float
+    low: Array | None = None
 
 
 def integrated(
@@ -68,13 +70,22 @@ def integrated(
     now = pieces[-1].now if pieces else (0.0, problem.x)
     t = np.concatenate([np.empty(0), *(piece.t for piece in pieces)])
     x = np.concatenate([np.empty((0, len(problem.x))), *(piece.x for piece in pieces)])
+    low = _low(pieces)
     if not len(t) or now[0] > t[-1]:  # where it stands when it ends between two samples
         t, x = np.append(t, now[0]), np.vstack([x, now[1]])
     hits = tuple(sorted((hit for piece in pieces for hit in piece.hits), key=lambda hit: (hit.t, flags[hit.event])))
     if pieces and pieces[-1].stopped:
         stopped = STOPPED
     steps, evaluations = (sum(getattr(piece, name) for piece in pieces) for name in ("steps", "evaluations"))
-    return _real(problem, Run(t, x, hits, stopped, steps, evaluations, ready - begin, wall))
+    if low is not None and len(low) < len(x):  # where it stands between two samples doubles are enough
+        low = np.vstack([low, np.zeros_like(x[len(low) :])])
+    return _real(problem, Run(t, x, hits, stopped, steps, evaluations, ready - begin, wall, low))
+
+
+def _low(pieces: list[Piece]) -> Array | None:
+    """Return what samples are beyond their doubles, None where there are no more digits."""
+    parts = [piece.low for piece in pieces if piece.low is not None]
+    return np.concatenate(parts) if parts else None
 
 
 def _real(problem: Problem, run: Run) -> Run:

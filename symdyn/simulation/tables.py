@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Mapping, Sequence
+from decimal import ROUND_HALF_EVEN, Context, Decimal
 from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra.numeric import Array
@@ -15,10 +17,27 @@ if TYPE_CHECKING:
     import xarray
 
 
-def csv_text(names: Sequence[str], table: Array) -> str:
-    """Return a header, then the shortest digits that read back to the same doubles."""
-    lines = [",".join(names), *(",".join(map(repr, row)) for row in table.tolist())]
-    return "\n".join(lines) + "\n"
+def csv_text(names: Sequence[str], table: Array, low: Array | None = None) -> str:
+    """Return a header, then the shortest digits that read back to the same doubles.
+
+    With `low`, what columns from the second on are beyond their doubles, these have 32 digits.
+    """
+    rows = [[*map(repr, row)] for row in table.tolist()]
+    for k, more in enumerate([] if low is None else low.tolist()):
+        rows[k][1 : 1 + len(more)] = map(in_full, table[k, 1 : 1 + len(more)].tolist(), more)
+    return "\n".join(map(",".join, [names, *rows])) + "\n"
+
+
+def in_full(high: float, low: float) -> str:
+    """Return a double-double with 32 digits.
+
+    >>> in_full(0.1, -5.551115123125783e-18)
+    '0.10000000000000000000000000000000'
+    """
+    if not math.isfinite(high):
+        return repr(high)
+    exact = Context(prec=800).add(Decimal(high), Decimal(low))
+    return str(Context(prec=32, rounding=ROUND_HALF_EVEN).plus(exact))
 
 
 def frame(columns: Sequence[Column], table: Array, about: Mapping[str, Any]) -> pandas.DataFrame:

@@ -69,6 +69,7 @@ class Trajectory(Shown):
         preparing: seconds until the integrator was ready; heyoka compiles in them.
         wall: seconds that integrating took.
         notes: what a user should know.
+        low: what q and qd are beyond their doubles, shape (N, nq + nv), of runs with 31 digits; else None.
     """
 
     scene: Scene
@@ -89,6 +90,7 @@ class Trajectory(Shown):
     preparing: float = 0.0
     wall: float = 0.0
     notes: tuple[str, ...] = ()
+    low: Array | None = None
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g} … {self.t[-1]:g} s, " if len(self.t) else ""
@@ -146,10 +148,12 @@ class Trajectory(Shown):
     def to_csv(self, file: str | Path | IO[str] | None = None) -> str:
         """Return the table as CSV with every digit, which `simulate` and `inverse` read; written to a file if given.
 
+        Coordinates and velocities of runs with 31 digits have all of these.
+
         Raises:
             EmitError: the file cannot be written, or takes no text.
         """
-        text = tables.csv_text(*self.table())
+        text = tables.csv_text(*self.table(), self.low)
         if isinstance(file, (str, Path)):
             writing.write({Path(file).name: text}, Path(file).parent)
         elif file is not None:

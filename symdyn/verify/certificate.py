@@ -139,22 +139,15 @@ def certify(
     progress("deriving")
     outputs, preferred, left_out = taken(workspace, outputs, road)
     notes += left_out
-    claims = [
-        _agreement(workspace, name, one, derive_one(workspace, name, other))
-        for name, one in zip(outputs, preferred, strict=True)
-        for other in roads_of(name, scene)
-        if other != one.formulation
-    ]
-    claims += laws(workspace, outputs)
     program = lower(Equations(scene, workspace.graph, preferred))
-    claims += _program_claims(scene, preferred, program)
     code = prepare_program(program) if prepare else program
-    claims += _composed_claims(program, code)
     if prepare and code is program:
         notes.append("nothing to prepare: no function has a free parameter")
     with Building(code, real, accuracy) as building:
         progress("writing files")
         building.begin(targets, WAYS if asked else ())
+        progress("deriving once more, by other roads")
+        claims = _claims(workspace, outputs, preferred, program) + _composed_claims(program, code)
         progress("proving over finite fields")
         there = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
         claims = on_unit_sphere(scene, there)
@@ -200,6 +193,19 @@ def taken(
     functions: list[Function] = []
     found, faults = there(workspace, wanted, lambda w, name: functions.append(chosen(w, name, road)))
     return found, tuple(functions), left_out + faults
+
+
+def _claims(
+    workspace: Workspace, outputs: Sequence[str], preferred: Sequence[Function], program: Program
+) -> list[Claim]:
+    """Return that all roads agree, that laws hold, and that the program is what the preferred roads gave."""
+    roads = [
+        _agreement(workspace, name, one, derive_one(workspace, name, other))
+        for name, one in zip(outputs, preferred, strict=True)
+        for other in roads_of(name, workspace.scene)
+        if other != one.formulation
+    ]
+    return [*roads, *laws(workspace, outputs), *_program_claims(workspace.scene, preferred, program)]
 
 
 def _agreement(w: Workspace, request: str, one: Function, other: Function) -> Claim:

@@ -35,6 +35,7 @@ class Problem:
         rtol, atol: tolerances on a step, relative and absolute.
         stops: whether the event of each of the system's formulas ends the run.
         project: brings states back to their constraints.
+        low: what the state is beyond its doubles, shape (nx,); None for nothing.
     """
 
     system: StateEquations
@@ -44,6 +45,7 @@ class Problem:
     atol: float
     stops: tuple[bool, ...]
     project: Projection
+    low: Array | None = None
 
     @property
     def until(self) -> float:
@@ -82,6 +84,7 @@ class Piece:
         steps: steps taken in that stretch.
         evaluations: of the right-hand side in that stretch.
         stopped: whether the last hit ended the run.
+        low: what states are beyond their doubles, shape (k, nx); None of methods that compute in doubles.
     """
 
     t: Array
@@ -91,6 +94,7 @@ class Piece:
     steps: int
     evaluations: int
     stopped: bool = False
+    low: Array | None = None
 
 
 Run = Callable[[Problem], Iterator[Piece]]

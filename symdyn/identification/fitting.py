@@ -1,0 +1,296 @@
+"""Logs fitted: rows of a base regressor, outliers left out round by round, and how well each force is predicted.
+
+Y β + Y_L x + F = k i       Y_L, x, F: what is not known of payloads and what is (`payload`); k: gains (`gains`)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import IdentifyError
+from symdyn.identification.filtered import Flags, Motion, projected
+from symdyn.identification.gains import SETTLED, STEPS, Gains, expected, first
+from symdyn.identification.linear_model import LinearModel
+from symdyn.identification.outliers import Outlier, far, stretches
+from symdyn.identification.payload import Carried
+from symdyn.identification.regression import Regression, Rows, solve
+from symdyn.identification.validation import Fit, blocks, mean_square
+from symdyn.scene.units import velocity_units
+from symdyn.simulation.prescribed.forces import drive_names
+
+SLOW = 3.0
+"""Standard deviations of a velocity's noise within which a joint stands, where its dry friction jumps."""
+
+ROUNDS = 4
+"""Of leaving out outliers and fitting again."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fit found.
+
+    Attributes:
+        regression: least squares of all parameters: β, then what is not known of payloads, then gains.
+        gains: of every velocity, shape (nv,); one where a drive shows its force.
+        motions: with forces in place of what drives show.
+        fits: how well each driving force is predicted.
+        outliers: what was left out.
+        notes: what a user should know, one line each.
+        predicted: forces of each motion, shapes (N, nv).
+        used: of each motion, which samples were fitted, shapes (N, nv).
+        held: of each motion, which samples were held back, shapes (N,).
+    """
+
+    regression: Regression
+    gains: Array
+    motions: tuple[Motion, ...]
+    fits: tuple[Fit, ...]
+    outliers: tuple[Outlier, ...]
+    notes: tuple[str, ...]
+    predicted: tuple[Array, ...]
+    used: tuple[Flags, ...]
+    held: tuple[Flags, ...]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One motion, and what it is held against.
+
+    Attributes:
+        motion: with what drives show.
+        Y: columns of β, of what is not known of payloads, and last the force of what is, shape (N, nv, b + 1).
+        drawn: what noise of the motion makes of them; None where there is none.
+        blocks: which samples are held back.
+    """
+
+    motion: Motion
+    Y: Array
+    drawn: Array | None
+    blocks: tuple[tuple[slice, bool], ...]
+
+
+def fitted(
+    model: LinearModel,
+    moved: Sequence[tuple[int, Motion]],
+    carried: Carried,
+    shown: Mapping[int, str],
+    band: float,
+    hold_back: float,
+    leave_out: bool,
+) -> Fitted:
+    """Return the regression of motions, outliers left out.
+
+    Args:
+        model: the mechanism.
+        moved: motions, each with the place of its log.
+        carried: payloads by log.
+        shown: what drives show that do not show their force, by the number of their velocity.
+        band: Hz.
+        hold_back: share of the samples that is not fitted.
+        leave_out: whether outliers are.
+
+    Raises:
+        IdentifyError: too few rows, or a regressor without finite values.
+    """
+    parts = [_part(model, one, carried, place, hold_back) for place, one in moved]
+    names = (*model.names, *carried.names, *(f"gain {drive_names(model.scene)[j]}" for j in shown))
+    start = np.append(np.nan_to_num(model.prior), np.zeros(len(carried.names)))
+    usual = expected(
+        shown,
+        np.concatenate([one.motion.tau for one in parts]),
+        np.concatenate([one.Y @ np.append(start, 1.0) for one in parts]),
+    )
+    prior = np.append(start, usual[list(shown)])
+    gains = Gains(shown, usual, start)
+    used = [_moving(model, one.motion) for one in parts]
+    out = [np.zeros(one.motion.tau.shape, bool) for one in parts]
+    for k in range(ROUNDS if leave_out else 1):
+        rows = _rows(model, parts, used, False)
+        if len(rows.tau) < len(names) // 4 + 2:
+            raise IdentifyError(
+                f"{parts[0].motion.source}: the data leave {len(rows.tau)} rows below {band:.3g} Hz for "
+                f"{len(names)} parameters; give a longer log, or a wider band"
+            )
+        if shown and not k:
+            gains = first(shown, rows, usual)
+        regression, gains, rest = _settled(rows, gains, names, prior, band)
+        forces = [one.motion.tau * gains.values for one in parts]
+        predicted = [one.Y @ gains.factors for one in parts]
+        residuals = [force - said for force, said in zip(forces, predicted, strict=True)]
+        if not leave_out or k == ROUNDS - 1:
+            break
+        new = _far(residuals, used, forces, model.rows)
+        if not any(one.any() for one in new):
+            break
+        out = [one | more for one, more in zip(out, new, strict=True)]
+        used = [one & ~more for one, more in zip(used, new, strict=True)]
+    drives = drive_names(model.scene)
+    outliers = [
+        one
+        for part, mask, left in zip(parts, out, residuals, strict=True)
+        for one in stretches(mask, left, part.motion.t, part.motion.source, drives)
+    ]
+    return Fitted(
+        regression,
+        gains.values,
+        tuple(replace(one.motion, tau=force) for one, force in zip(parts, forces, strict=True)),
+        _fits(model, parts, gains, used),
+        tuple(outliers),
+        (*rest, *_standing(model, [one.motion for one in parts]), *_told_of(outliers, out)),
+        tuple(predicted),
+        tuple(used),
+        tuple(_held(one) for one in parts),
+    )
+
+
+def _settled(
+    rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band: float
+) -> tuple[Regression, Gains, list[str]]:
+    """Return least squares and gains, and a note where these did not settle; without gains, one solution is all."""
+    for _ in range(STEPS):
+        regression = solve(names, gains.linear(rows), prior, band, len(gains.values))
+        gains, part = gains.moved(regression.estimate)
+        if part < SETTLED:
+            return regression, gains, []
+    told = f"gains still changed by {100 * part:.2g} % after {STEPS} steps: data hardly tell them"
+    return regression, gains, [told]
+
+
+def _far(residuals: list[Array], used: list[Flags], taus: list[Array], rows: tuple[int, ...]) -> list[Flags]:
+    """Return which samples are far off, of each motion."""
+    lengths = np.cumsum([len(one) for one in residuals])[:-1]
+    every = far(np.concatenate(residuals), np.concatenate(used), np.concatenate(taus))
+    passive = [j for j in range(every.shape[1]) if j not in rows]
+    every[:, passive] = False
+    return np.split(every, lengths)
+
+
+def _told_of(found: list[Outlier], out: list[Flags]) -> list[str]:
+    count = int(sum(one.sum() for one in out))
+    if not count:
+        return []
+    worst = sorted(found, key=lambda one: -abs(one.worst))[:3]
+    where = "; ".join(f"{one.drive} at t = {one.start:.6g} s, off by {one.worst:.3g}" for one in worst)
+    return [f"{count} sample{'s' * (count != 1)} of a force left out that no noise explains: {where}"]
+
+
+def _moving(model: LinearModel, motion: Motion) -> Flags:
+    """Return which samples of which joints are fitted: not where dry friction jumps within the noise of a velocity."""
+    used = np.ones(motion.tau.shape, bool)
+    for j in model.jumps:
+        used[:, j] = np.abs(motion.qd[:, j]) > SLOW * motion.noise[1, j]
+    return used
+
+
+def _standing(model: LinearModel, moved: Sequence[Motion]) -> list[str]:
+    """Return a note on samples of joints that were left out as `_moving` says."""
+    left = 1 - np.concatenate([_moving(model, one) for one in moved]).mean(axis=0)
+    names = drive_names(model.scene)
+    parts = [f"{100 * left[j]:.2g} % of {names[j]}" for j in model.rows if left[j] > 0]
+    return [f"left out where a joint stands, where dry friction jumps: {', '.join(parts)}"] if parts else []
+
+
+def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold_back: float) -> _Part:
+    """Return a motion with the columns that it is held against."""
+
+    def columns(*state: Array) -> Array:
+        found = model.regressor(*state)
+        return np.concatenate([found, carried.columns(model, place, *state)], axis=2)
+
+    both = columns(motion.q, motion.qd, motion.qdd)
+    bad = np.argwhere(~np.isfinite(both))
+    if len(bad):
+        raise IdentifyError(
+            f"{motion.source}: at t = {motion.t[bad[0][0]]:.6g} s the regressor has no finite value, as at a dead "
+            "centre; leave such samples out"
+        )
+    drawn = None
+    if motion.noise.any() and motion.q.shape == motion.qd.shape:
+        drawn = columns(*_shaken(motion)) - both
+    return _Part(motion, both, drawn, tuple(blocks(len(motion.t), hold_back)))
+
+
+def _shaken(motion: Motion) -> tuple[Array, Array, Array]:
+    """Return a motion with one draw of its noise; None of it has what was not differentiated."""
+    rng = np.random.default_rng(0)
+    step = float(motion.t[1] - motion.t[0])
+    frequency = np.fft.rfftfreq(len(motion.t), step)
+    shape = (len(frequency), motion.q.shape[1])
+    white = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) * (frequency <= motion.band)[:, None]
+    turn = 2j * np.pi * frequency[:, None]
+    parts = [np.fft.irfft(white * turn**k, len(motion.t), axis=0) for k in range(3)]
+    level = motion.noise[1] / np.maximum(np.std(parts[1], axis=0), 1e-300)
+    q, qd, qdd = (x + p * level for x, p in zip((motion.q, motion.qd, motion.qdd), parts, strict=True))
+    return q, qd, qdd
+
+
+def _held(part: _Part) -> Flags:
+    """Return which samples of a motion are held back, shape (N,)."""
+    mask = np.zeros(len(part.motion.t), bool)
+    for samples, back in part.blocks:
+        mask[samples] = back
+    return mask
+
+
+def _rows(model: LinearModel, parts: Sequence[_Part], used: Sequence[Flags], back: bool) -> Rows:
+    """Return what drives show and the columns beside it, of samples that are held back, or of those that are not."""
+    found: list[tuple[Any, ...]] = []
+    group = 0
+    for one, mask in zip(parts, used, strict=True):
+        motion, Y, drawn = one.motion, one.Y, one.drawn
+        step = float(motion.t[1] - motion.t[0])
+        for part, held in one.blocks:
+            n = part.stop - part.start
+            count = int(min(n, 2 * motion.band * step * n))
+            if held is not back or count < 1:
+                continue
+            frequency = np.arange(count) / (2 * step * n)
+            for j in model.rows:
+                take = mask[part, j].astype(float)[:, None]
+                if not take.any():
+                    continue
+                own = projected(np.column_stack([Y[part, j], motion.tau[part, j]]) * take, count)
+                lost = np.zeros((count, Y.shape[2])) if drawn is None else projected(drawn[part, j] * take, count)
+                numbers = group + np.arange(count)
+                found.append((own[:, :-1], own[:, -1], np.full(count, j), frequency, numbers, lost))
+            group += count
+    if not found:
+        p = parts[0].Y.shape[2]
+        none = np.zeros(0)
+        return Rows(np.zeros((0, p)), none, none.astype(int), none, none.astype(int), np.zeros((0, p)))
+    columns, tau, joint, frequency, numbers, lost = (np.concatenate(one) for one in zip(*found, strict=True))
+    return Rows(columns, tau, joint, frequency, numbers, lost if lost.any() else np.zeros((0, 0)))
+
+
+def _fits(model: LinearModel, parts: Sequence[_Part], gains: Gains, used: Sequence[Flags]) -> tuple[Fit, ...]:
+    """Return how well each driving force is predicted; root mean squares over samples, in the band."""
+    own, other = (_rows(model, parts, used, held) for held in (False, True))
+    back = {held: sum(p.stop - p.start for one in parts for p, h in one.blocks if h is held) for held in (False, True)}
+    units, names = velocity_units(model.scene), drive_names(model.scene)
+    count = len(model.prior)
+    before = np.append(model.prior, gains.factors[count:])
+    known = bool(np.isfinite(before).all())
+    found = []
+    for j in model.rows:
+
+        def off(rows: Rows, factors: Array) -> float:
+            mine = rows.joint == j  # noqa: B023  called at once
+            left = rows.tau[mine] * gains.values[j] - rows.Y[mine] @ factors  # noqa: B023
+            return mean_square(left) * float(np.sqrt(len(left) / back[rows is other])) if len(left) else float("nan")
+
+        found.append(
+            Fit(
+                names[j],
+                "N m" if units[j] == "rad" else "N",
+                off(own, 0 * gains.factors),
+                off(own, gains.factors),
+                off(own, before) if known else float("nan"),
+                off(other, gains.factors),
+            )
+        )
+    return tuple(found)

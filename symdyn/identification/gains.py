@@ -1,0 +1,234 @@
+"""Gains of drives: what a drive shows, a current, times its gain is its force, and the gain is not known.
+
+    k_j i_j = Y_j β + F_j + noise         F: forces of what is known of payloads; noise is in i, as measured
+    i_j = (Y_j β + F_j) / k_j             so this is what is fitted, by Gauss-Newton: with f0 = Y β0 + F at β0, k0
+
+    k0 i - F - f0 = Y β - (f0 / k0) k     a row for each, and a column for each gain
+
+With i itself in the column, in place of f0 / k0, its noise would make gains too small. Where nothing is known, k and β
+may grow together, and the direction (β0, k0) is not told, exactly: whatever the noise.
+
+Reference: Gautier and Briot, Global identification of joint drive gains and dynamic parameters of robots (2014).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.identification.filtered import Indices
+from symdyn.identification.regression import Regression, Rows
+from symdyn.scene import Scene
+from symdyn.scene.units import velocity_units
+from symdyn.simulation.prescribed.forces import drive_names
+
+STEPS = 30
+"""Of Gauss-Newton, at most."""
+
+SETTLED = 1e-6
+"""Part of a gain that a step changes it by when no more are taken."""
+
+LONGEST = 5.0
+"""Times by which one step may change a gain."""
+
+LEAST = 1e-9
+"""Part of the largest singular value below which the first guess leaves a direction to what was expected."""
+
+CLEAN = 1e-9
+"""Part of what a drive shows that the first guess takes for noise at least."""
+
+TRIES = 200
+"""Of Levenberg and Marquardt, from each first guess."""
+
+HARDLY = 0.2
+"""Standard error, in parts of a gain, from which on it is said to be hardly told."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What the column of a drive is multiplied by to become its force.
+
+    Attributes:
+        drive: its name.
+        unit: such as "N m/A".
+        value: as found; negative where the column has the other sign than the force.
+        error: its standard error; NaN where the data do not tell it.
+    """
+
+    drive: str
+    unit: str
+    value: float
+    error: float
+
+    @property
+    def words(self) -> str:
+        """What is doubtful about it, "" where nothing is."""
+        if not np.isfinite(self.error):
+            return ""
+        if self.error > HARDLY * abs(self.value):
+            return (
+                f"gain {self.drive} = {self.value:.3g} with a standard error of {self.error:.2g} {self.unit} is hardly "
+                "told: a heavier payload, or one further out, is felt more"
+            )
+        turned = f"gain {self.drive} is below zero: its column has the other sign than its force"
+        return turned if self.value < 0 else ""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of the drives that do not show forces, at some point of the fit.
+
+    Attributes:
+        shown: what one of what they show is, by the number of their velocity.
+        values: of every velocity, shape (nv,); one where a drive shows its force.
+        forces: β and what is not known of payloads, with which the forces are, shape (b,).
+    """
+
+    shown: Mapping[int, str]
+    values: Array
+    forces: Array
+
+    @property
+    def drives(self) -> list[int]:
+        """Numbers of the velocities whose gains are looked for, shape (g,)."""
+        return list(self.shown)
+
+    @property
+    def factors(self) -> Array:
+        """What columns are multiplied by to become forces, those of what is known last: shape (b + 1,)."""
+        found: Array = np.append(self.forces, 1.0)
+        return found
+
+    def linear(self, rows: Rows) -> Rows:
+        """Return rows with a column a gain, of rows with what drives show, and the known forces as last column."""
+        said, known = rows.Y @ self.factors, rows.Y[:, -1]
+        force = rows.tau * self.values[rows.joint]
+        found = self.columns(rows.Y, rows.joint)
+        noise = self.columns(rows.buried, rows.joint) if rows.buried.size else rows.buried
+        left = force - known - np.where(np.isin(rows.joint, self.drives), said, 0.0)
+        return replace(rows, Y=found, tau=left, buried=noise, force=force)
+
+    def columns(self, Y: Array, joint: Indices) -> Array:
+        """Return columns, those of gains last, shape (M, b + g), of columns of which the last is known, (M, b + 1)."""
+        slopes = -(Y @ self.factors) / self.values[joint]
+        own = [np.where(joint == j, slopes, 0.0) for j in self.drives]
+        return np.column_stack([Y[:, :-1], *own])
+
+    def moved(self, estimate: Array) -> tuple[Gains, float]:
+        """Return them after a step, and the largest part of a gain by which it is one."""
+        values, part = self.values.copy(), 0.0
+        for j, new in zip(self.drives, estimate[len(self.forces) :], strict=True):
+            ratio = float(new / self.values[j])
+            part = max(part, abs(ratio - 1))
+            values[j] = self.values[j] * (np.clip(ratio, 1 / LONGEST, LONGEST) if ratio > 0 else ratio or 1.0)
+        return Gains(self.shown, values, estimate[: len(self.forces)]), part
+
+
+def expected(shown: Mapping[int, str], seen: Array, forces: Array) -> Array:
+    """Return gains of all velocities, shape (nv,): those by which what was seen is what a scene expects, else one.
+
+    Args:
+        shown: as of `Gains`.
+        seen: what drives show, shape (N, nv).
+        forces: as the scene expects them, shape (N, nv); NaN where it does not.
+    """
+    found = np.ones(seen.shape[1])
+    for j in shown:
+        size = float(seen[:, j] @ seen[:, j])
+        ratio = float(forces[:, j] @ seen[:, j]) / size if size else np.nan
+        largest = float(np.abs(seen[:, j]).max(initial=0.0))
+        found[j] = ratio if np.isfinite(ratio) and ratio else 1 / largest if largest else 1.0
+    return found
+
+
+def first(shown: Mapping[int, str], rows: Rows, gains: Array) -> Gains:
+    """Return where Gauss-Newton starts: the best that Levenberg and Marquardt find from some guesses.
+
+    Args:
+        shown: as of `Gains`.
+        rows: what drives show, and columns, the last of them forces that are known.
+        gains: that are expected, shape (nv,).
+    """
+    few = _few(rows)
+    drives, guess = list(shown), np.array([gains[j] for j in shown])
+    smoothed = _two_stages(few, drives, gains)
+    tries = [_fitted(few, drives, one) for one in (smoothed, guess, np.copysign(guess, smoothed))]
+    _, found = min(tries, key=lambda one: one[0])
+    values = gains.copy()
+    values[drives] = found[-len(drives) :]
+    return Gains(shown, values, found[: -len(drives)])
+
+
+def _few(rows: Rows) -> Rows:
+    """Return few rows of the same sums of squares, over the noise of what each drive shows, by QR joint by joint."""
+    found = []
+    for j in np.unique(rows.joint):
+        own = np.column_stack([rows.Y, rows.tau])[rows.joint == j]
+        scale = np.linalg.norm(own, axis=0)
+        own = own / np.where(scale > 0, scale, 1.0)
+        off = own[:, -1] - own[:, :-1] @ np.linalg.lstsq(own[:, :-1], own[:, -1], rcond=LEAST)[0]
+        noise = max(float(np.linalg.norm(off)), CLEAN) * scale[-1] / np.sqrt(len(own))
+        found.append((np.linalg.qr(own, mode="r") * scale / (noise or 1.0), int(j)))
+    R = np.vstack([one for one, _ in found])
+    joint = np.concatenate([np.full(len(one), j) for one, j in found])
+    return Rows(R[:, :-1], R[:, -1], joint, np.zeros(len(R)), np.zeros(len(R), np.int64))
+
+
+def _two_stages(rows: Rows, drives: Sequence[int], gains: Array) -> Array:
+    """Return gains by least squares with a column of what each drive shows, smoothed by the others: signs at least."""
+    columns, target = np.zeros((len(rows.tau), len(drives))), rows.tau - rows.Y[:, -1]
+    for place, j in enumerate(drives):
+        own = rows.joint == j
+        columns[own, place] = -rows.Y[own] @ np.linalg.lstsq(rows.Y[own], rows.tau[own], rcond=LEAST)[0]
+        target[own] = -rows.Y[own, -1]
+    A = np.column_stack([rows.Y[:, :-1], columns])
+    weights = 1 / np.abs(gains[rows.joint])
+    scale = np.linalg.norm(A * weights[:, None], axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    found = (np.linalg.lstsq(A * weights[:, None] / scale, target * weights, rcond=LEAST)[0] / scale)[-len(drives) :]
+    return np.where(found != 0, found, gains[list(drives)])
+
+
+def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Array]:
+    """Return the sum of squares, and parameters and gains, of i = u (Y β + F), u = 1/k in parts of a guess."""
+    from scipy.optimize import least_squares
+
+    Y, known, seen = rows.Y[:, :-1], rows.Y[:, -1], rows.tau
+    scale = np.linalg.norm(Y, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    Y = Y / scale
+    count, own = Y.shape[1], np.stack([rows.joint == j for j in drives], axis=1)
+    alone = ~own.any(axis=1)
+
+    def turned(x: Array) -> Array:
+        found: Array = alone + own @ (x[count:] / guess)
+        return found
+
+    def off(x: Array) -> Array:
+        found: Array = turned(x) * (Y @ x[:count] + known) - seen
+        return found
+
+    def slope(x: Array) -> Array:
+        force = Y @ x[:count] + known
+        return np.column_stack([turned(x)[:, None] * Y, own * force[:, None] / guess])
+
+    u = turned(np.ones(count + len(drives)))
+    begin = np.append(np.linalg.lstsq(u[:, None] * Y, seen - u * known, rcond=LEAST)[0], np.ones(len(drives)))
+    found = least_squares(
+        off, begin, slope, method="lm" if len(seen) >= len(begin) else "trf", x_scale="jac", max_nfev=TRIES
+    )
+    parts = np.where(found.x[count:] != 0, found.x[count:], 1.0)
+    return float(found.cost), np.append(found.x[:count] / scale, guess / parts)
+
+
+def told_gains(scene: Scene, shown: Mapping[int, str], regression: Regression, values: Array) -> tuple[Gain, ...]:
+    """Return the gains of a fit, with their standard errors, in the order of velocities."""
+    names, kinds = drive_names(scene), velocity_units(scene)
+    errors = regression.errors[len(regression.names) - len(shown) :]
+    return tuple(
+        Gain(names[j], f"{'N m' if kinds[j] == 'rad' else 'N'}/{one}", float(values[j]), float(error))
+        for (j, one), error in zip(shown.items(), errors, strict=True)
+    )

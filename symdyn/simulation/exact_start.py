@@ -1,0 +1,27 @@
+"""What a start is beyond its doubles: a third of a radian is no double, and a run with 31 digits starts there."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.graph import Graph
+from symdyn.program.constants import constants
+from symdyn.scene import express
+from symdyn.simulation.initial import Start
+
+NEAR = Fraction(1, 2**50)
+"""What a number may be off beside its size and still be the double of its formula; else it was moved, and stays."""
+
+
+def beyond_doubles(start: Start, size: int) -> Array:
+    """Return what the formulas of a start are beyond its doubles, shape (size,); zero where there are none."""
+    low, graph = np.zeros(size), Graph()
+    numbers = [express(formula, graph) for formula in start.formulas]
+    known = constants(numbers)
+    for k, (number, double) in enumerate(zip(numbers, (*start.q, *start.u)[: len(numbers)], strict=True)):
+        off = known[number] - Fraction(float(double))
+        low[k] = float(off) if abs(off) <= NEAR * abs(known[number]) else 0.0
+    return low

@@ -1,0 +1,184 @@
+"""Gauss' collocation in double-doubles, for solutions of 28 digits and more: of 16 stages, order 32, with C of our own.
+
+    Y_k = x + h Σ_j a_kj f(t + c_j h, Y_j),      x(t + h) ≈ x + h Σ_j b_j f(t + c_j h, Y_j)
+
+The stages are as many as the states of a block, and found by fixed-point iteration. A step is taken whole and in two
+halves, of which the halves are kept. Steps end at samples, so nothing is interpolated. There are no events, no loops,
+and no forces from outside the equations.
+
+Reference: Hairer, Lubich and Wanner, Geometric numerical integration (2006), II.1.3 and VIII.6.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from symdyn.build.compiler import find_compiler
+from symdyn.build.dialects import Needs
+from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.dynamics.roads.named_functions import Equations
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.emit import emit
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.real import REALS, halves
+from symdyn.emit.render import render
+from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.c.dd_functions import LANES
+from symdyn.errors import BuildError
+from symdyn.graph import Op, reachable, substitute
+from symdyn.program import Program, cheapest, lower
+from symdyn.simulation.equations.compiled_routines import acting, function_of
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.integrate.method import IntegrationError, Method, Piece, Problem
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+
+FINEST = 1e-30
+"""The finest tolerance that means anything in double-doubles."""
+
+FIRST = 1e-3
+"""First step, s."""
+
+MOST = 50
+"""Steps after which the caller hears of it."""
+
+SETTLED, AT_REST, ITERATIONS = 1e-2, 10.0, 60
+"""Of the iteration, over the tolerance: what ends it, what ends it once it gets no smaller; how many at most."""
+
+FINER = 2.0**-8
+"""By how much the halves are taken to be nearer than the whole step; where the order is reached, they are by 2^-32."""
+
+REACHED, PAUSED, STUCK, LOST, HALTED = range(5)
+
+
+def run(problem: Problem) -> Iterator[Piece]:
+    """Yield the pieces of the motion, up to a sample each.
+
+    Raises:
+        IntegrationError: there is no compiler, or the steps get too short.
+    """
+    try:
+        call = _library(problem.system)
+    except BuildError as fault:
+        raise IntegrationError(f"method gauss compiles C, and cannot: {fault}") from fault
+    low = np.zeros(len(problem.x)) if problem.low is None else problem.low
+    state, time, length = np.stack([problem.x, low], 1), np.zeros(2), np.array([min(FIRST, problem.until)])
+    counts, halt = np.zeros(2, dtype=np.int64), np.zeros(1, dtype=np.int32)
+    begin = state.copy()
+    yield Piece(problem.times[:1], begin[None, :, 0], (), (0.0, begin[:, 0]), 0, 0, low=begin[None, :, 1])
+    for until in problem.times[1:].tolist():
+        why = PAUSED
+        while why == PAUSED:
+            before = counts.copy()
+            why = call(
+                state.ctypes.data, time.ctypes.data, length.ctypes.data, until, problem.rtol, problem.atol, MOST,
+                halt.ctypes.data, counts.ctypes.data,
+            )  # fmt: skip
+            if why in (STUCK, LOST):
+                raise IntegrationError(
+                    f"the steps of the iteration get too short after t = {time[0]:.9g} s: the motion is stiff, leaves "
+                    "what numbers hold, or a formula has no real value; give a coarser --rtol, which other methods take"
+                )
+            here, steps = int(why == REACHED), counts - before
+            now = state.copy()
+            yield Piece(
+                np.full(here, until), now[None, :, 0][:here], (), (float(time[0]), now[:, 0]), int(steps[0]),
+                int(steps[1]), low=now[None, :, 1][:here],
+            )  # fmt: skip
+
+
+def refuses(system: StateEquations) -> str:
+    """Return why the method does not apply, "" if it does."""
+    if system.closed:
+        return "loops are closed, and it has no projection"
+    if system.loop is not None or system.forces.outside:
+        return "a force comes from outside the equations, with the digits of doubles"
+    if system.events or system.ends:
+        return "it looks for no events"
+    lacking = {Op.SIGN, *REALS["dd"].lacks}
+    found = sorted(node.op.name.lower() for node in reachable(system.program["rates"].function.entries))
+    named = [name for name in dict.fromkeys(found) if Op[name.upper()] in lacking]
+    return f"there is no {', '.join(named)} of 31 digits in it" if named else ""
+
+
+def _library(system: StateEquations) -> Callable[..., int]:
+    """Return the compiled loop, from the cache if it was compiled before."""
+    program = _program(system)
+    sources = emit(program, C.name, "dd", option=BATCH)
+    opening = stem(program.scene.name)
+    values = {
+        "stem": opening, "lanes": LANES, "nq": system.nq, "nv": system.nv, "nx": system.nq + system.nv + system.works,
+        "settled": SETTLED, "at_rest": AT_REST, "iterations": ITERATIONS, "finer": FINER, **tableau(),
+    }  # fmt: skip
+    name = f"{opening}.c"
+    files = {**sources.texts, name: sources.texts[name] + render("gauss/gauss.c.jinja", values)}
+    export = f"{opening}_gauss"
+    _, found = load(files, find_compiler(), kind=Kind(SUFFIX, Needs(exports=(export,)), (), ctypes.CDLL))
+    call: Any = found[export]
+    p, d = ctypes.c_void_p, ctypes.c_double
+    call.argtypes, call.restype = [p, p, p, d, d, d, ctypes.c_int64, p, p], ctypes.c_int32
+    made: Callable[..., int] = call
+    return made
+
+
+def _program(system: StateEquations) -> Program:
+    """Return the rates as a program, values of parameters bound to all their digits."""
+    w = Workspace(system.scene)
+    place = acting(w, system.forces)
+    accelerations = substitute(cheapest(w, "forward_dynamics").entries, place)
+    drives = substitute(w.state.tau, place)
+    acts = (drives, substitute(w.Q, place))
+    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]
+    work = [powers[0] + powers[1]] if system.works else []
+    entries = [*substitute(w.state.rates, place), *accelerations, *work]
+    rates = function_of(w, "rates", entries, ("q", "qd", TIME))
+    return lower(Equations(system.scene, w.graph, (rates,)))
+
+
+@cache
+def tableau() -> dict[str, Any]:
+    """Return nodes, weights and coefficients of Gauss' method as text, of 60 digits rounded to double-doubles."""
+    from mpmath import MPContext
+
+    c: Any = MPContext()
+    c.dps = 60
+    legendre = [[c.mpf(1)], [c.mpf(0), c.mpf(1)]]  # by powers
+    for n in range(1, LANES):
+        up = [c.mpf(0), *((2 * n + 1) * a for a in legendre[n])]
+        down = [n * a for a in legendre[n - 1]] + [c.mpf(0)] * (len(up) - n)
+        legendre.append([(a - b) / (n + 1) for a, b in zip(up, down, strict=True)])
+    roots = sorted(c.re(r) for r in c.polyroots(legendre[LANES][::-1], maxsteps=400, extraprec=400))
+    nodes = [(1 + r) / 2 for r in roots]
+    c.dps = 120  # Vandermonde's matrix of 16 nodes costs a dozen digits
+    powers = c.matrix([[x**k for x in nodes] for k in range(LANES)])
+    inverse = c.inverse(powers)
+
+    def integrated(end: Any) -> list[Any]:
+        return [c.fsum(end ** (k + 1) / (k + 1) * inverse[j, k] for k in range(LANES)) for j in range(LANES)]
+
+    rows = [integrated(x) for x in nodes]
+    return {
+        "nodes": _pairs(nodes),
+        "weights": _pairs(integrated(c.mpf(1))),
+        "columns": [_pairs([row[j] for row in rows]) for j in range(LANES)],
+    }
+
+
+def _pairs(numbers: Sequence[Any]) -> dict[str, list[str]]:
+    """Return high and low parts as text."""
+    from fractions import Fraction
+
+    found = []
+    for x in numbers:
+        sign, mantissa, exponent, _ = x._mpf_
+        found.append(halves(Fraction((-1) ** sign * int(mantissa)) * Fraction(2) ** int(exponent)))
+    return {"high": [repr(high) for high, _ in found], "low": [repr(low) for _, low in found]}
+
+
+METHODS = {
+    "gauss": Method("31 digits", "Gauss' collocation of order 32 in double-doubles", "mpmath", "", 1e-28, run, refuses)
+}
