@@ -88,3 +88,8 @@ def bars(times: Sequence[Row], robot: str = "arm7") -> list[Bar]:
 def paired(slow: Row, fast: Row) -> float:
     """Return how many times longer `slow` takes: the median of the ratios inside a round."""
     return median(a / b for a, b in zip(slow["samples"], fast["samples"], strict=True))
+
+
+def in_time(text: str, most: float, seconds: float) -> Bar:
+    """Return the bar of what shall take `most` seconds at most."""
+    return Bar(text, f"≤ {most:g} s", f"{seconds:.3f} s", seconds <= most)
