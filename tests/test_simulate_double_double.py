@@ -10,6 +10,7 @@ from scenes_in_time import block, pendulum
 
 import symdyn
 from symdyn.cli import main
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SimulateError
 from symdyn.graph import Arithmetic, Op, evaluate
 from symdyn.program import lower
@@ -125,6 +126,19 @@ def test_all_rows_have_their_digits_and_the_first_is_the_start():
     assert np.abs(run.q - other.q).max() < 1e-10
     assert run.q[0].tolist() == [1 / 3, 0]
     assert other.low is None
+
+
+@pytest.mark.long
+def test_a_quaternion_starts_with_length_one_and_keeps_it():
+    scene = symdyn.example("free_body")
+    (group,) = quaternions(scene)
+    start = dict(zip(group, (1, 2, 2, 3), strict=True))
+    run = simulate(scene, until=0.5, start=start, rtol=1e-28, every=0.5)
+    first = scene.coordinates.index(group[0])
+    assert run.low is not None
+    for high, low in zip(run.q[:, first : first + 4], run.low[:, first : first + 4], strict=True):
+        four = [mpmath.mpf(float(a)) + float(b) for a, b in zip(high, low, strict=True)]
+        assert abs(mpmath.fsum(x * x for x in four) - 1) < 1e-29
 
 
 def test_digits_are_those_of_the_sum():

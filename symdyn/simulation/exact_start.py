@@ -7,19 +7,28 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.graph import Graph
 from symdyn.program.constants import constants
-from symdyn.scene import express
+from symdyn.scene import Scene, express
 from symdyn.simulation.initial import Start
 
 NEAR = Fraction(1, 2**50)
 """What a number may be off beside its size and still be the double of its formula; else it was moved, and stays."""
 
 
-def beyond_doubles(start: Start, size: int) -> Array:
-    """Return what the formulas of a start are beyond its doubles, shape (size,); zero where there are none."""
+def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
+    """Return what the formulas of a start are beyond its doubles, shape (size,); zero where there are none.
+
+    Quaternions are brought to length one.
+    """
     low, graph = np.zeros(size), Graph()
     numbers = [express(formula, graph) for formula in start.formulas]
+    for group in quaternions(scene) if numbers else ():
+        first = list(scene.coordinates).index(group[0])
+        four = numbers[first : first + 4]
+        length = graph.sqrt(graph.total(x * x for x in four))
+        numbers[first : first + 4] = [x / length for x in four]
     known = constants(numbers)
     for k, (number, double) in enumerate(zip(numbers, (*start.q, *start.u)[: len(numbers)], strict=True)):
         off = known[number] - Fraction(float(double))

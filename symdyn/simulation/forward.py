@@ -161,7 +161,7 @@ def simulate(
             absolute,
             looked_for,
             projection,
-            beyond_doubles(initial, len(x)) if choice.name == EXACT else None,
+            beyond_doubles(scene, initial, len(x)) if choice.name == EXACT else None,
         )
         return integrated(problem, choice.method, progress, say), problem
 
