@@ -43,7 +43,7 @@ def _four_bar(limit: str) -> Scene:
 
 @pytest.mark.runs("cc")
 @pytest.mark.long
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [name for name, one in METHODS.items() if one.finds_events])
 def test_every_integrator_stops_at_a_limit_and_says_which_joint_which_limit_and_when(slide: Scene, method: str) -> None:
     """A block under a force of 2 N is 1 m away after 1 s, and 4 m after 2."""
     if not importable(METHODS[method].module):

@@ -98,7 +98,7 @@ def _asked(system: StateEquations, asked: str, limited: bool, rtol: float | None
     if not importable(method.module):
         raise SimulateError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
-    if name == EXACT and not why and limited:
+    if not method.finds_events and not why and limited:
         why = "joints have limits, which end runs, and it looks for no events (--ignore-limits lets it)"
     if why:
         other = "take dop853" if rtol is not None or name != EXACT else f"give --rtol {DOUBLES:g} or more"

@@ -180,5 +180,7 @@ def _pairs(numbers: Sequence[Any]) -> dict[str, list[str]]:
 
 
 METHODS = {
-    "gauss": Method("31 digits", "Gauss' collocation of order 32 in double-doubles", "mpmath", "", 1e-28, run, refuses)
+    "gauss": Method(
+        "31 digits", "Gauss' collocation of order 32 in double-doubles", "mpmath", "", 1e-28, run, refuses, False
+    )
 }

@@ -115,6 +115,7 @@ class Method:
         rtol: tolerance if none is given.
         run: the integrator.
         refuses: why it does not apply to a system, "" if it does.
+        finds_events: whether it looks for zeros of formulas, and stops at limits of joints.
     """
 
     library: str
@@ -124,6 +125,7 @@ class Method:
     rtol: float
     run: Run
     refuses: Callable[[StateEquations], str] = lambda system: ""
+    finds_events: bool = True
 
 
 @dataclass(frozen=True)
