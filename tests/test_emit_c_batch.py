@@ -326,7 +326,7 @@ def test_a_loop_over_states_stays_whole_where_one_state_is_computed_in_parts(mon
     name = "inverse_dynamics_derivatives"
 
     whole = emit(program, "c", option="batch")["arm7.c"]
-    monkeypatch.setattr("symdyn.emit.targets.c.batch.WIDEST_LOOP", 7 * 21 - 1)
+    monkeypatch.setattr("symdyn.emit.targets.c.stages.WIDEST_LOOP", 7 * 21 - 1)
     cut = emit(program, "c", option="batch")["arm7.c"]
 
     loops = [text.count("#pragma omp simd\n    for (size_t k = 0; k < 32;") for text in (whole, cut)]

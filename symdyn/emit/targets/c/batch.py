@@ -11,7 +11,7 @@ from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
 from symdyn.emit.targets.c.gathered import LANES, gathered
 from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
-from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
+from symdyn.emit.targets.c.stages import LONGEST, longest_loop
 from symdyn.emit.targets.c.writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
@@ -190,8 +190,9 @@ def _check_names(names: Sequence[str]) -> None:
 
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
     single = writer = writer_of(routine, text, program, printer, LONGEST, length_of(routine) > LONGEST)
-    if length_of(routine) > LONGEST and prod(text.shape) <= WIDEST_LOOP:
-        writer = writer_of(routine, text, program, printer, LONGEST_LOOP, length_of(routine) > LONGEST_LOOP)
+    longest = longest_loop(text.shape)
+    if longest != LONGEST and length_of(routine) > min(longest, LONGEST):
+        writer = writer_of(routine, text, program, printer, longest, length_of(routine) > longest)
     made = writer.plan
     states, length = [], 0
     names = [argument.name for argument in text.arguments]

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
+from math import prod
 
 from symdyn.graph import Expr, Op
 from symdyn.program import Routine, Step
@@ -25,6 +26,11 @@ LONGEST_LOOP, WIDEST_LOOP = 4500, 500
 Loops of fewer operations are slower where much is used again, as in derivatives; those of more compile for long. gcc
 makes no vectors of a loop that reads and writes 1,000 places.
 """
+LONGEST_OF_VECTOR = 1200
+"""Operations up to which a routine over states stays one loop where its result is a vector, as motions and forces are.
+
+What is used again is little then, and several loops of short lines keep code and values in the nearest caches.
+"""
 PIECE = 300
 """Operations of one piece of a longer routine: time to compile grows faster than its length.
 
@@ -33,6 +39,13 @@ Of 100 to 600, all compiled 64 joints about as fast; 300 ran as fast as any, wit
 
 TRIGONOMETRIC = (Op.SIN, Op.COS)
 CALLS = (*TRIGONOMETRIC, Op.EXP, Op.LOG, Op.TANH, Op.ATAN2)
+
+
+def longest_loop(shape: Sequence[int]) -> int:
+    """Return up to how many operations a routine with a result of a shape stays one loop over states."""
+    if len(shape) < 2:
+        return LONGEST_OF_VECTOR
+    return LONGEST_LOOP if prod(shape) <= WIDEST_LOOP else LONGEST
 
 
 @dataclass
