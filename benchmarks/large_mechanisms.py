@@ -2,7 +2,8 @@
 
 Chains of revolute joints about y and z in turn, their bodies numbers: reading the file, deriving inverse dynamics from
 the scene that was read, C from there, and the whole command `symdyn info`. Rows of four-bars, N closed loops: reading,
-and deriving forward dynamics, loops assembled and decided. Every figure is the least of several processes.
+and deriving forward dynamics, loops assembled and decided. Every figure is the least of several processes. Then inverse
+dynamics of chains as C that is a loop over a table, and as lines: from the file to a result, and a call, with bars (`--tables N ..`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+
+import loops_over_tables
 
 from symdyn.scene.starters import starter
 
@@ -65,6 +68,7 @@ def main() -> None:
     parser.add_argument("bodies", nargs="*", type=int, default=[64, 256, 1024, 5000])
     parser.add_argument("--loops", nargs="*", type=int, default=[10, 40, 200, 1000])
     parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--tables", nargs="*", type=int, default=[64, 256, 1024])
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         print(f"{'bodies':>8}{'read, s':>12}{'derive, s':>12}{'C, s':>12}{'info, s':>12}{'info, MB':>12}")
@@ -77,6 +81,11 @@ def main() -> None:
             path = Path(folder, f"row{loops}.toml")
             path.write_text(starter("row", "n_four_bar", loops), encoding="utf-8")
             _show(loops, [_alone(path, "forward_dynamics") for _ in range(given.runs)])
+        paths = {joints: Path(folder, f"table{joints}.toml") for joints in given.tables}
+        for joints, path in paths.items():
+            path.write_text(chain(joints), encoding="utf-8")
+        for bar in loops_over_tables.loops(paths) if paths else ():
+            print(f"{bar.text}: wanted {bar.wanted}, {bar.shown}: {bar.verdict}")
 
 
 def _show(size: int, found: Sequence[tuple[float, ...]]) -> None:

@@ -23,7 +23,7 @@ from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.emit.code.short_sines import SHORT_SINES
 from symdyn.errors import EmitError
-from symdyn.program import at_rest, formulate, lower, prepare, tunable
+from symdyn.program import at_rest, formulate, kept_in_lines, lower, prepare, tunable
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import Scene
 from symdyn.scene.robot_words import leaves
@@ -82,6 +82,8 @@ def run(options: argparse.Namespace) -> int:
             program = tunable(scene, outputs, options.formulation, closing)
         else:
             program = lower(equations_of(options, scene, outputs, closing, lines=not target.loops))
+        if target.loops and not options.formulation and (told := kept_in_lines(scene, outputs)):
+            say(f"symdyn: {told}")
         if options.prepare:
             program = prepare(program)
             if not is_prepared(program):

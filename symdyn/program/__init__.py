@@ -2,7 +2,7 @@
 
 from symdyn.dynamics.roads.count import Counts
 from symdyn.program.assemble import identifier
-from symdyn.program.formulation import cheapest, choose, formulate
+from symdyn.program.formulation import cheapest, choose, formulate, kept_in_lines
 from symdyn.program.in_lines import in_lines
 from symdyn.program.lower import at_rest, count_derived, lower
 from symdyn.program.prepare import prepare
@@ -22,6 +22,7 @@ __all__ = [
     "formulate",
     "identifier",
     "in_lines",
+    "kept_in_lines",
     "lower",
     "prepare",
     "skipped",

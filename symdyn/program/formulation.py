@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from symdyn.dynamics import (
+    OUTPUTS,
     Equations,
     Function,
     LoopChoices,
@@ -30,10 +31,11 @@ from symdyn.dynamics import (
     roads_of,
     row_of,
 )
-from symdyn.dynamics.recursive.joint_table import FEWEST
+from symdyn.dynamics.mechanism.tree import build_tree
+from symdyn.dynamics.recursive.joint_table import FEWEST, lacking
 from symdyn.dynamics.roads.count import count
 from symdyn.errors import DerivationError
-from symdyn.graph import growing
+from symdyn.graph import Graph, growing
 from symdyn.program.lower import lower
 from symdyn.scene import Scene
 
@@ -106,6 +108,16 @@ def looped(workspace: Workspace, request: str, road: str | None) -> str:
     if road in there:
         return road if roads[road].loop else ""
     return next((name for name in there if roads[name].loop and workspace.state.n >= FEWEST), "")
+
+
+def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
+    """Return why large functions that might be loops over a table are lines, "" where there are none."""
+    rows = {name: OUTPUTS[name] for name in outputs if name in OUTPUTS}
+    might = [name for name, row in rows.items() if any(road.loop for road in row.roads.values())]
+    if not might or len(scene.velocities) < FEWEST:
+        return ""
+    why = lacking(scene, build_tree(scene, Graph()))
+    return f"{scene.name}: {', '.join(might)} in lines, not as a loop over a table: {why}" if why else ""
 
 
 def cheapest(workspace: Workspace, request: str) -> Function:

@@ -169,7 +169,11 @@ def _loop(routine: Routine, table: JointTable, name: str, first: int) -> Functio
     """Return a function that goes over a table; it reads every entry of every argument."""
     function, joints = routine.function, len(table.rows)
     many = joints >= FEWEST
-    why = f"from {FEWEST} joints on as fast, and compiled at once" if many else "asked for by its formulation"
+    why = (
+        f"from {FEWEST} joints on faster over many states, and compiled at once"
+        if many
+        else "asked for by its formulation"
+    )
     return FunctionText(
         name=name,
         text=function.text,
