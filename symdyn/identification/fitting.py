@@ -95,7 +95,7 @@ def fitted(
         leave_out: whether outliers are.
 
     Raises:
-        IdentifyError: too few rows, or a regressor without finite values.
+        IdentifyError: too few rows, a regressor without finite values, or gains that do not settle.
     """
     parts = [_part(model, one, carried, place, hold_back) for place, one in moved]
     names = (*model.names, *carried.names, *(f"gain {drive_names(model.scene)[j]}" for j in shown))
@@ -118,7 +118,7 @@ def fitted(
             )
         if shown and not k:
             gains = first(shown, rows, usual)
-        regression, gains, rest = _settled(rows, gains, names, prior, band)
+        regression, gains = _settled(rows, gains, names, prior, band)
         forces = [one.motion.tau * gains.values for one in parts]
         predicted = [one.Y @ gains.factors for one in parts]
         residuals = [force - said for force, said in zip(forces, predicted, strict=True)]
@@ -141,24 +141,30 @@ def fitted(
         tuple(replace(one.motion, tau=force) for one, force in zip(parts, forces, strict=True)),
         _fits(model, parts, gains, used),
         tuple(outliers),
-        (*rest, *_standing(model, [one.motion for one in parts]), *_told_of(outliers, out)),
+        (*_standing(model, [one.motion for one in parts]), *_told_of(outliers, out)),
         tuple(predicted),
         tuple(used),
         tuple(_held(one) for one in parts),
     )
 
 
-def _settled(
-    rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band: float
-) -> tuple[Regression, Gains, list[str]]:
-    """Return least squares and gains, and a note where these did not settle; without gains, one solution is all."""
+def _settled(rows: Rows, gains: Gains, names: Sequence[str], prior: Array, band: float) -> tuple[Regression, Gains]:
+    """Return least squares and gains; without these, one solution is all.
+
+    Raises:
+        IdentifyError: gains do not settle.
+    """
     for _ in range(STEPS):
         regression = solve(names, gains.linear(rows), prior, band, len(gains.values))
-        gains, part = gains.moved(regression.estimate)
-        if part < SETTLED:
-            return regression, gains, []
-    told = f"gains still changed by {100 * part:.2g} % after {STEPS} steps: data hardly tell them"
-    return regression, gains, [told]
+        before, gains = gains, gains.moved(regression.estimate)
+        parts = np.abs(gains.values / before.values - 1)
+        if parts.max() < SETTLED:
+            return regression, gains
+    drive = names[len(names) - len(gains.drives) + int(parts[gains.drives].argmax())].removeprefix("gain ")
+    raise IdentifyError(
+        f"units: gains did not settle in {STEPS} steps: data hardly tell that of {drive}; give a log with a payload "
+        f"that it feels, or its gain, as in --units {drive}=0.12*A"
+    )
 
 
 def _far(residuals: list[Array], used: list[Flags], taus: list[Array], rows: tuple[int, ...]) -> list[Flags]:

@@ -40,6 +40,9 @@ LEAST = 1e-9
 CLEAN = 1e-9
 """Part of what a drive shows that the first guess takes for noise at least."""
 
+WEAK = 1e-2
+"""One over the standard deviation of the first guess of one over a gain, in parts of it."""
+
 TRIES = 200
 """Of Levenberg and Marquardt, from each first guess."""
 
@@ -117,18 +120,16 @@ class Gains:
         own = [np.where(joint == j, slopes, 0.0) for j in self.drives]
         return np.column_stack([Y[:, :-1], *own])
 
-    def moved(self, estimate: Array) -> tuple[Gains, float]:
-        """Return them after a step, and the largest part of a gain by which it is one."""
-        values, part = self.values.copy(), 0.0
+    def moved(self, estimate: Array) -> Gains:
+        """Return them after a step, which turns no sign."""
+        values = self.values.copy()
         for j, new in zip(self.drives, estimate[len(self.forces) :], strict=True):
-            ratio = float(new / self.values[j])
-            part = max(part, abs(ratio - 1))
-            values[j] = self.values[j] * (np.clip(ratio, 1 / LONGEST, LONGEST) if ratio > 0 else ratio or 1.0)
-        return Gains(self.shown, values, estimate[: len(self.forces)]), part
+            values[j] *= np.clip(new / values[j], 1 / LONGEST, LONGEST)
+        return Gains(self.shown, values, estimate[: len(self.forces)])
 
 
 def expected(shown: Mapping[int, str], seen: Array, forces: Array) -> Array:
-    """Return gains of all velocities, shape (nv,): those by which what was seen is what a scene expects, else one.
+    """Return gains of all velocities, shape (nv,): those by which what was seen is as large as expected, else one.
 
     Args:
         shown: as of `Gains`.
@@ -137,10 +138,9 @@ def expected(shown: Mapping[int, str], seen: Array, forces: Array) -> Array:
     """
     found = np.ones(seen.shape[1])
     for j in shown:
-        size = float(seen[:, j] @ seen[:, j])
-        ratio = float(forces[:, j] @ seen[:, j]) / size if size else np.nan
-        largest = float(np.abs(seen[:, j]).max(initial=0.0))
-        found[j] = ratio if np.isfinite(ratio) and ratio else 1 / largest if largest else 1.0
+        size, force = float(np.linalg.norm(seen[:, j])), float(np.linalg.norm(forces[:, j]))
+        ratio = np.copysign(force / size, forces[:, j] @ seen[:, j]) if size else np.nan
+        found[j] = ratio if np.isfinite(ratio) and ratio else np.sqrt(len(seen)) / size if size else 1.0
     return found
 
 
@@ -155,8 +155,15 @@ def first(shown: Mapping[int, str], rows: Rows, gains: Array) -> Gains:
     few = _few(rows)
     drives, guess = list(shown), np.array([gains[j] for j in shown])
     smoothed = _two_stages(few, drives, gains)
-    tries = [_fitted(few, drives, one) for one in (smoothed, guess, np.copysign(guess, smoothed))]
-    _, found = min(tries, key=lambda one: one[0])
+    sizes = [float(np.sqrt(np.mean(rows.tau[rows.joint == j] ** 2))) for j in drives]
+    force = float(np.median(np.abs(guess) * sizes)) or 1.0
+    even = force / np.array([one or force for one in sizes])  # drives that work equally hard
+    best, found = np.inf, np.zeros(0)
+    for one in (smoothed, guess, np.copysign(even, smoothed), np.copysign(even, guess), even):
+        off, at = _fitted(few, drives, one)
+        best, found = (off, at) if off < best else (best, found)
+        if 2 * best < len(rows.tau) + len(few.tau):  # noise of each drive, and of what all of them share
+            break
     values = gains.copy()
     values[drives] = found[-len(drives) :]
     return Gains(shown, values, found[: -len(drives)])
@@ -202,6 +209,7 @@ def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Arr
     Y = Y / scale
     count, own = Y.shape[1], np.stack([rows.joint == j for j in drives], axis=1)
     alone = ~own.any(axis=1)
+    weak = np.column_stack([np.zeros((len(drives), count)), WEAK * np.eye(len(drives))])  # for gains that hardly count
 
     def turned(x: Array) -> Array:
         found: Array = alone + own @ (x[count:] / guess)
@@ -209,16 +217,17 @@ def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Arr
 
     def off(x: Array) -> Array:
         found: Array = turned(x) * (Y @ x[:count] + known) - seen
-        return found
+        return np.append(found, WEAK * (x[count:] - 1))
 
     def slope(x: Array) -> Array:
         force = Y @ x[:count] + known
-        return np.column_stack([turned(x)[:, None] * Y, own * force[:, None] / guess])
+        rows = np.column_stack([turned(x)[:, None] * Y, own * force[:, None] / guess])
+        return np.vstack([rows, weak])
 
     u = turned(np.ones(count + len(drives)))
     begin = np.append(np.linalg.lstsq(u[:, None] * Y, seen - u * known, rcond=LEAST)[0], np.ones(len(drives)))
     found = least_squares(
-        off, begin, slope, method="lm" if len(seen) >= len(begin) else "trf", x_scale="jac", max_nfev=TRIES
+        off, begin, slope, method="lm" if len(seen) >= count else "trf", x_scale="jac", max_nfev=TRIES
     )
     parts = np.where(found.x[count:] != 0, found.x[count:], 1.0)
     return float(found.cost), np.append(found.x[:count] / scale, guess / parts)

@@ -4,7 +4,7 @@
 
 beta are formulas of the parameters, not always linear ones (m1 h1^2). Parameters of the geometry are no unknowns: the
 regressor was made with their values. Those that data do not tell stay where they were, by a prior a thousand times
-their size.
+their size; those that data do not tell apart become, of all values that give the estimates, the nearest.
 """
 
 from __future__ import annotations
@@ -26,9 +26,8 @@ from symdyn.scene.values.value import value_of
 WEAK = 1e-3
 """One over the standard deviation of the prior, in sizes of a parameter."""
 
-UNTOLD = 0.5
-"""Standard error, in sizes of the prior, from which on a value is the prior's and not the data's."""
-
+UNTOLD = 1e-3
+"""Share in directions that the prior decides and not the data, from which on a parameter is not told by itself."""
 
 AT_LIMIT = 1e-9
 """In sizes of a parameter that cannot be negative: below it is zero."""
@@ -42,7 +41,7 @@ class Named:
         names: of the parameters that were unknown, shape (k,).
         before: their values in the scene, NaN where it has none, shape (k,).
         values: as found, shape (k,).
-        errors: standard errors, shape (k,); NaN for what data do not tell.
+        errors: standard errors, shape (k,); NaN for what data do not tell by itself.
         distance: of the estimates from what these parameters can give, in standard errors (Mahalanobis).
         spare: how many more combinations were estimated than there are parameters told: distance^2 is about this if
             the scene is built as it says.
@@ -116,10 +115,12 @@ def fit_names(
     rows = slope(found.x)
     covered = np.linalg.inv(rows.T @ rows)
     errors = np.sqrt(np.diag(covered))
-    errors[errors * WEAK / size > UNTOLD] = np.nan
+    _, told_by, Vt = np.linalg.svd(rows[: len(estimate)] * size)
+    known_by_data = int(np.sum(told_by > WEAK))
+    errors[np.linalg.norm(Vt[known_by_data:], axis=0) > UNTOLD] = np.nan
     distance = float(np.linalg.norm(off(found.x)[: len(estimate)]))
-    known_by_data = int(np.sum(np.linalg.svd(rows[: len(estimate)] * size, compute_uv=False) > WEAK))
-    values = np.where(np.isnan(errors), start, found.x)
+    felt = np.linalg.norm(rows[: len(estimate)] * size, axis=0) > WEAK
+    values = np.where(felt, found.x, start)
     values = np.where(np.isfinite(low) & (values < AT_LIMIT * size), 0.0, values)
     return Named(
         tuple(p.name for p in unknown), before, values, errors, distance, len(estimate) - known_by_data,

@@ -216,10 +216,18 @@ def _places(changed: Sequence[int], bodies: int, count: int) -> list[int]:
 
 def _named_notes(scene: Scene, named: Named) -> list[str]:
     told = [name for name, e in zip(named.names, named.errors, strict=True) if not np.isnan(e)]
-    kept = [name for name, e in zip(named.names, named.errors, strict=True) if np.isnan(e)]
+    lost = [k for k, e in enumerate(named.errors) if np.isnan(e)]
+    start = np.where(np.isnan(named.before), 1.0, named.before)
+    kept = [named.names[k] for k in lost if named.values[k] == start[k]]
+    tied = [named.names[k] for k in lost if named.values[k] != start[k]]
     notes = [f"{listed(told)}: values that give the estimates; formulas stay as they are"] if told else []
     if kept:
         notes.append(f"{listed(kept)}: not told by these data, as before (1 where there was no value)")
+    if tied:
+        notes.append(
+            f"{listed(tied)}: not told apart by these data; of all values that give the estimates, those nearest to "
+            "the scene's (1 where there was no value)"
+        )
     if named.fixed:
         notes.append(f"{listed(named.fixed)}: geometry or gravity, as before")
     used = set(inertial_names(scene))

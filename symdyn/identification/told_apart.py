@@ -101,11 +101,11 @@ def untold(
         reasons = [lacking[j] for j in joints if j in lacking]
         why = "; ".join(dict.fromkeys(one[0] for one in reasons))
         helps = "; ".join(dict.fromkeys(one[1] for one in reasons))
-        told.append(Untold(formula, why, helps or _richer(model.scene), names))
+        told.append(Untold(formula, why, helps or richer(model.scene), names))
     return tuple(told)
 
 
-def _richer(scene: Scene) -> str:
+def richer(scene: Scene) -> str:
     """Return what helps where nothing else is known; --excite only where it finds motions."""
     return RICHER if fits(scene) else f"{RICHER}, as --excite finds"
 
