@@ -48,8 +48,8 @@ class Gathered:
     wide: bool
 
     def reach(self, states: int, width: int) -> int:
-        """Return how far rows of so many states of `width` bytes are apart."""
-        return states + LINE // width if self.wide else states
+        """Return how far rows of so many states of `width` bytes are apart; where room is scarce, no further."""
+        return states + LINE // width if self.wide and states == LANES else states
 
     def states(self, lanes: int, width: int, room: int) -> int:
         """Return how many states are copied at once: more than the `lanes` of one block, if `room` bytes hold them."""
