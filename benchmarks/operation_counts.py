@@ -113,7 +113,8 @@ MEANS = """
 - The last body of a branch stays in axes that do not turn with its joint: h and J turn for 12 multiplications in place
   of ω, U z, acceleration and wrench for 20, and half of the products of ω are the parent's. M has the same turned J.
 - A symmetric matrix turns about an axis for 8 multiplications, `w = c (a - b) - 2 s d`.
-- In M(q) a momentum from outside passes parallel axes in one turn by the sum of their angles.
+- In M(q) a momentum from outside passes parallel axes in one turn by the sum of their angles. From parallel axes on a
+  joint of the ground, of which that feels one component, J leaves by the sum of angles as well, without shifts.
 - Derivatives: velocities of bodies count from the origin at hand, so that the origin's own takes no part; twice of
   them is carried, so that no result is doubled; a joint is seen from the inner end of its rise. What comes into
   parallel axes from outside keeps its axes there. The joint on the ground is seen from up to two frames further out.

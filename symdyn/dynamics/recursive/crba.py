@@ -27,9 +27,10 @@ The run that a wrench starts in is walked step by step: there its turns are thos
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
+from symdyn.dynamics.recursive.held_runs import Held, held_runs, inward
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
@@ -37,7 +38,7 @@ from symdyn.graph import Expr
 from symdyn.spatial import Vec, add, zero_vector
 
 
-def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[list[Expr]]:
+def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False, holding: bool = False) -> list[list[Expr]]:
     """Return the mass matrix M(q), shape (n, n), symmetric, so that K = q̇ᵀ M q̇ / 2; kg m^2, kg m or kg.
 
     It is positive definite unless a massless body ends a branch; entries of joints on different branches are zero.
@@ -45,11 +46,13 @@ def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[l
     Args:
         tree: the mechanism.
         leaping: pass runs of parallel axes in one turn by the sum of their angles.
-        keeping: add polar moments up where all axes beyond a joint are parallel to its own, in place of adding up
-            the entries of a turned J.
+        keeping: add polar moments up along parallel axes, in place of adding up the entries of a turned J.
+        holding: let what leaves a run of `held_runs` do so in one turn, moments of bodies as well.
     """
-    C = list(tree.body)
-    polar: list[Expr | None] = [body.J[0][0] + body.J[1][1] if keeping else None for body in C]
+    C, alone = list(tree.body), list(tree.body)  # all beyond a joint; that less what the joint's run carries
+    held = held_runs(tree) if holding else {}
+    H = [Moments(tree.graph.zero, still := zero_vector(tree.graph), (still, still, still))] * len(C)
+    polar: list[Expr | None] = [body.polar if keeping else None for body in C]
     M = [[tree.graph.zero] * tree.n for _ in range(tree.n)]
 
     def enter(i: int, j: int, value: Expr) -> None:
@@ -61,25 +64,48 @@ def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[l
     for i in tree.inward():
         n, f = _momentum(C[i], tree.slides[i], polar[i])
         enter(i, i, (f[2] if tree.slides[i] else n[2]) + tree.armature[i])
-        for j, value in _walk(tree, i, n, f, leaping):
+        if i in held:
+            H[i] = H[i] + held[i].turn.moments_back(alone[i])
+        for j, felt in _walk(tree, i, n, f, leaping, held):
+            own = i in held and j not in held
+            value = held[i].felt_here(*_momentum(H[i], False, polar[i])) if own else felt
             enter(i, j, value)
             enter(j, i, value)
-        if tree.parent[i]:
-            p = tree.parent[i]
-            polar[p] = _sum_of_polar_moments(polar[p], polar[i], tree.link[i], C[i])
-            C[p] = C[p] + tree.link[i].moments_back(C[i])
+        if p := tree.parent[i]:
+            here = i in held and p not in held
+            beyond = held[i].moments_back(H[i]) if here else tree.link[i].moments_back(C[i])
+            if i in held and p in held:
+                kept, rest = inward(tree.link[i], C[i], H[i])
+                H[p], alone[p] = H[p] + kept, alone[p] + rest
+            else:
+                alone[p] = alone[p] + beyond
+            if tree.parent[p] or not tree.link[i].fixed:
+                polar[p] = _sum_of_polar_moments(polar[p], polar[i], tree.link[i], C[i], i in held)
+            elif (ours := polar[p]) is not None:  # nobody needs J by its entries
+                polar[p] = ours + beyond.polar
+            C[p] = C[p] + beyond
     for ball in tree.balls:
         for k, m, value in ball.entries():
             M[k][m] = M[k][m] + value
     return M
 
 
-def _sum_of_polar_moments(own: Expr | None, beyond: Expr | None, link: Link, body: Moments) -> Expr | None:
-    """Return the polar moment of two bodies, the second one beyond a link; None if axes are not parallel."""
-    if own is None or beyond is None or link.fixed:
+def _sum_of_polar_moments(
+    own: Expr | None, beyond: Expr | None, link: Link, body: Moments, shared: bool
+) -> Expr | None:
+    """Return the polar moment of two bodies, the second one beyond a link; None if axes are not parallel.
+
+    Where products of shifts and h are `shared`, those are added twice; else the shifts are doubled.
+    """
+    if own is None or link.fixed:
         return None
     turned, (x, y, _) = link.back(body.h), link.shift
-    return own + (beyond + x * 2 * (turned[0] + body.m / 2 * x) + y * 2 * (turned[1] + body.m / 2 * y))
+    beyond = body.polar if beyond is None else beyond
+    a, b = turned[0] + body.m / 2 * x, turned[1] + body.m / 2 * y
+    if shared:
+        a, b = x * a, y * b
+        return own + (beyond + a + b + a + b)
+    return own + (beyond + x * 2 * a + y * 2 * b)
 
 
 def _momentum(body: Moments, slides: bool, polar: Expr | None) -> tuple[Vec, Vec]:
@@ -87,7 +113,7 @@ def _momentum(body: Moments, slides: bool, polar: Expr | None) -> tuple[Vec, Vec
     (x, y, _), J, zero = body.h, body.J, body.m.graph.zero
     if slides:
         return (y, -x, zero), (zero, zero, body.m)
-    return (-J[0][2], -J[1][2], J[0][0] + J[1][1] if polar is None else polar), (-y, x, zero)
+    return (-J[0][2], -J[1][2], body.polar if polar is None else polar), (-y, x, zero)
 
 
 @dataclass(frozen=True)
@@ -100,20 +126,30 @@ class _Run:
     rise: Expr
 
 
-def _walk(tree: LeanTree, j: int, n: Vec, f: Vec, leaping: bool) -> Iterator[tuple[int, Expr]]:
+def _walk(
+    tree: LeanTree, j: int, n: Vec, f: Vec, leaping: bool, held: Mapping[int, Held]
+) -> Iterator[tuple[int, Expr]]:
     """Yield every ancestor of joint j with the part of a wrench in frame j that its joint feels."""
     while tree.parent[j] and not (leaping and tree.link[j].fixed):
         n, f = tree.link[j].wrench_back(n, f)
         j = tree.parent[j]
         yield j, f[2] if tree.slides[j] else n[2]
-    run = _start(tree, j)
+    run, k, at = _start(tree, j), 0, zero_vector(tree.graph)  # k, at: where a wrench has come into a held run
     while tree.parent[j]:
         link, p = tree.link[j], tree.parent[j]
-        if link.fixed:
-            n, f = _leave(run, link, n, f)
+        if not link.fixed:
+            run = _extend(run, link, tree.link[p])
+        elif k:
+            yield p, held[k].felt(n, f, at)
+            return
+        elif p in held:
+            k, at = p, link.shift
+            n, f = _leave(run, replace(link, shift=zero_vector(tree.graph)), n, f)
+            n = (n[0], n[1], n[2] + at[0] * f[1] - at[1] * f[0])
             run = _start(tree, p)
         else:
-            run = _extend(run, link, tree.link[p])
+            n, f = _leave(run, link, n, f)
+            run = _start(tree, p)
         j = p
         yield j, f[2] if tree.slides[j] else n[2] + run.P[0] * f[1] - run.P[1] * f[0]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
@@ -144,7 +143,8 @@ class Workspace:
     @cached_property
     def composite_mass(self) -> Matrix:
         """M by the composite-rigid-body algorithm, shape (n, n): by the variant that costs least."""
-        variants = [crba(self.lean, *choices) for choices in product((False, True), repeat=2)]
+        choices = [(False, False, False), (False, True, False), (True, False, False), (True, True, True)]
+        variants = [crba(self.lean, *choice) for choice in choices]
         zero = self.graph.zero
         return min(variants, key=lambda M: cost([x for row in M for x in row if x is not zero], self.state.q))
 
