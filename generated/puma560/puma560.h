@@ -12,11 +12,11 @@
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (6,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 276 mul, 234 add, 10 div, 4 sincos
+ *         crba; 271 mul, 225 add, 10 div, 4 sincos
  *
  *     mass_matrix(q) -> M, shape (6, 6); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
- *         crba; 77 mul, 61 add, 4 sincos
+ *         crba; 72 mul, 52 add, 4 sincos
  *
  *     velocity_forces(q, qd) -> c, shape (6,); N m (revolute) or N (prismatic)
  *         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
@@ -28,7 +28,7 @@
  *
  *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
- *         crba; 303 mul, 243 add, 4 sincos
+ *         crba; 285 mul, 212 add, 4 sincos
  *
  *     momentum(q, qd) -> p, shape (6,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
@@ -44,15 +44,15 @@
  *
  *     k_z(q) -> k_z, shape (6, 6); kg m^2, kg m or kg
  *         inertia coefficients k_z of qdd_j, which is M(q)
- *         crba; 77 mul, 61 add, 4 sincos
+ *         crba; 72 mul, 52 add, 4 sincos
  *
  *     k_C(q) -> k_C, shape (6, 15); N m or N per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
- *         crba; 162 mul, 138 add, 4 sincos
+ *         crba; 145 mul, 109 add, 4 sincos
  *
  *     k_D(q) -> k_D, shape (6, 6); N m or N per unit of velocity squared
  *         centrifugal coefficients k_D of qd_j^2
- *         crba; 126 mul, 93 add, 4 sincos
+ *         crba; 115 mul, 71 add, 4 sincos
  *
  *     k_G(q) -> k_G, shape (6,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)
