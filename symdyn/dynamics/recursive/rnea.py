@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
-from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr, Op
 from symdyn.spatial import Mat, Vec, Wrench, add, apply, cross, neg, scale, sub, zero_vector
@@ -32,6 +32,7 @@ class LinkMotion:
         w, dw, a, U: as in the legend.
         squares: ωx², ωy², ωz².
         spread: ωz² - ωy², ωx² - ωz², ωy² - ωx².
+        foot: of a run of parallel axes, where ω and U z are short where the run begins: both, and the turn from there.
     """
 
     w: Vec
@@ -40,6 +41,7 @@ class LinkMotion:
     U: Mat
     squares: Vec
     spread: Vec
+    foot: tuple[Vec, Vec, PlanarTurn] | None = None
 
 
 def rnea(
@@ -63,7 +65,7 @@ def rnea(
     motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
     for i in tree.outward():  # pass 1: motion, ground to tips
         before = motion[tree.parent[i]]
-        motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i]))
+        motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i], summing=True))
     forces = transmitted(tree, motion, acceleration, acting)
     for ball in tree.balls:
         for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
@@ -167,11 +169,14 @@ def turning_with(
     return LinkMotion(w, (dx, dy, dz), a, U, (xx, yy, zz), spread)
 
 
-def carried(parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr, ends: bool) -> LinkMotion:
+def carried(
+    parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr, ends: bool, summing: bool = False
+) -> LinkMotion:
     """Return the motion of the frame at the end of a link, whose joint moves at q̇ and q̈ along its z axis.
 
     A turn about z leaves U z as it is in space. Where z is an axis of the parent's frame, U z is a column of the
-    parent's U, turned for 4 multiplications; elsewhere ω̇ is turned. `ends` tells that all links beyond are parallel.
+    parent's U, turned for 4 multiplications; elsewhere ω̇ is turned. `ends` tells that all links beyond are parallel,
+    `summing` that ω and U z may pass parallel axes in one turn by the sum of their angles.
     """
     w, dw = link.out(parent.w), link.out(parent.dw)
     a = link.out(add(parent.a, apply(parent.U, link.shift)))
@@ -181,11 +186,26 @@ def carried(parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr, e
         a = (a[0] + w[1] * twice, a[1] - w[0] * twice, a[2] + qdd)
     elif link.is_right:
         column, plane = link.out(apply(parent.U, link.axis)), _plane(parent, link)
-        moved = turning((w[0], w[1], w[2] + qd), dw[2] + qdd, a, column, ends, plane)
+        foot = _foot(parent, link) if summing else None
+        if foot:
+            (x, y, _), (u, v, _) = foot[2].out(foot[0]), foot[2].out(foot[1])
+            w, column = (x, y, w[2]), (u, v, column[2])
+        moved = replace(turning((w[0], w[1], w[2] + qd), dw[2] + qdd, a, column, ends, plane), foot=foot)
     else:
         moved = moving((w[0], w[1], w[2] + qd), (dw[0] + w[1] * qd, dw[1] - w[0] * qd, dw[2] + qdd), a)
     rise = scale(link.rise, (moved.U[0][2], moved.U[1][2], moved.U[2][2]))
     return replace(moved, a=add(a, rise))
+
+
+def _foot(parent: LinkMotion, link: Link) -> tuple[Vec, Vec, PlanarTurn] | None:
+    """Return ω and U z where a run of parallel axes begins, each with one entry across them, and the turn."""
+    if parent.foot and not link.fixed:
+        return *parent.foot[:2], parent.foot[2].after(link.turn)
+    w, column = parent.w, apply(parent.U, link.axis)
+    for turn in link.fixed:
+        w, column = turn.out(w), turn.out(column)
+    short = all(x.is_zero != y.is_zero for x, y, _ in (w, column))
+    return (w, column, link.turn) if link.fixed and short else None
 
 
 def _plane(parent: LinkMotion, link: Link) -> tuple[Expr, Expr] | None:
