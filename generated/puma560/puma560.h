@@ -8,7 +8,7 @@
  *
  *     inverse_dynamics(q, qd, qdd) -> tau, shape (6,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 159 mul, 140 add, 4 sincos
+ *         rnea; 159 mul, 138 add, 4 sincos
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (6,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
