@@ -64,7 +64,7 @@ def held_runs(tree: LeanTree) -> dict[int, Held]:
             x, y, z = held[p].turn.back(link.shift)
             way = add(held[p].way, (x, y, z + link.rise))
             held[i] = Held(held[p].foot, held[p].turn.after(link.turn), way)
-        elif not tree.parent[p] and not tree.slides[p] and link.fixed and link.is_right:
+        elif not tree.parent[p] and not tree.slides[p] and link.is_right and link.axis[2].is_zero:  # not turned by π
             foot = Link(link.shift, link.fixed, PlanarTurn(2, one, zero), zero)
             held[i] = Held(foot, link.turn, (zero, zero, link.rise))
     return held if any(tree.parent[i] in held for i in held) else {}

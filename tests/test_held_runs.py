@@ -1,0 +1,48 @@
+"""Runs of parallel axes on a joint of the ground: what they are, and that every way to M gives the same M."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.recursive.crba import crba
+from symdyn.dynamics.recursive.held_runs import held_runs
+from symdyn.scene import Scene, read_text
+from symdyn.verify.equality import Claim, prove
+
+ACROSS, ALONG, AGAINST = (0, 1, 0), (0, 0, 1), (0, 0, -1)
+
+
+def arm(axis: tuple[int, ...], last: str) -> Scene:
+    """Return four joints: about an axis, about two that are parallel, and across them."""
+    axes = (axis, ALONG, ALONG, (1, 0, 0))
+    parts = ['name = "arm"']
+    for k, one in enumerate(axes, start=1):
+        inertia = f"{{ xx = 1, yy = 1.{k}, zz = 1.2, xy = 0.1, xz = 0.1, yz = 0.2 }}"
+        kind, parent = last if k == len(axes) else "revolute", f"b{k - 1}" if k > 1 else "ground"
+        parts += [
+            f'[bodies.b{k}]\nmass = {k}\ncom = [0.{k}, 0.2, 0.3]\ninertia = {inertia}\ninertia_about = "com"',
+            f'[joints.j{k}]\ntype = "{kind}"\nparent = "{parent}"\nchild = "b{k}"\naxis = {[*one]}',
+            f"origin = [0.{k}, 0.3, 0.1]",
+        ]
+    return read_text("\n".join(parts))
+
+
+@pytest.mark.parametrize("last", ["revolute", "prismatic"])
+@pytest.mark.parametrize("axis", [ACROSS, ALONG, AGAINST])
+def test_every_way_to_the_mass_matrix_gives_the_same_one(axis, last):
+    w = Workspace(arm(axis, last))
+    wanted = [x for row in w.lagrange_mass for x in row]
+    claims = [
+        Claim("M", str(ways), "lagrange", [x for row in crba(w.lean, *ways) for x in row], wanted)
+        for ways in product((False, True), repeat=3)
+    ]
+
+    assert {one.verdict for one in prove(claims, seed=1)[1]} == {"proved"}
+
+
+@pytest.mark.parametrize(("axis", "held"), [(ACROSS, {2, 3}), (ALONG, set()), (AGAINST, set())])
+def test_a_run_is_held_where_the_ground_s_axis_lies_across_it(axis, held):
+    assert set(held_runs(Workspace(arm(axis, "revolute")).lean)) == held
