@@ -3,14 +3,14 @@
 Chains of revolute joints about y and z in turn, their bodies numbers: reading the file, deriving inverse dynamics from
 the scene that was read, C from there, and the whole command `symdyn info`. Rows of four-bars, N closed loops: reading,
 and deriving forward dynamics, loops assembled and decided. Every figure is the least of several processes. Then inverse
-dynamics of chains as C that is a loop over a table, and as lines: from the file to a result, and a call, with bars
-(`--tables N ..`).
+dynamics of chains as C that is a loop over a table, and as lines: from the file to a result, and a call (`--tables N
+..`). What was set out to be reached stands below.
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
+import os
 import subprocess
 import sys
 import tempfile
@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import loops_over_tables
+from bars import Bar, in_time
 
 from symdyn.scene.starters import starter
 
@@ -56,6 +57,13 @@ print(*(b - a for a, b in zip(times, times[1:])))
 """
 
 
+TO_C = {64: 0.15, 256: 0.6, 1024: 3.0}
+"""Seconds at most from the scene to C, by the bodies of a chain."""
+
+LOOPS = {200: 2.0, 1000: 15.0}
+"""Seconds at most of deriving, by the loops of a row."""
+
+
 def chain(bodies: int) -> str:
     """Return a scene file of so many bodies in a row."""
     parents = ["ground", *(f"b{i}" for i in range(bodies))]
@@ -71,27 +79,35 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--tables", nargs="*", type=int, default=[64, 256, 1024])
     given = parser.parse_args()
+    bars: list[Bar] = []
     with tempfile.TemporaryDirectory() as folder:
         print(f"{'bodies':>8}{'read, s':>12}{'derive, s':>12}{'C, s':>12}{'info, s':>12}{'info, MB':>12}")
         for bodies in given.bodies:
             path = Path(folder, f"chain{bodies}.toml")
             path.write_text(chain(bodies), encoding="utf-8")
-            _show(bodies, [(*_alone(path, "inverse_dynamics", "c"), *_info(path)) for _ in range(given.runs)])
+            least = _show([(*_alone(path, "inverse_dynamics", "c"), *_info(path)) for _ in range(given.runs)], bodies)
+            if bodies in TO_C:
+                bars.append(in_time(f"chain of {bodies}, from the scene to C", TO_C[bodies], least[1] + least[2]))
         print(f"\n{'loops':>8}{'read, s':>12}{'derive, s':>12}")
         for loops in given.loops:
             path = Path(folder, f"row{loops}.toml")
             path.write_text(starter("row", "n_four_bar", loops), encoding="utf-8")
-            _show(loops, [_alone(path, "forward_dynamics") for _ in range(given.runs)])
+            least = _show([_alone(path, "forward_dynamics") for _ in range(given.runs)], loops)
+            if loops in LOOPS:
+                bars.append(in_time(f"row of {loops} loops, derived", LOOPS[loops], least[1]))
         paths = {joints: Path(folder, f"table{joints}.toml") for joints in given.tables}
         for joints, path in paths.items():
             path.write_text(chain(joints), encoding="utf-8")
-        for bar in loops_over_tables.loops(paths) if paths else ():
-            print(f"{bar.text}: wanted {bar.wanted}, {bar.shown}: {bar.verdict}")
+        bars += loops_over_tables.loops(paths) if paths else []
+        for bar in bars:
+            print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
 
 
-def _show(size: int, found: Sequence[tuple[float, ...]]) -> None:
-    """Print the least of every figure."""
-    print(f"{size:8}" + "".join(f"{min(column):12.2f}" for column in zip(*found, strict=True)), flush=True)
+def _show(found: Sequence[tuple[float, ...]], size: int) -> list[float]:
+    """Print the least of every figure, and return them."""
+    least = [min(column) for column in zip(*found, strict=True)]
+    print(f"{size:8}" + "".join(f"{one:12.2f}" for one in least), flush=True)
+    return least
 
 
 def _alone(path: Path, *words: str) -> tuple[float, ...]:
@@ -102,10 +118,13 @@ def _alone(path: Path, *words: str) -> tuple[float, ...]:
 
 def _info(path: Path) -> tuple[float, float]:
     """Return processor seconds of `symdyn info`, start and end of the process included, and its memory."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-m", "symdyn", "info", str(path)], cwd=HERE, capture_output=True, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, after.ru_maxrss / 1024
+    words = [sys.executable, "-m", "symdyn", "info", str(path)]
+    process = subprocess.Popen(words, cwd=HERE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, spent = os.wait4(process.pid, 0)  # of this process alone: memory of all children is that of the largest
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, words)
+    return spent.ru_utime + spent.ru_stime, spent.ru_maxrss / 1024
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from pathlib import Path
 from statistics import median, quantiles
 
 import numpy as np
+from bars import Bar
 
 import symdyn
 from symdyn.build import build, run_python
@@ -93,6 +94,9 @@ def measure(scene: Scene) -> dict[str, dict[int, tuple[float, float, float]]]:
 FEW = (2, 4, 8, 10, 16, 17, 32)
 """Numbers of states for which one call of a NumPy module is held against as many calls."""
 
+SMALL = 10
+"""States up to which one call shall not take longer than as many calls."""
+
 
 def few(scene: Scene, rounds: int = 41) -> dict[int, float]:
     """Return the time of one call over that of single calls with the same states, median of pairs, by number."""
@@ -125,8 +129,14 @@ def main(words: Sequence[str]) -> int:
             print(f"| {way} | " + " | ".join(cells) + " |")
         many = max(COUNTS)
         ratio = found["load (ufunc)"][many][1] / found["C rows"][many][1]
-        short = ", ".join(f"{count}: {ratio:.2f}" for count, ratio in few(scene).items())
+        small = few(scene)
+        short = ", ".join(f"{count}: {ratio:.2f}" for count, ratio in small.items())
         print(f"\nNumPy module, one call over as many single ones, by number of states: {short}")
+        worst = max(ratio for count, ratio in small.items() if count <= SMALL)
+        bar = Bar(
+            f"NumPy module, one call with 2 to {SMALL} states, times single calls", "≤ 1", f"{worst:.2f}", worst <= 1
+        )
+        print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
         print(f"\nufunc / C rows at N = {many:,}: {ratio:.3f}")
     return 0
 

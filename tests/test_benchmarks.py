@@ -118,3 +118,36 @@ def test_every_accuracy_is_measured_beside_double():
     for level in ("double", "1e-10", "float"):
         assert f"| puma560 | mass_matrix | {level} |" in done.stdout
     assert "| puma560, mass_matrix, accuracy 1e-10: largest error | ≤ 1e-10 |" in done.stdout
+
+
+def test_every_bar_of_batch_and_matrices_is_told_where_it_was_measured(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from bars import BATCH, FD, FILLING, ID, NEAR_FLOOR, OURS, ROWS, M, bars
+
+    def row(robot, output, kind, time):
+        names = dict(zip(("peer", "way"), kind, strict=True))
+        return {"robot": robot, "output": output, **names, "median": time, "samples": [time, time]}
+
+    heyoka = ("heyoka, our graph", "batch")
+    times = [row("arm7", ID, heyoka, 24.0), row("arm7", ID, BATCH, 16.0), row("puma560", ID, BATCH, 12.0)]
+    times += [
+        row("tree32", M, kind, time) for kind, time in ((FILLING, 100.0), (OURS, 400.0), (BATCH, 120.0), (ROWS, 500.0))
+    ]
+    times += [row(f"chain{n}", FD, BATCH, time) for n, time in ((8, 10.0), (64, 100.0))]
+    found = {bar.text: bar.reached for bar in bars(times)}
+
+    near = {robot: next(text for text in found if f"of {robot}, batch" in text) for robot, _ in NEAR_FLOOR}
+    assert [found[near[robot]] for robot in ("arm7", "puma560")] == [True, False]
+    assert found["inverse dynamics, batch, times heyoka on our graph"]
+    told = {text: reached for text, reached in found.items() if text.startswith("M of tree32")}
+    assert list(told.values()) == [True, True, False, False]
+    assert found["forward_dynamics, batch: time a joint of a chain of 64, times that of 8"]
+    assert len(found) == 8
+
+
+@pytest.mark.long(0)
+def test_large_mechanisms_are_held_to_their_bars():
+    done = run("64", "--loops", "--tables", "--runs", "1", script="large_mechanisms.py")
+    assert done.returncode == 0, done.stderr
+    assert "chain of 64, from the scene to C: " in done.stdout
+    assert "(≤ 0.15 s)" in done.stdout
