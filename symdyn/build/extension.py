@@ -42,23 +42,26 @@ def build_extension(
         BuildError: sources of another target, no headers of Python, no compiler, or its own words when it refuses.
     """
     check_target(sources, UFUNC)
-    name = Path(sources.files[0][0]).stem
+    kind = extension_kind(Path(sources.files[0][0]).stem)
+    path, module = load(sources.texts, find_compiler(compiler, machine), patience, kind)
+    assert isinstance(module, ModuleType), "an extension's kind opens modules"
+    module.__file__ = str(path)
+    return path, module
+
+
+def extension_kind(name: str) -> Kind:
+    """Return how an extension module of this Python and this NumPy is compiled, and opened under a name.
+
+    Raises:
+        MissingCompiler: there are no headers of Python.
+    """
     suffix = EXTENSION_SUFFIXES[0]
-    abi = (sys.version, suffix, np.__version__)
     needs = Needs(
         headers=(python_headers(), np.get_include()),
         libraries=python_libraries(),
         loose=sys.platform == "darwin",
     )
-    path, module = load(
-        sources.texts,
-        find_compiler(compiler, machine),
-        patience,
-        Kind(suffix, needs, abi, partial(imported, name)),
-    )
-    assert isinstance(module, ModuleType), "an extension's kind opens modules"
-    module.__file__ = str(path)
-    return path, module
+    return Kind(suffix, needs, (sys.version, suffix, np.__version__), partial(imported, name))
 
 
 def python_headers() -> str:

@@ -6,11 +6,9 @@ What a function computes is compiled once, by the flags of all others: its bits 
 from __future__ import annotations
 
 import ctypes
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, partial
-from importlib.machinery import EXTENSION_SUFFIXES
 from types import ModuleType
 from typing import Any
 
@@ -18,7 +16,7 @@ import numpy as np
 
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
-from symdyn.build.extension import imported, python_headers, python_libraries
+from symdyn.build.extension import extension_kind
 from symdyn.build.library import SUFFIX, Kind, load
 from symdyn.build.lock import Lock
 from symdyn.build.runners import or_warn, run_python
@@ -43,13 +41,7 @@ class Makers:
         """
         self.asked = compiler
         self._compiler = find_compiler(compiler, machine)
-        suffix = EXTENSION_SUFFIXES[0]
-        needs = Needs(
-            headers=(python_headers(), np.get_include()),
-            libraries=python_libraries(),
-            loose=sys.platform == "darwin",
-        )
-        kind = Kind(suffix, needs, (sys.version, suffix, np.__version__), partial(imported, RUNTIME))
+        kind = extension_kind(RUNTIME)
         self.module: ModuleType = load(runtime_templates(), self._compiler, PATIENCE, kind, runtime)[1]
 
     def places(self, made: Code, soon: bool = False) -> list[int]:
