@@ -120,6 +120,12 @@ def test_what_cannot_be_read_as_an_integrator_is_made_again(cache):
     assert len(MADE) == 2
 
 
+def test_a_cache_that_may_only_be_read_serves_as_well(cache, monkeypatch):
+    keep("a.thing", b"whole", 1)
+    monkeypatch.setattr(os, "utime", lambda *_: (_ for _ in ()).throw(OSError(30, "Read-only file system")))
+    assert kept("a.thing") == b"whole"
+
+
 def test_those_that_were_wanted_last_stay(cache):
     for k in range(3):
         keep(f"{k}.thing", b"%d" % k, 3)

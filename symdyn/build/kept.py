@@ -21,7 +21,8 @@ def kept(name: str) -> bytes | None:
     try:
         path = trusted_folder() / name
         found = read_entry(path)
-        os.utime(path)  # it was wanted last
+        with suppress(OSError):  # a cache that may only be read serves as well
+            os.utime(path)  # it was wanted last
     except Damaged as fault:
         warn(f"{path}: {fault}; it is made again")
     except (OSError, MissingCompiler):
