@@ -5,11 +5,13 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import subprocess
 import sys
 import time
 import weakref
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -110,6 +112,16 @@ def test_threads_that_call_first_together_compile_once(cache, tmp_path):
     assert (tmp_path / "times").read_text().split() == ["1", "1"]  # one state, many
 
 
+def status_of(child: int) -> int:
+    """Return how a child ended; one that does not is killed."""
+    patience = time.monotonic() + 30
+    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
+        if time.monotonic() > patience:
+            os.kill(child, signal.SIGKILL)
+        time.sleep(0.01)
+    return os.waitstatus_to_exitcode(ended[1])
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
 @pytest.mark.long
@@ -123,12 +135,48 @@ def test_a_child_forked_while_a_thread_compiles_compiles_for_itself(cache, tmp_p
         if child == 0:
             os._exit(0 if np.isfinite(call(*STATES[:, 0], PARAMS)).all() else 1)
         assert np.isfinite(first.result()).all()
-    patience = time.monotonic() + 30
-    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
-        if time.monotonic() > patience:
-            os.kill(child, signal.SIGKILL)
-        time.sleep(0.01)
-    assert os.waitstatus_to_exitcode(ended[1]) == 0
+    assert status_of(child) == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+@pytest.mark.long
+def test_a_child_forked_while_a_thread_derives_derives_for_itself(cache, monkeypatch):
+    begun = Event()
+
+    def slow(given):
+        begun.set()
+        time.sleep(0.5)
+        return symdyn.lower(given)
+
+    monkeypatch.setattr(loaded, "lower", slow)
+    call = symdyn.load(ARM, "inverse_dynamics").inverse_dynamics
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(call, *STATES[:, 0], PARAMS)
+        assert begun.wait(30)
+        child = os.fork()
+        if child == 0:
+            os._exit(0 if np.isfinite(call(*STATES[:, 0], PARAMS)).all() else 1)
+        assert np.isfinite(first.result()).all()
+    assert status_of(child) == 0
+
+
+INTERRUPTED = "import sys, symdyn; symdyn.load(sys.argv[1], 'inverse_dynamics', compiler=sys.argv[2], at_once=True)"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.long
+def test_whoever_interrupts_a_load_at_once_does_not_wait_for_compilers(cache, tmp_path):
+    running = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(ARM), counting(tmp_path, 60)])
+    try:
+        while not (tmp_path / "times").exists():
+            assert running.poll() is None
+            time.sleep(0.01)
+        running.send_signal(signal.SIGINT)
+        assert running.wait(20) != 0
+    finally:
+        running.kill()
+    assert (tmp_path / "times").read_text().split() == ["1"]
 
 
 @pytest.mark.parametrize("path", sorted(ARM.parent.glob("*.toml")), ids=lambda path: path.stem)

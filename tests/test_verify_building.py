@@ -36,7 +36,10 @@ def test_what_has_begun_is_not_made_again(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.mark.runs("cc")
-def test_whoever_interrupts_does_not_wait_for_compilers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("target", ["c", "ufunc"])  # of one part, and of several that are compiled at a time
+def test_whoever_interrupts_does_not_wait_for_compilers(
+    target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     begun, done, compiler = (tmp_path / name for name in ("begun", "done", "slow"))
     slow = f'case "$*" in *two_link*) touch "{begun}"; sleep 60; touch "{done}";; esac'
     compiler.write_text(f'#!/bin/sh\n{slow}\nexec {find_compiler().command[0]} "$@"\n')
@@ -46,7 +49,7 @@ def test_whoever_interrupts_does_not_wait_for_compilers(tmp_path: Path, monkeypa
 
     def interrupted() -> None:
         with Building(PROGRAM, "double") as building:
-            building.begin(["c"])
+            building.begin([target])
             while not begun.exists():
                 time.sleep(0.01)
             raise KeyboardInterrupt

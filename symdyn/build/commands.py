@@ -7,20 +7,34 @@ import signal
 import subprocess
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext, suppress
 from contextvars import ContextVar
+
+
+class Stopped(BaseException):
+    """A command was stopped because nobody waits for it any longer; it has not failed."""
 
 
 class Commands:
     """Commands that are stopped together: threads that wait for them hear no Ctrl-C."""
 
-    def __init__(self) -> None:
-        """Start with none."""
+    def __init__(self, within: Commands | None = None) -> None:
+        """Start with none; they are stopped with those that they belong to, too."""
         self._lock, self._running, self._stopped = threading.Lock(), set[subprocess.Popen[bytes]](), False
+        self._within = within
 
     @contextmanager
     def holding(self, process: subprocess.Popen[bytes]) -> Iterator[None]:
-        """Count a process as one of them inside; it is stopped at once if they were."""
+        """Count a process as one of them inside; it is stopped at once if they were.
+
+        Raises:
+            Stopped: it was stopped in the meantime.
+        """
+        with self._within.holding(process) if self._within else nullcontext():
+            yield from self._holding(process)
+
+    def _holding(self, process: subprocess.Popen[bytes]) -> Iterator[None]:
         with self._lock:
             self._running.add(process)
             stopped = self._stopped
@@ -31,6 +45,9 @@ class Commands:
         finally:
             with self._lock:
                 self._running.discard(process)
+                stopped = self._stopped
+        if stopped:
+            raise Stopped
 
     def stop(self) -> None:
         """Stop those that run, and those that come later."""
@@ -42,6 +59,19 @@ class Commands:
 
 COMMANDS = ContextVar("commands", default=Commands())  # noqa: B039  nobody stops these
 """Of which commands those are that run here."""
+
+
+@contextmanager
+def threads() -> Iterator[ThreadPoolExecutor]:
+    """Lend threads whose commands are stopped where a fault or Ctrl-C leaves the block, or the starter is stopped."""
+    commands = Commands(COMMANDS.get())
+    with ThreadPoolExecutor(initializer=COMMANDS.set, initargs=(commands,)) as pool:
+        try:
+            yield pool
+        except BaseException:
+            commands.stop()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def stop_command(process: subprocess.Popen[bytes]) -> None:

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property, partial
+from functools import partial
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from symdyn.build.commands import threads
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.extension import extension_kind
@@ -73,12 +73,16 @@ class Places:
         """Take what makes a program of one function, and what accuracy rows of states shall have."""
         self.makers, self._make, self.accuracy = makers, make, accuracy
         self._lock = Lock()
+        self._program: Program | None = None
         self._found: dict[tuple[str, bool], int] = {}
 
-    @cached_property
+    @property
     def program(self) -> Program:
-        """The program, made when it is first needed."""
-        return self._make()
+        """The program, made when it is first needed; `cached_property` has a lock that a forked child finds shut."""
+        with self._lock:
+            if self._program is None:
+                self._program = self._make()
+        return self._program
 
     def __call__(self, real: str, rows: bool) -> int:
         """Return where the code of a kind is, 0 where rows are computed state by state.
@@ -156,7 +160,7 @@ def compile_all(calls: Iterable[Callable[..., Any]]) -> None:
     Raises:
         BuildError: the compiler that was asked for, in words or as $CC, fails.
     """
-    with ThreadPoolExecutor() as pool:
+    with threads() as pool:
         list(pool.map(Later.everything, [one for one in calls if isinstance(one, Later)]))
 
 

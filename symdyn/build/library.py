@@ -15,13 +15,13 @@ import shlex
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
+from symdyn.build.commands import threads
 from symdyn.build.compiler import NOTHING, PATIENCE, Compiler, compile_library
 from symdyn.build.dialects import Needs
 from symdyn.build.entry import Damaged, load_entry, seal
@@ -168,5 +168,5 @@ def _compile_parts(compiler: Compiler, sources: Sequence[Path], patience: float,
         compile_library(compiler, source, part, patience, kind.needs, part=True)
         return part
 
-    with ThreadPoolExecutor() as pool:
+    with threads() as pool:
         return list(pool.map(compile_part, sources))
