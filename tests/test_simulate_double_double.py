@@ -65,6 +65,16 @@ def test_a_force_over_time_and_work_are_as_right():
     assert max(abs(a - b) for a, b in zip(last(run), wanted, strict=True)) < 1e-28
 
 
+@pytest.mark.long
+def test_a_row_at_three_tenths_is_at_three_tenths():
+    """Not at the double next to it, 1e-17 earlier."""
+    run = simulate(block(start=0.1), until=0.3, rtol=1e-28, every=0.1)
+    t = mpmath.mpf(3) / 10
+    assert run.to_csv().splitlines()[-1].startswith("0.3,")
+    wanted = [mpmath.cos(5 * t) / 10, -mpmath.sin(5 * t) / 2]
+    assert max(abs(a - b) for a, b in zip(last(run), wanted, strict=True)) < 1e-29
+
+
 class Global(Arithmetic):
     """mpmath's own context, whose precision its Taylor method raises as it needs."""
 
@@ -153,6 +163,7 @@ def test_digits_are_those_of_the_sum():
         ("four_bar", {}, "method gauss does not apply: loops are closed"),
         ("cart_pole", {"stops": "x-1"}, "method gauss does not apply: it looks for no events"),
         ("cart_pole", {"forces": "F=tanh(x)"}, "there is no tanh of 31 digits in it"),
+        ("cart_pole", {"forces": "F=abs(x)"}, "abs bends where it is zero, which its steps may go past unseen"),
         ("cart_pole", {"forces": "F=sign(x_dot)"}, "there is no sign of 31 digits in it"),
         ("cart_pole", {"forces": {"F": lambda t: 0.0}}, "a force comes from outside the equations"),
         ("cart_pole", {"method": "dop853"}, "method dop853 computes in doubles: give --rtol 1e-16 or more"),

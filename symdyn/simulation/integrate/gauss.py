@@ -3,8 +3,9 @@
     Y_k = x + h Σ_j a_kj f(t + c_j h, Y_j),      x(t + h) ≈ x + h Σ_j b_j f(t + c_j h, Y_j)
 
 The stages are as many as the states of a block, and found by fixed-point iteration. A step is taken whole and in two
-halves, of which the halves are kept. Steps end at samples, so nothing is interpolated. There are no events, no loops,
-and no forces from outside the equations.
+halves, of which the halves are kept. Steps end at samples, so nothing is interpolated; the time of a sample is its
+shortest decimal. There are no events, no loops, and no forces from outside the equations. What bends (abs) is refused:
+where it does so behind the last stage of a step, neither the step nor its halves see it.
 
 Reference: Hairer, Lubich and Wanner, Geometric numerical integration (2006), II.1.3 and VIII.6.
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -75,8 +77,8 @@ def run(problem: Problem) -> Iterator[Piece]:
         while why == PAUSED:
             before = counts.copy()
             why = call(
-                state.ctypes.data, time.ctypes.data, length.ctypes.data, until, problem.rtol, problem.atol, MOST,
-                halt.ctypes.data, counts.ctypes.data,
+                state.ctypes.data, time.ctypes.data, length.ctypes.data, until, _beyond(until), problem.rtol,
+                problem.atol, MOST, halt.ctypes.data, counts.ctypes.data,
             )  # fmt: skip
             if why in (STUCK, LOST):
                 raise IntegrationError(
@@ -91,6 +93,11 @@ def run(problem: Problem) -> Iterator[Piece]:
             )  # fmt: skip
 
 
+def _beyond(t: float) -> float:
+    """Return what the shortest decimal of a time is beyond its double: 0.1 is a tenth of a second."""
+    return float(Fraction(repr(t)) - Fraction(t))
+
+
 def refuses(system: StateEquations) -> str:
     """Return why the method does not apply, "" if it does."""
     if system.closed:
@@ -99,8 +106,10 @@ def refuses(system: StateEquations) -> str:
         return "a force comes from outside the equations, with the digits of doubles"
     if system.events or system.ends:
         return "it looks for no events"
-    lacking = {Op.SIGN, *REALS["dd"].lacks}
     found = sorted(node.op.name.lower() for node in reachable(system.program["rates"].function.entries))
+    if Op.ABS.name.lower() in found:
+        return "abs bends where it is zero, which its steps may go past unseen"
+    lacking = {Op.SIGN, *REALS["dd"].lacks}
     named = [name for name in dict.fromkeys(found) if Op[name.upper()] in lacking]
     return f"there is no {', '.join(named)} of 31 digits in it" if named else ""
 
@@ -120,7 +129,7 @@ def _library(system: StateEquations) -> Callable[..., int]:
     _, found = load(files, find_compiler(), kind=Kind(SUFFIX, Needs(exports=(export,)), (), ctypes.CDLL))
     call: Any = found[export]
     p, d = ctypes.c_void_p, ctypes.c_double
-    call.argtypes, call.restype = [p, p, p, d, d, d, ctypes.c_int64, p, p], ctypes.c_int32
+    call.argtypes, call.restype = [p, p, p, d, d, d, d, ctypes.c_int64, p, p], ctypes.c_int32
     made: Callable[..., int] = call
     return made
 
@@ -170,8 +179,6 @@ def tableau() -> dict[str, Any]:
 
 def _pairs(numbers: Sequence[Any]) -> dict[str, list[str]]:
     """Return high and low parts as text."""
-    from fractions import Fraction
-
     found = []
     for x in numbers:
         sign, mantissa, exponent, _ = x._mpf_
