@@ -175,6 +175,19 @@ def test_what_it_is_not_for_is_refused_in_words(name, more, why):
         simulate(symdyn.example(name), until=1.0, **{"rtol": 1e-28, **more})
 
 
+@pytest.mark.parametrize(
+    ("more", "remedy"),
+    [
+        ({"method": "gauss"}, "take dop853"),
+        ({"rtol": 1e-28}, "give --rtol 1e-16 or more"),
+        ({"method": "gauss", "rtol": 1e-28}, "take dop853 and give --rtol 1e-16 or more"),
+    ],
+)
+def test_a_refusal_says_what_would_do(more, remedy):
+    with pytest.raises(SimulateError, match=f"no projection; {remedy}$"):
+        simulate(symdyn.example("four_bar"), until=1.0, **more)
+
+
 @pytest.mark.long
 def test_limits_of_joints_are_refused_unless_they_are_to_be_ignored():
     scene = read_text(LIMITED)

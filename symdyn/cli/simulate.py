@@ -15,7 +15,7 @@ from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, 
 from symdyn.simulation.feedback.controller import changed, placed
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.integrate.gauss import FINEST
+from symdyn.simulation.integrate import FINEST
 from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import counted
 from symdyn.simulation.trajectory import END, INTERRUPTED

@@ -25,9 +25,8 @@ from symdyn.simulation.feedback.controller import Feedback, Law, placed, placed_
 from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.feedback.loop import Loop, Loops
 from symdyn.simulation.initial import Start, Values, read_start, singular
-from symdyn.simulation.integrate import METHODS, Hit, Problem
-from symdyn.simulation.integrate.gauss import FINEST
-from symdyn.simulation.integrator import DOUBLES, EXACT, Choice, choose
+from symdyn.simulation.integrate import DOUBLES, FINEST, METHODS, Hit, Problem
+from symdyn.simulation.integrator import Choice, choose
 from symdyn.simulation.joint_limits import at_start, named, on_the_way, reached, stopping
 from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.prescribed.entries import Entries
@@ -161,7 +160,7 @@ def simulate(
             absolute,
             looked_for,
             projection,
-            beyond_doubles(scene, initial, len(x)) if choice.name == EXACT else None,
+            beyond_doubles(scene, initial, len(x)) if choice.method.beyond_doubles else None,
         )
         return integrated(problem, choice.method, progress, say), problem
 

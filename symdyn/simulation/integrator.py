@@ -18,7 +18,7 @@ from symdyn.extras import install
 from symdyn.scene.values.names import suggestion
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate import METHODS, Method, importable
+from symdyn.simulation.integrate import DOUBLES, METHODS, Method, importable
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
 
 STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
@@ -26,9 +26,6 @@ STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
 
 OTHERWISE = "dop853"
 """What steps over a change point of loops, where series end."""
-
-EXACT, DOUBLES = "gauss", 1e-16
-"""What computes in double-doubles, and the finest tolerance that means anything in doubles."""
 
 LARGEST = 3000
 """Operations that heyoka compiles within a few seconds."""
@@ -67,10 +64,10 @@ def choose(
     Raises:
         SimulateError: there is no such method, it does not apply, or its library is missing.
     """
-    if rtol is not None and rtol < DOUBLES and asked is None:
-        return replace(_asked(system, EXACT, limited), reason="doubles have no such tolerance")
     if asked is not None:
-        return _asked(system, asked, limited, rtol)
+        return _asked(system, asked.lower(), limited, rtol, "take dop853")
+    if rtol is not None and rtol < DOUBLES:
+        return replace(_asked(system, _finer(), limited, rtol), reason="doubles have no such tolerance")
     if is_stiff(system, x, until):
         if system.loop is not None and system.loop.period is not None:
             return Choice(
@@ -90,23 +87,26 @@ def choose(
     return Choice("dop853", METHODS["dop853"], f"no Taylor method: {why}")
 
 
-def _asked(system: StateEquations, asked: str, limited: bool, rtol: float | None = None) -> Choice:
-    name = asked.lower()
+def _finer() -> str:
+    """Return the method with the most digits."""
+    return min(METHODS, key=lambda name: METHODS[name].finest)
+
+
+def _asked(system: StateEquations, name: str, limited: bool, rtol: float | None, other: str = "") -> Choice:
+    """Return a method by its name; `other` is what else to do where it does not apply."""
     if name not in METHODS:
-        raise SimulateError(f"method {asked} is not known; {suggestion(asked, METHODS)}")
+        raise SimulateError(f"method {name} is not known; {suggestion(name, METHODS)}")
     method = METHODS[name]
     if not importable(method.module):
         raise SimulateError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
     if not method.finds_events and not why and limited:
         why = "joints have limits, which end runs, and it looks for no events (--ignore-limits lets it)"
+    coarser = f"give --rtol {DOUBLES:g} or more" if rtol is not None and rtol < DOUBLES else ""
     if why:
-        other = "take dop853" if rtol is not None or name != EXACT else f"give --rtol {DOUBLES:g} or more"
-        raise SimulateError(f"method {name} does not apply: {why}; {other}")
-    if name != EXACT and rtol is not None and rtol < DOUBLES:
-        raise SimulateError(
-            f"method {name} computes in doubles: give --rtol {DOUBLES:g} or more, or no method, which takes {EXACT}"
-        )
+        raise SimulateError(f"method {name} does not apply: {why}; {' and '.join(filter(None, (other, coarser)))}")
+    if coarser and not method.beyond_doubles:
+        raise SimulateError(f"method {name} computes in doubles: {coarser}, or no method, which takes {_finer()}")
     return Choice(name, method, "")
 
 

@@ -39,9 +39,6 @@ from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import IntegrationError, Method, Piece, Problem
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
-FINEST = 1e-30
-"""The finest tolerance that means anything in double-doubles."""
-
 FIRST = 1e-3
 """First step, s."""
 
@@ -188,6 +185,6 @@ def _pairs(numbers: Sequence[Any]) -> dict[str, list[str]]:
 
 METHODS = {
     "gauss": Method(
-        "31 digits", "Gauss' collocation of order 32 in double-doubles", "mpmath", "", 1e-28, run, refuses, False
+        "31 digits", "Gauss' collocation of order 32 in double-doubles", "mpmath", "", 1e-28, run, refuses, False, 1e-30
     )
 }

@@ -103,6 +103,10 @@ SHARE = 0.1
 """Part of the tolerance that multistep methods are given for a step: the errors of theirs add up, to ten and more."""
 
 
+DOUBLES = 1e-16
+"""The finest relative tolerance that means anything in doubles."""
+
+
 @dataclass(frozen=True)
 class Method:
     """An integrator.
@@ -116,6 +120,7 @@ class Method:
         run: the integrator.
         refuses: why it does not apply to a system, "" if it does.
         finds_events: whether it looks for zeros of formulas, and stops at limits of joints.
+        finest: the finest relative tolerance that means anything in the numbers that it computes with.
     """
 
     library: str
@@ -126,6 +131,12 @@ class Method:
     run: Run
     refuses: Callable[[StateEquations], str] = lambda system: ""
     finds_events: bool = True
+    finest: float = DOUBLES
+
+    @property
+    def beyond_doubles(self) -> bool:
+        """Whether it computes with more digits than doubles have."""
+        return self.finest < DOUBLES
 
 
 @dataclass(frozen=True)
