@@ -189,7 +189,7 @@ def _program(scene: Scene, request: str, closing: LoopChoices) -> Program:
 
 
 def _one_loaded(*settings: Any) -> NumericFunction:
-    """Return one of the functions of `_loaded`, in a process that has none of them yet."""
+    """Return one of the functions of `loaded`, in a process that has none of them yet."""
     return loaded(*settings[:-1]).calls[settings[-1]]
 
 
