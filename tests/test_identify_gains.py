@@ -187,6 +187,7 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
         (Payload("link2", 2, (0, 1), log=1), AMPERE, r"com = \[0, 1\]: give three numbers, m"),
         (Payload("link2", 2, inertia=(0, 0, 0), log=1), AMPERE, "give com, too"),
         (Payload("link2", 2, (0, 0, 0), (1, 0, 0), 1), AMPERE, "is that of no body"),
+        (replace(TWO.given, log="*"), AMPERE, "same payload, .* measure the motion without it, too"),
         (TWO.given, {"q1": "A"}, "A is what a drive shows, and q1 is none; there are M1, M2"),
         (TWO.given, {"M1": "0*A"}, r"0\*A is no unit of a column"),
         (TWO.given, {"M1": "x*A"}, r"x\*A is no unit of a column"),

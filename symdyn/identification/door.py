@@ -82,7 +82,7 @@ def identify(
     payloads = (payloads,) if isinstance(payloads, Payload) else tuple(payloads)
     check_payloads(model, payloads, logs)
     shown = shown_in(units or {}, [drive or "" for drive in scene.drives])
-    _check_gains(model, shown, payloads)
+    _check_gains(model, shown, payloads, logs)
     band = choose_band(logs) if band is None else band
     parts = [motions(log, band) for log in logs]
     moved = [(place, one) for place, (some, _) in enumerate(parts) for one in some]
@@ -105,12 +105,21 @@ def identify(
     )  # fmt: skip
 
 
-def _check_gains(model: LinearModel, shown: Mapping[int, str], payloads: Sequence[Payload]) -> None:
-    """Raise IdentifyError where no drive is known as a force and nothing of known size acts."""
+def _check_gains(
+    model: LinearModel, shown: Mapping[int, str], payloads: Sequence[Payload], logs: Sequence[Log]
+) -> None:
+    """Raise IdentifyError where no drive is known as a force and nothing of known size acts in some logs alone."""
     driven = [j for j in model.rows if model.scene.drives[j]]
-    if payloads or not shown or any(j not in shown for j in driven):
+    if not shown or any(j not in shown for j in driven):
         return
     names = [drive_names(model.scene)[j] for j in driven]
+    if payloads and len({tuple(one.carried(k, log) for one in payloads) for k, log in enumerate(logs)}) == 1:
+        raise IdentifyError(
+            f"{model.scene.name}: {listed(names)}: every log carries the same payload, which no log "
+            "tells from the body that it is fixed to; measure the motion without it, too, and give both logs"
+        )
+    if payloads:
+        return
     last = model.scene.bodies[-1].name if model.scene.bodies else "BODY"
     raise IdentifyError(
         f"{model.scene.name}: {listed(names)}: no log tells what one {next(iter(shown.values()))} is worth: twice all "
