@@ -1,7 +1,8 @@
-"""What a load from the cache costs, beside that of another checkout: `python benchmarks/cached_load.py OTHER`.
+"""What a library from the cache costs, beside that of another checkout: `python benchmarks/cached_load.py OTHER`.
 
-Processes of both take turns; each reads a scene, derives its functions, and opens their extension, which was
-compiled before. Printed are the size of the library and the median processor time of opening it: hash, copy, load.
+Processes of both take turns; each reads a scene, derives its functions, and opens the extension of the ufunc target,
+which was compiled before; `cold_load.py` measures `load` itself. Printed are the size of the library and the median
+processor time of opening it: hash, copy, load.
 """
 
 from __future__ import annotations
