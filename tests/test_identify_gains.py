@@ -182,6 +182,8 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
         ((), AMPERE, r"twice all gains with twice all masses .* --payload loaded\.csv:link2:mass=2 .* M1=0\.12\*A"),
         (Payload("link3", 2, log=1), AMPERE, "has no body link3; did you mean link"),
         (Payload("link2", -2, log=1), AMPERE, "mass = -2: give what it weighs, kg, above zero"),
+        (Payload("link2", "2", log=1), AMPERE, "mass = '2': give what it weighs, kg, above zero"),
+        ({"body": "link2", "mass": 2}, AMPERE, r"payloads: 'body' is no Payload, such as Payload\('link2', 2, log=1\)"),
         (Payload("link2", 2, log=2), AMPERE, "there is no such log; give a number from 0 to 1"),
         (Payload("link2", 2, log="x.csv"), AMPERE, "there is no such log; give one of data"),
         (Payload("link2", 2, (0, 1), log=1), AMPERE, r"com = \[0, 1\]: give three numbers, m"),

@@ -56,6 +56,8 @@ def test_a_road_that_no_output_has_is_refused():
         DerivationError, match="no output that was asked for has the road 'aba'; there are rnea, lagrange"
     ):
         formulate(two_link(), ("inverse_dynamics",), "aba")
+    with pytest.raises(DerivationError, match=r"'rnea_loop' \(parameters have no value\); there are rnea, lagrange"):
+        formulate(two_link(), ("inverse_dynamics",), "rnea_loop")
 
 
 def test_an_output_that_does_not_exist_is_refused():

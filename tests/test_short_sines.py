@@ -249,7 +249,8 @@ def test_the_files_tell_the_accuracy_and_the_command_that_made_them(row):
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"accuracy": "1e-9"}, "accuracy '1e-9' is not known; give 1e-10, or leave it out"),
+        ({"accuracy": "1e-9"}, "accuracy '1e-9' is not known; give '1e-10', or leave it out"),
+        ({"accuracy": 1e-10}, "accuracy 1e-10 is not known; give '1e-10', or"),
         ({"real": "float"}, "accuracy 1e-10 is one of double, not of float"),
         (
             {"option": ""},

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -104,14 +105,19 @@ def check_payloads(model: LinearModel, payloads: Sequence[Payload], logs: Sequen
     faults, bodies = list[str](), tuple(body.name for body in model.scene.bodies)
     sources = listed(tuple(Path(log.source).name for log in logs))
     for one in payloads:
+        if not isinstance(one, Payload):
+            faults.append(f"payloads: {one!r:.40} is no Payload, such as Payload({bodies[-1]!r}, 2, log=1)")
+    if faults:
+        raise IdentifyError(faults)
+    for one in payloads:
         where = f"payload of {one.log}" if isinstance(one.log, str) else f"payload of log {one.log}"
         if one.body not in bodies:
             faults.append(f"{where}: {model.scene.name} has no body {one.body}; {choice(one.body, bodies)}")
         if not any(one.carried(k, log) for k, log in enumerate(logs)):
             how = f"a number from 0 to {len(logs) - 1}, " if not isinstance(one.log, str) else ""
             faults.append(f"{where}: there is no such log; give {how}one of {sources}, or a pattern such as load*.csv")
-        if not (np.isfinite(one.mass) and one.mass > 0):
-            faults.append(f"{where}: mass = {one.mass:g}: give what it weighs, kg, above zero")
+        if not (isinstance(one.mass, Real) and np.isfinite(one.mass) and one.mass > 0):
+            faults.append(f"{where}: mass = {one.mass!r:.40}: give what it weighs, kg, above zero")
         if one.com is not None and not _numbers(one.com, (3,)):
             faults.append(f"{where}: com = {_shown(one.com)}: give three numbers, m, such as [0, 0, 0.1]")
         if one.inertia is not None and not _numbers(one.inertia, (3, 6)):

@@ -85,7 +85,13 @@ def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
     """Raise DerivationError where a road is asked for that no output has."""
     known = dict.fromkeys(one for request in outputs for one in roads_of(request, scene)) if road is not None else {}
     if road is not None and road not in known:
-        raise DerivationError(f"no output that was asked for has the road {road!r}; there are {', '.join(known)}")
+        loop = any(
+            road in OUTPUTS[name].roads and OUTPUTS[name].roads[road].loop for name in outputs if name in OUTPUTS
+        )
+        why = lacking(scene, build_tree(scene, Graph())) if loop else ""
+        raise DerivationError(
+            f"no output that was asked for has the road {road!r}{why and f' ({why})'}; there are {', '.join(known)}"
+        )
 
 
 def chosen(workspace: Workspace, request: str, road: str | None = None, lines: bool = True) -> Function:

@@ -83,7 +83,7 @@ def find_short_sines(accuracy: str, real: str = "") -> ShortSines | None:
     """
     if not accuracy:
         return None
-    known = " or ".join(SHORT_SINES)
+    known = " or ".join(map(repr, SHORT_SINES))
     if accuracy not in SHORT_SINES:
         raise EmitError(
             f"accuracy {accuracy!r} is not known; give {known}, or leave it out for about 1e-16, in float 1e-7"
