@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
+import subprocess
 import sys
 from pathlib import Path
 
@@ -146,3 +147,22 @@ def test_runs_at_other_values_of_parameters_take_the_same_integrator(cache):
             runs.append(hashlib.sha256(np.ascontiguousarray(run.q)).hexdigest())
     assert runs[0] == runs[1] != runs[2] == runs[3]
     assert len(list(cache.glob("*.heyoka"))) == 1
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.long
+@pytest.mark.skipif(not hasattr(heyoka.llvm_state, "set_diskcache_path"), reason="this heyoka keeps nothing")
+@pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")
+def test_heyoka_keeps_its_own_code_where_only_the_user_may_write(tmp_path):
+    arm, home = Path(__file__).parent.parent / "examples" / "pendulum.toml", tmp_path / "home"
+    home.mkdir()
+    for name, mode in (("own", 0o700), ("shared", 0o777)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name).chmod(mode)
+        places = {"HOME": str(home), "XDG_CACHE_HOME": str(home), "SYMDYN_CACHE_DIR": str(tmp_path / name)}
+        words = [sys.executable, "-m", "symdyn", "simulate", str(arm), "--until", "1", "--start", "q1=1"]
+        where = {key: value for key, value in os.environ.items() if key != "HEYOKA_CACHE_DIR"}
+        subprocess.run([*words, "--method", "taylor"], check=True, capture_output=True, env=where | places)
+    assert (tmp_path / "own" / "heyoka" / "cache.db").exists()
+    assert list((tmp_path / "shared").iterdir()) == []
+    assert list(home.rglob("*.db")) == []

@@ -24,6 +24,7 @@ from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.program.assemble import PREPARED
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.integrate.heyoka_folder import settle
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 WORDS: Mapping[Op, str] = {
@@ -70,7 +71,7 @@ def library() -> Any:
     """Return heyoka."""
     if "heyoka" not in sys.modules:
         with interrupts_wait(), without_sympy():
-            return importlib.import_module("heyoka")
+            settle(importlib.import_module("heyoka"))
     return sys.modules["heyoka"]
 
 
