@@ -156,13 +156,15 @@ def test_runs_at_other_values_of_parameters_take_the_same_integrator(cache):
 def test_heyoka_keeps_its_own_code_where_only_the_user_may_write(tmp_path):
     arm, home = Path(__file__).parent.parent / "examples" / "pendulum.toml", tmp_path / "home"
     home.mkdir()
-    for name, mode in (("own", 0o700), ("shared", 0o777)):
-        (tmp_path / name).mkdir()
+    (tmp_path / "spoilt" / "heyoka" / "cache.db").mkdir(parents=True)
+    for name, mode in (("own", 0o700), ("shared", 0o777), ("spoilt", 0o700)):
+        (tmp_path / name).mkdir(exist_ok=True)
         (tmp_path / name).chmod(mode)
         places = {"HOME": str(home), "XDG_CACHE_HOME": str(home), "SYMDYN_CACHE_DIR": str(tmp_path / name)}
         words = [sys.executable, "-m", "symdyn", "simulate", str(arm), "--until", "1", "--start", "q1=1"]
         where = {key: value for key, value in os.environ.items() if key != "HEYOKA_CACHE_DIR"}
-        subprocess.run([*words, "--method", "taylor"], check=True, capture_output=True, env=where | places)
+        told = subprocess.run([*words, "--method", "taylor"], check=True, capture_output=True, env=where | places)
+        assert b"[warning]" not in told.stdout + told.stderr
     assert (tmp_path / "own" / "heyoka" / "cache.db").exists()
     assert list((tmp_path / "shared").iterdir()) == []
     assert list(home.rglob("*.db")) == []

@@ -21,6 +21,7 @@ def settle(heyoka: Any) -> None:
     """
     states = heyoka.llvm_state
     if shell.is_own() and not os.environ.get("HEYOKA_CACHE_DIR") and hasattr(states, "set_diskcache_path"):
+        heyoka.set_logger_level_error()  # it warns where it can keep nothing, such as on a full disk
         with suppress(OSError, MissingCompiler):
             folder = trusted_folder() / "heyoka"
             folder.mkdir(mode=0o700, exist_ok=True)
