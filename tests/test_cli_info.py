@@ -55,7 +55,7 @@ def test_the_report_lists_what_a_scene_does_not_need():
     assert "q1, q3" in steps["planar scene"].why
     assert steps["planar scene"].saved["mass_matrix"].cost > 0
     assert steps["no gravity"].saved["gravity_forces"].cost > 0
-    assert steps["symmetric inertias"].saved["inverse_dynamics"].cost > 0
+    assert "a" in steps["symmetric inertias"].why
 
 
 def test_dead_operations_are_those_of_the_chosen_roads_alone():
@@ -74,11 +74,21 @@ def test_dead_operations_are_those_of_the_chosen_roads_alone():
 def test_a_massless_body_between_two_joints_saves_its_momentum():
     cross = scene(
         "cross",
-        bodies=[body("spider"), body("far", mass=1, com=[1, 0, 0], inertia=[1, 2, 2], about="com")],
-        joints=[revolute("j1", "ground", "spider"), revolute("j2", "spider", "far", axis=[1, 0, 0])],
+        bodies=[
+            body("near", mass=1, com=[1, 0, 0], inertia=[1, 2, 2], about="com"),
+            body("spider"),
+            body("far", mass=1, com=[1, 0, 0], inertia=[1, 2, 2], about="com"),
+        ],
+        joints=[
+            revolute("j0", "ground", "near", axis=[0, 1, 0]),
+            revolute("j1", "near", "spider", origin=[1, 0, 0]),
+            revolute("j2", "spider", "far", axis=[1, 0, 0]),
+        ],
     )
+    steps = report(cross)
 
-    assert report(cross)["massless bodies"].saved["inverse_dynamics"].cost > 0
+    assert steps["massless bodies"].saved["inverse_dynamics"].cost > 0
+    assert steps["symmetric inertias"].saved["inverse_dynamics"].cost > 0
 
 
 def test_gravity_that_is_bound_to_zero_saves_what_it_would_cost():
@@ -102,7 +112,7 @@ def test_a_savings_number_is_the_difference_of_two_counts():
 
 
 def test_the_choice_of_a_road_is_reported_with_what_it_saves():
-    steps = report(read(EXAMPLES / "scara.toml"))
+    steps = report(read(EXAMPLES / "spatial_3r.toml"))
 
     assert steps["parallel axes"].saved["forward_dynamics"].cost > 0
     assert "k_D by rnea instead of crba" in steps["formulation"].why
