@@ -118,7 +118,7 @@ def test_a_drive_in_newton_metres_tells_the_gain_of_one_beside_it() -> None:
     mixed = log | {"M1": TWO.gains[0] * log["M1"]}
 
     found = found_of(TWO, mixed, units={"M2": "A"}, payloads=())
-    known = found_of(TWO, log, units={"M*": "A", "M1": f"{TWO.gains[0]}*A"}, payloads=())
+    known = found_of(TWO, log, units={"M*": "A", "M1": f"{TWO.gains[0]} * A"}, payloads=())
 
     (gain,) = found.gains
     assert gain.drive == "M2"
@@ -192,6 +192,8 @@ def test_a_drive_that_feels_nothing_of_known_size_is_named() -> None:
         (replace(TWO.given, log="*"), AMPERE, "same payload, .* measure the motion without it, too"),
         (TWO.given, {"q1": "A"}, "A is what a drive shows, and q1 is none; there are M1, M2"),
         (TWO.given, {"M1": "0*A"}, r"0\*A is no unit of a column"),
+        (TWO.given, {"M1": 0.08}, r"M1: 0\.08 is no unit of a column"),
+        ((), {"M*": " A "}, "twice all gains with twice all masses"),
         (TWO.given, {"M1": "x*A"}, r"x\*A is no unit of a column"),
     ],
 )

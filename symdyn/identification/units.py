@@ -103,7 +103,7 @@ def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
     """Return of which drives the gain is to be found: their numbers, and what one of what they show is, such as "A"."""
     found = {}
     for k, name in enumerate(drives):
-        said = [one for pattern, one in units.items() if fnmatchcase(name, pattern)]  # the last one counts
+        said = [str(one).strip() for pattern, one in units.items() if fnmatchcase(name, pattern)]  # the last one counts
         if said and said[-1] in GAINED:
             found[k] = GAINED[said[-1]][1]
     return found
@@ -111,7 +111,8 @@ def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
 
 def _factor(said: str) -> tuple[float | None, str]:
     """Return what a unit, with a number before it or without, is multiplied by, None where it is none; and the unit."""
-    before, times, unit = said.rpartition("*")
+    said = str(said)
+    before, times, unit = (one.strip() for one in said.rpartition("*"))
     size = UNITS.get(unit, GAINED[unit][0] if unit in GAINED else None)
     try:
         number = float(before) if times else 1.0
