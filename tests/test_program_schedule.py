@@ -73,7 +73,7 @@ def test_an_arm_keeps_fewer_values_alive_than_its_program_does(output):
 
 
 @pytest.mark.parametrize(
-    ("output", "better"), [("inverse_dynamics", schedule), ("forward_dynamics", schedule_backwards)]
+    ("output", "better"), [("inverse_dynamics", schedule), ("forward_dynamics_derivatives", schedule_backwards)]
 )
 def test_neither_end_is_always_the_better_one_to_begin_at(output, better):
     lines = lines_of(lower(derive(read(EXAMPLES / "arm7.toml"), (output,))), output)

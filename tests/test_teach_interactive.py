@@ -446,13 +446,15 @@ def test_a_motion_that_runs_away_is_stopped_and_told(browser: Any, tmp_path: Pat
 
 
 def test_terms_that_cancel_are_left_out() -> None:
-    """k_D,11 of the SCARA is a sum that cancels; by its looks it does not vanish."""
+    """k_G,1 of the arm with an upright first axis is a sum that cancels; by its looks it does not vanish."""
     computed = live(scene_of("scara"))
     shown = {(term.function, term.indices) for term in computed.terms}
 
     assert not any(name == "k_D" and indices[0] == indices[1] for name, indices in shown)
     assert ("k_D", (0, 1)) in shown
-    assert not computed.program["k_D"].function.entries[0].is_zero
+    computed = live(scene_of("arm7"))
+    assert not computed.program["k_G"].function.entries[0].is_zero
+    assert {term.indices for term in computed.terms if term.function == "k_G"} == {(i,) for i in range(1, 7)}
 
 
 def test_scenes_that_sliders_cannot_move_are_refused_in_words() -> None:

@@ -55,7 +55,7 @@ def payloads(texts: Sequence[str]) -> tuple[Payload, ...]:
 
 def _numbers(text: str) -> tuple[float, ...] | None:
     """Return a number, or several in brackets."""
-    inside = text[1:-1].split(",") if text.startswith("[") and text.endswith("]") else [text]
+    inside = split_commas(text[1:-1]) if text.startswith("[") and text.endswith("]") else [text]
     try:
         return tuple(float(one) for one in inside)
     except ValueError:

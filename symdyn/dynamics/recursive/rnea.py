@@ -50,14 +50,16 @@ def rnea(
     qdd: Sequence[Expr],
     gravity: bool = True,
     acting: Sequence[Wrench] = (),
+    holding: bool = True,
 ) -> list[Expr]:
     """Return τ = M(q) q̈ + c(q, q̇) + g(q) less what acts on the bodies; N m or N; positive accelerates.
 
     Zeros for q̇ or q̈ leave their terms out of the graph. Wrenches (f, n) from outside act on the ground and every body,
-    each in its frame.
+    each in its frame. `holding` lets last bodies stay in axes that do not turn with their joints: fewer operations but
+    where every inertia is a column of its own.
     """
     still = zero_vector(tree.graph)
-    for i in sorted(set(tree.outward()).difference(tree.parent)):
+    for i in sorted(set(tree.outward()).difference(tree.parent)) if holding else ():
         if not tree.slides[i] and _turns_lightly(tree.body[i]):
             tree, acting = _held(tree, i, acting)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
