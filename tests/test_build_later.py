@@ -234,7 +234,7 @@ def failing(folder: Path, when: str) -> str:
 
 
 def test_a_compiler_that_fails_at_float_is_an_error_of_that_call(cache, tmp_path):
-    arm = symdyn.load(ARM, "inverse_dynamics", compiler=failing(tmp_path, "void one_inverse_dynamics(const float"))
+    arm = symdyn.load(ARM, "inverse_dynamics", compiler=failing(tmp_path, "__inverse_dynamics(const float"))
     single = [*STATES[:, 0].astype("float32"), PARAMS.astype("float32")]
     assert np.isfinite(arm.inverse_dynamics(*STATES[:, 0], PARAMS)).all()
     with pytest.raises(BuildError, match="could not compile"):

@@ -49,7 +49,8 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         "--units",
         metavar="LIST",
         help=f"columns that are not in SI with radians, e.g. t=ms,q*=deg: {', '.join(UNITS)}; "
-        f"drives whose gain is not known, e.g. tau*=A: {', '.join(GAINED).replace('%', '%%')}; and those whose gain is, tau1=0.12*A",
+        f"drives whose gain is not known, e.g. tau*=A: {', '.join(GAINED).replace('%', '%%')}; and those whose gain "
+        "is, tau1=0.12*A",
     )
     verb.add_argument(
         "--payload",

@@ -88,7 +88,8 @@ def code(program: Program, real: str = "double", rows: bool = False, accuracy: s
     draft = C.draft(program, REALS[real], "symdyn.load", BATCH if rows else "", sines)
     functions, entries = [], []
     for text, routine in zip(draft.page.functions, program.routines, strict=True):
-        arguments, symbol = routine.function.arguments, f"{'rows' if rows else 'one'}_{text.name}"
+        arguments = routine.function.arguments
+        symbol = f"{draft.stem}__{text.name}"  # a name that no scene's function has, whatever the scene is called
         shapes = (*(one.shape for one in arguments), routine.function.shape)
         if any(0 in shape for shape in shapes):
             continue
