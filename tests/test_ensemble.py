@@ -202,6 +202,7 @@ import os, signal, sys, threading
 import numpy as np
 import symdyn
 from symdyn.scene import bind
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it, and so would children
 scene = symdyn.example("pendulum")
 scene = bind(scene, {p.name: 9.81 if p.name == "g" else 1.0 for p in scene.free_parameters})
 first, words, heard = np.linspace(0.1, 3, int(sys.argv[1])), [], []
