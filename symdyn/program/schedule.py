@@ -81,7 +81,7 @@ def schedule_backwards(lines: Sequence[Line]) -> list[int]:
 
     Example:
         >>> schedule_backwards([("a", ["x"]), ("b", ["y"]), ("c", ["z"]), (None, ["a", "x"]), (None, ["b", "y"])])
-        [2, 0, 3, 1, 4]
+        [0, 3, 1, 4, 2]
     """
     makers = {made: place for place, (made, _) in enumerate(lines) if made is not None}
     readers: dict[Hashable, list[int]] = defaultdict(list)
