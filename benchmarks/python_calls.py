@@ -9,6 +9,7 @@ Python.
 
 from __future__ import annotations
 
+import argparse
 import ctypes
 import sys
 import time
@@ -120,7 +121,9 @@ def few(scene: Scene, rounds: int = 41) -> dict[int, float]:
 
 def main(words: Sequence[str]) -> int:
     """Print a table in Markdown for each scene."""
-    for name in words or SCENES:
+    ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    ask.add_argument("scenes", nargs="*", metavar="SCENE", default=list(SCENES), help="names of examples")
+    for name in ask.parse_args(words).scenes:
         scene = symdyn.read(EXAMPLES / f"{name}.toml")
         print(f"\n{name}, {FUNCTION}: ns a state, median (quartiles)\n")
         print("| way | " + " | ".join(f"N = {count:,}" for count in COUNTS) + " |")

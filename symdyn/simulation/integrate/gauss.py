@@ -31,6 +31,7 @@ from symdyn.emit.code.real import REALS, halves
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.c.dd_functions import LANES
+from symdyn.emit.targets.c.double_double import LIMIT_EXPONENT
 from symdyn.errors import BuildError
 from symdyn.graph import Op, reachable, substitute
 from symdyn.program import Program, cheapest, lower
@@ -80,7 +81,8 @@ def run(problem: Problem) -> Iterator[Piece]:
             if why in (STUCK, LOST):
                 raise IntegrationError(
                     f"the steps of the iteration get too short after t = {time[0]:.9g} s: the motion is stiff, leaves "
-                    "what numbers hold, or a formula has no real value; give a coarser --rtol, which other methods take"
+                    f"what numbers hold, an angle goes beyond 2^{LIMIT_EXPONENT} rad, or a formula has no "
+                    "real value; give a coarser --rtol, which other methods take"
                 )
             here, steps = int(why == REACHED), counts - before
             now = state.copy()
