@@ -85,7 +85,8 @@ def _machine(found: Found) -> str:
 
 
 def _bars(found: Found) -> str:
-    rows = [f"| {b.text} | {b.wanted} | {b.shown} | {b.verdict} |" for b in bars(found["times"])]
+    told = bars(found["times"], multipliers=found["multipliers"])
+    rows = [f"| {b.text} | {b.wanted} | {b.shown} | {b.verdict} |" for b in told]
     if not rows:
         return "## Bars\n\nNone of the robots that the bars are about was measured."
     head = "| seven-axis arm, unless another robot is named | bar | measured | |\n|---|---|---|---|"

@@ -134,7 +134,7 @@ def test_every_bar_of_batch_and_matrices_is_told_where_it_was_measured(monkeypat
         row("tree32", M, kind, time) for kind, time in ((FILLING, 100.0), (OURS, 400.0), (BATCH, 120.0), (ROWS, 500.0))
     ]
     times += [row(f"chain{n}", FD, BATCH, time) for n, time in ((8, 10.0), (64, 100.0))]
-    found = {bar.text: bar.reached for bar in bars(times)}
+    found = {bar.text: bar.reached for bar in bars(times, multipliers=1)}
 
     near = {robot: next(text for text in found if f"of {robot}, batch" in text) for robot, _ in NEAR_FLOOR}
     assert [found[near[robot]] for robot in ("arm7", "puma560")] == [True, False]
@@ -143,6 +143,21 @@ def test_every_bar_of_batch_and_matrices_is_told_where_it_was_measured(monkeypat
     assert list(told.values()) == [True, True, False, False]
     assert found["forward_dynamics, batch: time a joint of a chain of 64, times that of 8"]
     assert len(found) == 8
+    others = {bar.text: bar.verdict for bar in bars(times, multipliers=2)}
+    assert {others[text] for text in near.values()} == {"another core's bar"}
+
+
+@needs_gcc
+def test_the_machine_says_how_many_products_its_core_begins_in_a_cycle(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    import machine
+
+    core = machine.multipliers()
+    assert core is not None
+    assert core.width in (128, 256, 512)
+    assert core.products > 0
+    assert core.clock > 0
+    assert str(core).endswith("GHz")
 
 
 @pytest.mark.long(0)
