@@ -3,10 +3,15 @@
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 7.1, with the acceleration of the frame's origin
 in place of the spatial acceleration, so that no linear velocity is needed; along factored links, joint axes are z axes.
 
+What velocities alone give, without gravity and at q̈ = 0, is taken from the recursion of inverse dynamics; articulated
+inertias then find what comes besides. So no inertia but a body's own is multiplied by c = Ṡ q̇, which saves a sixth.
+
     i, p        a moving body 1..n and its parent, p < i; body 0 is the ground
-    A[i]        articulated inertia in blocks: [n; f] = [[J, H], [Hᵀ, M]] [dw; a] + [n0; f0]
+    A[i]        articulated inertia in blocks: [n; f] = [[J, H], [Hᵀ, M]] [dw; a] + bias, accelerations beside those
     U, D, u     A S, Sᵀ A S and τ - Sᵀ bias of joint i
-    c           acceleration of frame i that velocities alone give, seen from the parent's acceleration
+    share       U / D
+    alone       u / D: acceleration of joint i if its parent has none besides
+    more        accelerations besides, [dw; a] of frame i
 """
 
 from __future__ import annotations
@@ -16,8 +21,9 @@ from dataclasses import dataclass, replace
 
 from symdyn.dynamics.mechanism.ldl import Singular
 from symdyn.dynamics.recursive.lean_tree import LeanTree
-from symdyn.dynamics.recursive.links import Link, Turn
+from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.rnea import LinkMotion, balance, carried, held_tips, moving
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import (
@@ -40,7 +46,6 @@ from symdyn.spatial import (
     skew,
     sub,
     symmetric,
-    times,
     transpose,
     zero_vector,
 )
@@ -71,13 +76,11 @@ class Articulated:
         w, v = motion
         return add(apply(self.J, w), apply(self.H, v)), add(apply_transposed(self.H, w), apply(self.M, v))
 
-    def without(self, U: Pair, D: Expr, slides: bool) -> Articulated:
-        """Return A - U Uᵀ / D: what is left when the joint gives way; the bias stays.
+    def without(self, U: Pair, share: Pair, slides: bool) -> Articulated:
+        """Return A - U Uᵀ / D, `share` being U / D: what is left when the joint gives way; the bias stays.
 
         Written so that rows and columns that vanish along the joint's axis are zero at birth.
         """
-        n, f = (tuple(x / D for x in part) for part in U)
-        share: Pair = ((n[0], n[1], n[2]), (f[0], f[1], f[2]))
         coupled = outer(U[0], share[1]) if slides else outer(share[0], U[1])
         return Articulated(
             mirrored(_minus(self.J, outer(U[0], share[0]))),
@@ -100,7 +103,7 @@ class Articulated:
         here = self.shifted((zero, zero, link.rise))
         J, H, M = here.J, here.H, here.M
         for turn in reversed(link.turns):
-            J, H, M = turn.tensor_back(J), _turn(turn, H), turn.tensor_back(M)
+            J, H, M = turn.tensor_back(J), turn.block_back(H), turn.tensor_back(M)
         bias = (link.back(here.bias[0]), link.back(here.bias[1]))
         return Articulated(J, H, M, bias).shifted(link.shift)
 
@@ -118,57 +121,60 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         raise DerivationError("the articulated-body algorithm knows no joints that share a velocity; use the road crba")
     if tree.balls:
         raise DerivationError("the articulated-body algorithm knows no rotor about three axes; use the road crba")
-    graph, still = tree.graph, zero_vector(tree.graph)
-    w, c = [still], [(still, still)]
-    A = [_rigid(tree.body[0], still)]
-    for i in tree.outward():  # velocities, ground to tips
-        link, p, rate = tree.link[i], tree.parent[i], qd[i - 1]
-        wp = link.out(w[p])
-        pulled = link.out(cross(w[p], cross(w[p], link.shift)))
-        if tree.slides[i]:
-            w.append(wp)
-            twice = rate * 2
-            turned, slid = still, (wp[1] * twice, -wp[0] * twice, graph.zero)
-        else:
-            w.append((wp[0], wp[1], wp[2] + rate))
-            turned, slid = (wp[1] * rate, -wp[0] * rate, graph.zero), still
-        rise = (graph.zero, graph.zero, link.rise)
-        lifted = add(cross(w[i], cross(w[i], rise)), cross(turned, rise))
-        c.append((turned, add(add(pulled, slid), lifted)))
-        A.append(_rigid(tree.body[i], w[i]))
+    tree, acting = held_tips(tree, acting)
+    graph, still, ends = tree.graph, zero_vector(tree.graph), tree.ends
+    motion = [moving(still, still, still)]
+    A = [_articulated(tree.body[0], motion[0])]
+    for i in tree.outward():  # motions that velocities alone give, ground to tips
+        before, rate = motion[tree.parent[i]], qd[i - 1]
+        motion.append(carried(before, tree.link[i], tree.slides[i], rate, graph.zero, ends[i], summing=True))
+        A.append(_articulated(tree.body[i], motion[i]))
     for i, (f, n) in enumerate(acting):
         A[i] = replace(A[i], bias=(sub(A[i].bias[0], n), sub(A[i].bias[1], f)))
-    U: list[Pair] = [(still, still)] * (tree.n + 1)
-    D, u = [graph.one] * (tree.n + 1), [graph.zero] * (tree.n + 1)
+    share: list[Pair] = [(still, still)] * (tree.n + 1)
+    alone = [graph.zero] * (tree.n + 1)
     for i in tree.inward():  # articulated inertias, tips to ground
         p, slides = tree.parent[i], tree.slides[i]
-        U[i] = A[i].times(_along_z(graph.one, slides))
-        D[i] = U[i][slides][2] + tree.armature[i]
-        if D[i].is_zero:
+        U = A[i].times(_along_z(graph.one, slides))
+        D = U[slides][2] + tree.armature[i]
+        if D.is_zero:
             raise Singular(tree.A[i][0][0])
-        u[i] = tau[i - 1] - A[i].bias[slides][2]
+        u = tau[i - 1] - A[i].bias[slides][2]
+        (n, f), alone[i] = (_over(part, D) for part in U), u / D
+        share[i] = n, f
         if p:
-            rest = A[i].without(U[i], D[i], slides)
-            push = plus(rest.times(c[i]), times(u[i] / D[i], U[i]))
-            A[p] = A[p] + replace(rest, bias=plus(rest.bias, push)).seen_from(tree.link[i])
-    acceleration: list[Pair] = [(still, neg(tree.gravity))]
+            rest = A[i].without(U, share[i], slides)
+            A[p] = A[p] + replace(rest, bias=_handed_on(rest.bias, u, share[i], tau[i - 1])).seen_from(tree.link[i])
+    more: list[Pair] = [(still, neg(tree.gravity))]
     qdd: list[Expr] = []
-    for i in tree.outward():  # accelerations, ground to tips
-        (dw, a), link = acceleration[tree.parent[i]], tree.link[i]
+    for i in tree.outward():  # accelerations besides, ground to tips
+        (dw, a), link = more[tree.parent[i]], tree.link[i]
         turned, moved = link.out(dw), link.out(add(a, cross(dw, link.shift)))
-        lifted = cross(turned, (graph.zero, graph.zero, link.rise))
-        given = plus((turned, add(moved, lifted)), c[i])
-        qdd.append((u[i] - power(U[i], given)) / D[i])
-        acceleration.append(plus(given, _along_z(qdd[-1], tree.slides[i])))
+        given = turned, add(moved, cross(turned, (graph.zero, graph.zero, link.rise)))
+        qdd.append(alone[i] - power(share[i], given))
+        more.append(plus(given, _along_z(qdd[-1], tree.slides[i])))
     return [a - b for a, b in zip(qdd, tree.bias(qd)[1:], strict=True)]
 
 
-def _rigid(body: Moments, w: Vec) -> Articulated:
-    """Return a body alone: bias [ω × I ω; ω × (ω × h)]."""
+def _articulated(body: Moments, motion: LinkMotion) -> Articulated:
+    """Return a body alone: what it takes for its motion is its bias."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
     I = symmetric(yy + zz, xx + zz, xx + yy, -xy, -xz, -yz)  # noqa: E741  the book's name
     mass = scale_matrix(body.m, identity(body.m.graph))
-    return Articulated(I, skew(body.h), mass, (cross(w, apply(I, w)), cross(w, cross(w, body.h))))
+    return Articulated(I, skew(body.h), mass, balance(body, motion))
+
+
+def _handed_on(bias: Pair, u: Expr, share: Pair, tau: Expr) -> Pair:
+    """Return bias + u share; where no rotor takes of it, what is handed on along the axis is τ."""
+    one = tau.graph.one
+    n, f = (
+        [tau if s is one else b + u * s for b, s in zip(*parts, strict=True)] for parts in zip(bias, share, strict=True)
+    )
+    return (n[0], n[1], n[2]), (f[0], f[1], f[2])
+
+
+def _over(a: Vec, D: Expr) -> Vec:
+    return (a[0] / D, a[1] / D, a[2] / D)
 
 
 def _along_z(amount: Expr, slides: bool) -> Pair:
@@ -180,10 +186,3 @@ def _along_z(amount: Expr, slides: bool) -> Pair:
 
 def _minus(a: Mat, b: Mat) -> Mat:
     return (sub(a[0], b[0]), sub(a[1], b[1]), sub(a[2], b[2]))
-
-
-def _turn(turn: Turn, block: Mat) -> Mat:
-    """Return R H Rᵀ for any H."""
-    rows = (turn.back(block[0]), turn.back(block[1]), turn.back(block[2]))
-    columns = transpose(rows)
-    return transpose((turn.back(columns[0]), turn.back(columns[1]), turn.back(columns[2])))

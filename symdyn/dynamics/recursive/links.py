@@ -12,6 +12,8 @@ takes 9 and 6. J = Σ m r rᵀ turns about an axis for 8 multiplications, with w
 
     J'_ii = J_jj + c w,    J'_jj = J_ii - c w,    J'_ij = J_ij + s w
 
+H that is not symmetric for 12 in place of 24, with w = c (H_ii - H_jj) - s (H_ij + H_ji) and H'_ji = H_ji + s w.
+
 Reference: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), sections 3.2 and 3.3, 9.6.
 """
 
@@ -47,6 +49,9 @@ class Turn(Protocol):
 
     def tensor_back(self, J: Mat) -> Mat:
         """Return R J Rᵀ for a symmetric J."""
+
+    def block_back(self, H: Mat) -> Mat:
+        """Return R H Rᵀ for any H."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,21 @@ class PlanarTurn:
         rows[j][i], rows[k][i], rows[k][j] = rows[i][j], rows[i][k], rows[j][k]
         return symmetric(rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2])
 
+    def block_back(self, H: Mat) -> Mat:
+        """Return R H Rᵀ for any H: two by two as J is, the rest by columns and rows."""
+        k, i, j, c, s = self.k, (self.k + 1) % 3, (self.k + 2) % 3, self.cos, self.sin
+        rows = [list(row) for row in H]
+        a, b, d, e = H[i][i], H[i][j], H[j][i], H[j][j]
+        if c.is_zero:
+            rows[i][i], rows[i][j], rows[j][i], rows[j][j] = e, -d, -b, a
+        elif not s.is_zero:
+            w = c * (a - e) - s * (b + d)
+            rows[i][i], rows[i][j], rows[j][i], rows[j][j] = e + c * w, b + s * w, d + s * w, a - c * w
+        rows[i][k], rows[j][k] = c * H[i][k] - s * H[j][k], s * H[i][k] + c * H[j][k]
+        rows[k][i], rows[k][j] = c * H[k][i] - s * H[k][j], s * H[k][i] + c * H[k][j]
+        turned: Mat = ((*rows[0],), (*rows[1],), (*rows[2],))  # type: ignore[assignment]
+        return turned
+
     def moments_back(self, body: Moments) -> Moments:
         """Return the moments of a body that this turns, about z."""
         return TurnedMoments(body.m, self.back(body.h), self.tensor_back(body.J), body)
@@ -110,7 +130,11 @@ class GeneralTurn:
 
     def tensor_back(self, J: Mat) -> Mat:
         """Return R J Rᵀ for a symmetric J."""
-        return mirrored(multiply(multiply(self.R, J), transpose(self.R)))
+        return mirrored(self.block_back(J))
+
+    def block_back(self, H: Mat) -> Mat:
+        """Return R H Rᵀ for any H."""
+        return multiply(multiply(self.R, H), transpose(self.R))
 
 
 @dataclass(frozen=True)

@@ -59,9 +59,8 @@ def rnea(
     where every inertia is a column of its own.
     """
     still = zero_vector(tree.graph)
-    for i in sorted(set(tree.outward()).difference(tree.parent)) if holding else ():
-        if not tree.slides[i] and _turns_lightly(tree.body[i]):
-            tree, acting = _held(tree, i, acting)
+    if holding:
+        tree, acting = held_tips(tree, acting)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
     ends = tree.ends
     motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
@@ -73,6 +72,14 @@ def rnea(
         for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
             forces[k] = forces[k] + moment
     return forces
+
+
+def held_tips(tree: LeanTree, acting: Sequence[Wrench] = ()) -> tuple[LeanTree, Sequence[Wrench]]:
+    """Return the tree with last bodies in axes that do not turn with their joints where that pays, and what acts."""
+    for i in sorted(set(tree.outward()).difference(tree.parent)):
+        if not tree.slides[i] and _turns_lightly(tree.body[i]):
+            tree, acting = _held(tree, i, acting)
+    return tree, acting
 
 
 def _held(tree: LeanTree, i: int, acting: Sequence[Wrench]) -> tuple[LeanTree, Sequence[Wrench]]:

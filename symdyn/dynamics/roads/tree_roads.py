@@ -55,14 +55,14 @@ def drives_recursive(w: Workspace) -> list[Expr]:
     return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
 
 
-SURE = (1.5, 5.5)
+SURE = (1.5, 4.5)
 """Pairs of a joint and an ancestor, a joint: up to the first CRBA is cheaper, from the second on ABA."""
 
 
 def cheaper_forward(w: Workspace) -> str:
     """Return "aba" for long chains: factoring M costs a term for every pair of a joint and an ancestor, ABA does not.
 
-    The counts cross at 1.5 pairs a joint for parallel axes and at 5 for crossed ones; in between both are counted.
+    The counts cross before 2 pairs a joint for parallel axes, before 4.5 for crossed ones; in between both are counted.
     """
     if w.lean.coupled or w.lean.balls or w.prescribed.place:
         return "crba"
