@@ -6,6 +6,7 @@ from pathlib import Path
 
 ROOMS = {  # room: the rooms it may import, and with them those below
     "errors": [],
+    "arguments": ["errors"],
     "rounding": ["errors"],
     "extras": ["rounding"],
     "resources": ["extras"],
@@ -14,7 +15,7 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "graph": ["errors"],
     "algebra": ["graph"],
     "spatial": ["graph"],
-    "scene": ["spatial", "resources", "shown"],
+    "scene": ["spatial", "resources", "shown", "arguments"],
     "dynamics": ["scene", "algebra"],
     "program": ["dynamics"],
     "emit": ["program"],

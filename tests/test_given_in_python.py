@@ -213,11 +213,11 @@ def test_a_mistake_in_a_motion_is_one_error(scene: Scene, motion: object, messag
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"start": [1, 2]}, r"^start: a list names nothing; give values by name, such as \{'q1': 0.3\}$"),
+        ({"start": [1, 2]}, r"^start = \[1, 2\]: give values by name, as in \{'q1': 0.3\} or text or a Start or None$"),
         ({"start": "q1"}, '^start: "q1" is not name=formula$'),
-        ({"until": "3"}, "^until = '3' is no number of seconds$"),
-        ({"until": None}, "^until = None is no number of seconds$"),
-        ({"every": "a"}, "^every = 'a' is no number of seconds$"),
+        ({"until": "3"}, "^until = '3': give a number"),
+        ({"until": None}, "^until = None: give a number"),
+        ({"every": "a"}, "^every = 'a': give a number"),
         ({"stops": "q1 +"}, r'^event: "q1 \+" is not a usable formula: .*$'),
     ],
 )

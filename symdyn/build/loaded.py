@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, overload
 
+from symdyn.arguments import check_arguments
 from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python
@@ -249,6 +250,7 @@ def lambdify(
         EmitError: a target that is unknown or takes no batches, a real type that it does not have.
         BuildError: the compiler that $CC names is not there or fails.
     """
+    check_arguments(lambdify, locals())
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.arguments import check_arguments
 from symdyn.draw.corner import with_corner
 from symdyn.draw.label_places import Put, put
 from symdyn.draw.pictures import body_names, lines, mechanism, watched
@@ -71,6 +72,7 @@ def animation(
     Raises:
         DrawError: shapes that do not fit, times that do not increase, or no real value at a position.
     """
+    check_arguments(animation, locals(), DrawError)
     scene = scene_of(scene)
     drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, table, depths = tagged(drawing, scheme, len(t))

@@ -16,6 +16,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from symdyn.arguments import check_arguments
 from symdyn.draw.animate import animation, moments, moving, moving_picture
 from symdyn.draw.canvas import require
 from symdyn.draw.gltf import glb
@@ -118,6 +119,7 @@ def film(
     ...     print(path.name, "freeze" in path.read_text())
     cart.svg True
     """
+    check_arguments(film, locals(), DrawError)
     reel = Reel(fps, size, loop)
     path = check_film(file, reel)
     kind = FILMS[path.suffix.lower()]

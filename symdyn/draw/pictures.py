@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symdyn.arguments import check_arguments
 from symdyn.draw.body_shapes import COLOURS, carrier, link
 from symdyn.draw.coordinate_marks import marks
 from symdyn.draw.corner import with_corner
@@ -88,6 +89,7 @@ def picture(
         DrawError: q of another shape, an unknown name, loops that do not close, no real value at q, or a file of
             another kind or that cannot be written.
     """
+    check_arguments(picture, locals(), DrawError)
     if file is not None:
         check_picture(file)
     shown = drawing(scene_of(scene), q, parameters, view, frames, labels, wrenches, letters)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.fitting import fitted
@@ -67,6 +68,7 @@ def identify(
         SceneError: the file of the scene has faults.
         DerivationError: the scene has no driving forces.
     """
+    check_arguments(identify, locals(), IdentifyError)
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     faults = []

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
 from symdyn.identification.criteria import CRITERIA
@@ -93,6 +94,7 @@ def excite(
             or no motion was found that keeps all limits.
         SceneError: a value that the scene cannot have, or of no parameter.
     """
+    check_arguments(excite, locals(), IdentifyError)
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     faults = Faults("")

@@ -17,7 +17,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.errors import IdentifyError
+from symdyn.arguments import check_arguments
+from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.measured import FEWEST, Measured, first_state, read_measured
 from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
@@ -81,6 +82,7 @@ def output_error(
         IdentifyError: data that do not tell the parameters apart, a motion that forgets its start, no run.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    check_arguments(output_error, locals(), SimulateError)
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     parameter_values(scene)

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.emit.render import render
-from symdyn.errors import printable
+from symdyn.errors import IdentifyError, printable
 from symdyn.identification import charts
 from symdyn.identification.charts import Curve
 from symdyn.identification.filtered import Motion
@@ -74,6 +75,7 @@ def report(found: Identification, made: Identified | None = None, command: str =
         made: the identified scene, told too where it is given.
         command: what made it, shown on top.
     """
+    check_arguments(report, locals(), IdentifyError)
     sections = [
         _parameters(found),
         _gains(found),

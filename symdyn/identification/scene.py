@@ -13,7 +13,8 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.errors import SceneError, printable
+from symdyn.arguments import check_arguments
+from symdyn.errors import IdentifyError, SceneError, printable
 from symdyn.identification.identification import Identification
 from symdyn.identification.named import Named, fit_names, inertial_names
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
@@ -83,6 +84,7 @@ def identified(
         IdentifyError: clarabel is needed and not there, or no bodies have what is asked.
         SceneError: parameters of the geometry without a value; or parameters were found that bodies cannot have.
     """
+    check_arguments(identified, locals(), IdentifyError)
     told = told_combinations(found)
     scene = found.model.scene
     declared = {parameter.name for parameter in found.scene.parameters}
@@ -135,6 +137,7 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
     Raises:
         SceneError: a name that is none of these, or a scene that cannot be, such as an inertia that no body has.
     """
+    check_arguments(with_parameters, locals(), SceneError)
     opened = with_force_parameters(scene)
     own = {parameter.name for parameter in scene.parameters}
     ten = [tuple(str(q.value) for q in (b.mass, *(b.first_moment or ()), *b.inertia)) for b in opened.bodies]

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SimulateError
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import Equilibria, equilibria
 from symdyn.linear.linearization import Linearization
@@ -60,6 +62,7 @@ def linearize(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: loops cannot be closed, or friction is ideal.
     """
+    check_arguments(linearize, locals(), SimulateError)
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     asked = prepared(scene, forces, outputs, independent)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.roads.count import Counts, count_by_binding
 from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.errors import DerivationError
@@ -43,6 +44,7 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     Raises:
         DerivationError: a constant is not a finite real number, such as 1/m with m = 0 bound, or an unknown pass.
     """
+    check_arguments(lower, locals())
     functions = _fold(_bind(equations))
     if passes:
         functions = _fold(_gather(_optimised(functions, passes)))

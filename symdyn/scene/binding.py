@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene.checks.draft import KINDS, Draft
@@ -34,9 +35,8 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
     Raises:
         SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault.
     """
+    check_arguments(bind, locals(), SceneError)
     faults = Faults(scene.source or scene.name)
-    if not isinstance(values, Mapping):
-        raise SceneError(f"parameters: {values!r} gives no names; write such as {{'m1': 2}}")
     names = {parameter.name: None for parameter in scene.parameters}
     known: dict[str, Quantity] = {}
     for name, raw in values.items():

@@ -16,6 +16,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict, Unpack, cast
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Particle, Scene
@@ -132,6 +134,7 @@ def dh_table(
         links: rows with theta, d, a, alpha (rad, m), and the keys of joints and bodies, as in a TOML file.
         parent: the body that the chain hangs on.
     """
+    check_arguments(dh_table, locals(), SceneError)
     return Entry("dh", {"convention": convention, "parent": parent, "links": list(links)}, "dh")
 
 
@@ -173,6 +176,7 @@ def scene(
     Raises:
         SceneError: with every fault of the declaration, one line each.
     """
+    check_arguments(scene, locals(), SceneError)
     acting = cast("Mapping[str, Sequence[Entry]]", elements)
     strange = [section for section in acting if section not in sections()]
     if strange:

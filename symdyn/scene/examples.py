@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.resources import example_folder
 from symdyn.scene.scene_files import read
@@ -27,6 +28,7 @@ def example(name: str) -> Scene:
     Raises:
         SceneError: there is none of this name; tells those that there are.
     """
+    check_arguments(example, locals(), SceneError)
     _check(name)
     return read(example_folder() / f"{name}.toml")
 

@@ -8,6 +8,7 @@ from importlib import import_module
 from os import PathLike
 from pathlib import Path
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import growing
 from symdyn.scene.declaration.reading import (
@@ -92,6 +93,7 @@ def read(
     Raises:
         SceneError: with every fault of the file, one line each.
     """
+    check_arguments(read, locals(), SceneError)
     cuts = None if spanning_tree is None else tuple(spanning_tree)
     return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base)).scene
 
@@ -128,6 +130,7 @@ def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
     Raises:
         SceneError: the format is not one that is written, or cannot hold all of the scene and `lossy` is not given.
     """
+    check_arguments(write_text, locals(), SceneError)
     if format not in WRITERS:
         raise SceneError(f'"{format}" is not a format that is written; {suggestion(format, WRITERS)}')
     writer: Callable[[Scene], Written] = import_module(WRITERS[format]).write_text

@@ -21,6 +21,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.forces import FORCES, sections
 from symdyn.scene.joints import JOINTS
@@ -54,6 +55,7 @@ def with_symbols(scene: Scene, what: str) -> Scene:
     Raises:
         SceneError: `what` is none of these.
     """
+    check_arguments(with_symbols, locals(), SceneError)
     if what not in KINDS:
         raise SceneError(f'symbols for "{what}" are not known; {suggestion(what, KINDS)}')
     taken = {parameter.name for parameter in scene.parameters} | moving_names(scene)

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SceneError
 from symdyn.scene.values.folding import add, mul, neg
 from symdyn.scene.values.made_names import Names, moving_names
 from symdyn.scene.values.mapping import quantities_in
@@ -35,6 +37,7 @@ def with_symbolic_inertia(scene: Scene, avoid: Collection[str] = ()) -> Scene:
 
     Parameters that nothing uses any longer go.
     """
+    check_arguments(with_symbolic_inertia, locals(), SceneError)
     used = _used(scene)
     kept = tuple(parameter for parameter in scene.parameters if parameter.name in used)
     taken = {parameter.name for parameter in kept} | moving_names(scene) | set(avoid)

@@ -9,6 +9,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import cast
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, assemble
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
@@ -60,6 +61,7 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
     Raises:
         SceneError: with every fault of the text, one line each.
     """
+    check_arguments(read_text, locals(), SceneError)
     return _scene(text, Faults(source), ReadOptions())
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.names import suggestion
@@ -111,6 +112,7 @@ def simulate(
         SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    check_arguments(simulate, locals(), SimulateError)
     scene = scene_of(scene)
     one_run({"start": start, "start rates": start_rates, "values": values})
     scene = bind(scene, values) if values else scene

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError, UnknownNameError
@@ -128,6 +129,7 @@ def sensitivity(
         SimulateError: with every fault of the arguments; the run ends sooner; or its equations jump.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    check_arguments(sensitivity, locals(), SimulateError)
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     faults = Faults("")

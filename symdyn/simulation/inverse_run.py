@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
@@ -91,6 +92,7 @@ def inverse(
         SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: the drives do not fit the loops.
     """
+    check_arguments(inverse, locals(), SimulateError)
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
@@ -99,8 +101,7 @@ def inverse(
     axes = _check(scene, motion, path, t, reactions)
     forces = forces if isinstance(forces, Forces) else read_inputs(scene, forces)
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}
-    told = {k: table for k, table in told.items() if k not in forces.formulas}
-    forces = replace(forces, tables={**told, **forces.tables})
+    forces = replace(forces, tables={k: told[k] for k in told if k not in forces.formulas} | {**forces.tables})
     functions = InverseFunctions(scene, path)
     guess = read_guess(scene, start)
     laws = _laws(scene, motion, guess)

@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SimulateError
 from symdyn.scene import Parameter, Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
@@ -126,6 +128,7 @@ def sweep(
         SimulateError: with every fault of the arguments, one line each; a store of another sweep, or a full disk.
         SceneError: values that the scene cannot have.
     """
+    check_arguments(sweep, locals(), SimulateError)
     bound = scene_of(scene)
     bound = bind(bound, values) if values else bound
     path = None if output is None else Path(output)
@@ -162,6 +165,7 @@ def open(path: str | Path) -> Study:
     Raises:
         SimulateError: there is none, or Zarr is not installed.
     """
+    check_arguments(open, locals(), SimulateError)
     return opened(Path(path)).study()
 
 
@@ -256,7 +260,10 @@ def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
 
 def _letters(forces: Any) -> tuple[str, ...]:
     """Return what words formulas of forces have."""
-    texts = forces.values() if isinstance(forces, Mapping) else [str(one).partition("=")[2] for one in forces]
+    several = (
+        forces if isinstance(forces, Sequence) else [forces]
+    )  # what is neither has no formulas, such as a function
+    texts = forces.values() if isinstance(forces, Mapping) else [str(one).partition("=")[2] for one in several]
     return tuple(dict.fromkeys(word for text in texts for word in re.findall(r"[A-Za-z]\w*", str(text))))
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy.typing as npt
 
+from symdyn.arguments import check_arguments
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.table import Faults
@@ -89,6 +90,7 @@ def uncertainty(
         UnknownNameError: a column that is none.
         DerivationError: there are no such dynamics.
     """
+    check_arguments(uncertainty, locals(), SimulateError)
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     faults = Faults("")

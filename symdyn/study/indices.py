@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.errors import SimulateError
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI
@@ -89,6 +90,7 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
         SimulateError: another design, or too few groups whose runs all have a value.
         UnknownNameError: there is no such column.
     """
+    check_arguments(indices, locals(), SimulateError)
     if study.about.get("design") != SALTELLI:
         raise SimulateError(
             f"{study.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "

@@ -9,6 +9,7 @@ from operator import index
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.errors import SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, scene_of, spell, velocity_name
@@ -83,6 +84,7 @@ def collocation(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: the equations do not exist, or have no derivative.
     """
+    check_arguments(collocation, locals(), SimulateError)
     declared = scene_of(scene)
     try:
         scene = held(declared)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.arguments import check_arguments
 from symdyn.dynamics import (
     Equations,
     Function,
@@ -129,6 +130,7 @@ def certify(
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
         EmitError: there is no such target or accuracy, or it does not have the number type.
     """
+    check_arguments(certify, locals())
     asked = targets is not None
     scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []

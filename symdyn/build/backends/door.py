@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
+from symdyn.arguments import check_arguments
 from symdyn.build.later import compile_all
 from symdyn.build.loaded import Loaded, loaded, names_of, usual, values_of
 from symdyn.dynamics import LoopChoices
@@ -105,6 +106,7 @@ def load(
             machine or backend, or one whose package is not installed.
         EmitError: there is no such accuracy, or the backend does not have it.
     """
+    check_arguments(load, locals())
     row = find_backend(backend)
     if find_short_sines(accuracy) and row.package:
         raise EmitError(f"accuracy {accuracy} is for NumPy's arrays, not for those of {row.title}; leave it out")

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import prod
 
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
@@ -67,6 +68,7 @@ def derive(
     Raises:
         DerivationError: an unknown output, road, body or point, or equations that do not exist.
     """
+    check_arguments(derive, locals())
     scene = scene_of(scene)
     workspace = Workspace(scene, closing)
     wanted = expected(scene) if outputs is None else outputs

@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SceneError
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
@@ -56,6 +58,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
     Raises:
         SceneError: a position that is no constant, or nothing left that moves.
     """
+    check_arguments(lock, locals(), SceneError)
     faults = faults or Faults(scene.source or scene.name)
     parameters = {parameter.name for parameter in scene.parameters}
     known: dict[str, Quantity] = {}

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SceneError
 from symdyn.graph import Expr
 from symdyn.scene.forces.attachments import End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
@@ -81,4 +83,5 @@ def damper(
     damping: Number | Sequence[Number],
 ) -> Entry:
     """Declare a viscous damper: c1, or c1, c3, ... of the force c1 v + c3 v^3 + ...; ends as in `spring`."""
+    check_arguments(damper, locals(), SceneError)
     return entry("dampers", name, joint=joint, **as_keys(ends), damping=damping)

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb, pi
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.forces.attachments import End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
@@ -163,4 +165,5 @@ def spring(
         free: position or length at which that vanishes, rad or m; zero when left out.
         preload: force there, N m or N.
     """
+    check_arguments(spring, locals(), SceneError)
     return entry("springs", name, joint=joint, **as_keys(ends), stiffness=stiffness, free=free, preload=preload)

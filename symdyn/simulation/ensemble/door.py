@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.arguments import check_arguments
+from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.ensemble.ensemble import Ensemble
@@ -87,6 +89,7 @@ def ensemble(
         SceneError: a value that the scene cannot have.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    check_arguments(ensemble, locals(), SimulateError)
     begin = time.perf_counter()
     stops = (stops,) if isinstance(stops, str) else tuple(stops)
     texts = (measures,) if isinstance(measures, str | Measure) else tuple(measures)

@@ -1,0 +1,160 @@
+"""Whether a door can take what it is called with, by the words of its own annotations.
+
+A kind is a row of `KINDS` or of `OF_KINDS`, or a class that the door's file knows. What an annotation calls by another
+name, such as `Entries`, is left to the door, which reads it anyway.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
+from dataclasses import dataclass
+from functools import cache
+from types import UnionType
+from typing import Any
+
+from symdyn.errors import ArgumentError, SymdynError
+
+SHOWN = 60
+"""Characters of a wrong value that a message quotes."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What an annotation stands for.
+
+    Attributes:
+        words: what to give, and several of it.
+        takes: whether a value is of it.
+    """
+
+    words: tuple[str, str]
+    takes: Callable[[Any], bool]
+
+
+def _single(value: Any) -> bool:
+    return not isinstance(value, str | bytes) and getattr(value, "ndim", 0) == 0
+
+
+def _number(value: Any) -> bool:
+    return _single(value) and not isinstance(value, bool) and hasattr(type(value), "__float__")
+
+
+def _whole(value: Any) -> bool:
+    return _single(value) and not isinstance(value, bool) and hasattr(type(value), "__index__")
+
+
+def _flag(value: Any) -> bool:
+    return _single(value) and hasattr(type(value), "__bool__") and value in (0, 1)
+
+
+KINDS = {
+    "float": Kind(("a number", "numbers"), _number),
+    "int": Kind(("a whole number", "whole numbers"), _whole),
+    "bool": Kind(("True or False", "True or False"), _flag),
+    "str": Kind(("text", "texts"), lambda value: isinstance(value, str)),
+    "None": Kind(("None", "None"), lambda value: value is None),
+    "Callable": Kind(("a function", "functions"), callable),
+    "Mapping": Kind(("values by name, as in {'q1': 0.3}", "mappings"), lambda value: hasattr(value, "items")),
+    "Array": Kind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
+    "PathLike": Kind(("a path", "paths"), lambda value: hasattr(value, "__fspath__")),
+    "Path": Kind(("a path", "paths"), lambda value: hasattr(value, "__fspath__")),
+}
+"""What stands by itself; a series of pandas has items, too."""
+
+
+def _several(inside: Sequence[Kind | None]) -> Kind:
+    """Return a list of what brackets hold; what can be walked but once is walked by the door."""
+    (one,) = inside or (None,)
+
+    def takes(value: Any) -> bool:
+        if isinstance(value, bytes) or not isinstance(value, Iterable) or getattr(value, "ndim", 1) == 0:
+            return False
+        return one is None or not isinstance(value, Sequence | Set) or all(map(one.takes, value))
+
+    return Kind((f"a list of {one.words[1]}" if one else "a list", "lists"), takes)
+
+
+def _one_each(inside: Sequence[Kind | None]) -> Kind:
+    """Return so many values, each of its own kind."""
+
+    def takes(value: Any) -> bool:
+        if isinstance(value, str | bytes | Mapping) or not (isinstance(value, Sized) and isinstance(value, Iterable)):
+            return False
+        return len(value) == len(inside) and all(k is None or k.takes(x) for k, x in zip(inside, value, strict=True))
+
+    return Kind((f"{len(inside)} values", "tuples"), takes)
+
+
+OF_KINDS = {"Sequence": _several, "Collection": _several, "Iterable": _several, "tuple": _one_each}
+"""What is made of the kinds in brackets behind it."""
+
+
+def check_arguments(
+    door: Callable[..., object], arguments: Mapping[str, Any], error: type[SymdynError] = ArgumentError
+) -> None:
+    """Raise an error that tells every argument of a kind that a door does not take, one line each.
+
+    >>> def fly(height: "float", crew: "str | Sequence[str]" = ()) -> None:
+    ...     check_arguments(fly, locals())
+    >>> fly("high", crew=3)
+    Traceback (most recent call last):
+    symdyn.errors.ArgumentError: height = 'high': give a number
+    crew = 3: give text or a list of texts
+
+    Args:
+        door: the function that was called.
+        arguments: by name; what is no argument of it is not looked at.
+        error: its class.
+    """
+    lines = []
+    for name, kind in _read(door).items():
+        if not kind.takes(value := arguments[name]):
+            found = " ".join(repr(value).split())
+            found = found if len(found) <= SHOWN else f"{found[:SHOWN]}..."
+            lines.append(f"{name} = {found}: give {kind.words[0]}")
+    if lines:
+        raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
+
+
+@cache
+def _read(door: Callable[..., object]) -> dict[str, Kind]:
+    """Return what every argument of a door may be, of those whose kind is known."""
+    bare: Any = inspect.unwrap(door)
+    said = inspect.signature(bare).parameters.values()
+    one_value = [one for one in said if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]
+    kinds = {one.name: _kind(ast.parse(one.annotation, mode="eval").body, bare.__globals__) for one in one_value}
+    return {name: kind for name, kind in kinds.items() if kind is not None}
+
+
+def _kind(node: ast.expr, known: Mapping[str, object]) -> Kind | None:
+    """Return the kind of an annotation, None where a part of it is not known."""
+    if isinstance(node, ast.BinOp):
+        return _either(_kind(node.left, known), _kind(node.right, known))
+    if isinstance(node, ast.Subscript):
+        name = _last(node.value)
+        entries = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        if name == "tuple" and ast.unparse(entries[-1]) == "...":  # of any length
+            name, entries = "Sequence", entries[:-1]
+        return OF_KINDS[name]([_kind(one, known) for one in entries]) if name in OF_KINDS else KINDS.get(name)
+    name = _last(node)
+    named = known.get(name)
+    if isinstance(named, UnionType):  # a name for such as `str | Path`
+        return _kind(ast.parse(str(named), mode="eval").body, known)
+    if name not in KINDS and isinstance(named, type) and named is not Any and not getattr(named, "_is_protocol", False):
+        return Kind((f"a {named.__name__}", named.__name__), lambda value: isinstance(value, named))
+    return KINDS.get(name)
+
+
+def _last(node: ast.expr) -> str:
+    """Return a name without the module that it is from."""
+    return ast.unparse(node).rpartition(".")[2]
+
+
+def _either(left: Kind | None, right: Kind | None) -> Kind | None:
+    """Return what one of two kinds takes."""
+    if left is None or right is None:
+        return None
+    words = tuple(" or ".join(both) for both in zip(left.words, right.words, strict=True))
+    return Kind((words[0], words[1]), lambda value: left.takes(value) or right.takes(value))

@@ -1,0 +1,135 @@
+"""Every door that the page of doors lists says in words what it does not take, whichever argument it is."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pages
+import pytest
+
+import symdyn
+from symdyn.arguments import _read, check_arguments
+from symdyn.errors import ArgumentError, IdentifyError, SimulateError, SymdynError
+
+CART = symdyn.example("cart_pole")
+
+T = [0.0, 0.1]
+CALLS: dict[str, dict[str, Any]] = {
+    "animation": {"scene": CART, "times": T, "positions": [[0, 0], [0, 0.1]]},
+    "film": {"scene": CART, "times": T, "positions": [[0, 0], [0, 0.1]], "file": "run.gif"},
+    "picture": {"scene": CART},
+    "simulate": {"scene": CART, "until": 0.01},
+    "ensemble": {"scene": CART, "until": 0.01},
+    "sensitivity": {"scene": CART, "until": 0.01},
+    "inverse": {"scene": CART, "motion": "x=t,theta=0", "times": T},
+    "sweep": {"scene": CART, "over": "mc=[1, 2]", "measure": "max(abs(x))", "until": 0.01},
+    "uncertainty": {"scene": CART, "over": {"mc": 0.01}, "motion": "x=t,theta=0", "times": T},
+    "linearize": {"scene": CART},
+    "identify": {"scene": CART, "data": {}},
+    "output_error": {"scene": CART, "data": {"t": [0, 0.1, 0.2], "x": [0, 0, 0]}, "parameters": "mc"},
+    "excite": {"scene": CART, "box": {"x": (-1, 1)}},
+}
+"""What is in order but for the argument that a test is about."""
+
+SILENT = {("certify", "progress"), ("sweep", "say"), ("sweep", "scheduler"), ("film", "told"), ("lock", "faults")}
+"""What is called later, or is nothing that a user gives."""
+
+
+def doors() -> dict[str, Callable[..., object]]:
+    """Return the functions that the page lists, but words of scenes: the scene tells all their faults with places."""
+    listed = re.findall(r"autofunction:: ([\w.]+)\.(\w+)\n", (pages.DOCS / "api.md").read_text(encoding="utf-8"))
+    found = {name: getattr(importlib.import_module(module), name) for module, name in listed}
+    return {name: door for name, door in found.items() if inspect.signature(door).return_annotation != "Entry"}
+
+
+def single(door: Callable[..., object]) -> list[str]:
+    said = inspect.signature(door).parameters.values()
+    return [one.name for one in said if one.kind not in (one.VAR_KEYWORD, one.VAR_POSITIONAL)]
+
+
+JUDGED = [
+    (name, argument)
+    for name, door in doors().items()
+    for argument in single(door)
+    if argument in _read(door) and (name, argument) not in SILENT
+]
+READ = [
+    (name, argument)
+    for name in CALLS
+    for argument in single(doors()[name])
+    if (name, argument) not in {*JUDGED, *SILENT}
+]
+
+
+@pytest.mark.parametrize(("name", "argument"), JUDGED)
+def test_a_door_tells_an_argument_of_another_kind(name: str, argument: str) -> None:
+    given = {one: CART if one == "scene" else object() for one in single(doors()[name])}
+    with pytest.raises(SymdynError, match=rf"(?m)^{argument} = <object object at .*>: give "):
+        doors()[name](**{**given, argument: object()})
+
+
+@pytest.mark.parametrize(("name", "argument"), READ)
+def test_a_door_tells_what_it_cannot_read(name: str, argument: str) -> None:
+    with pytest.raises(SymdynError):
+        doors()[name](**{**CALLS[name], argument: object()})
+
+
+def _flown(
+    height: float,
+    crew: str | tuple[str, ...] = (),
+    seats: int = 1,
+    steep: bool = False,
+    view: tuple[float, float] | None = None,
+    winds: list[Any] | None = None,
+) -> None:
+    check_arguments(_flown, locals())
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"height": one} for one in (1, 0.5, np.float32(2), np.int64(3), Fraction(1, 3), np.array(2.0))]
+    + [{"crew": one} for one in ("a", ["a", "b"], ("a",), {"a"}, (x for x in "ab"), np.array(["a"]))]
+    + [{"seats": np.int32(4)}, {"steep": np.bool_(1)}, {"steep": 1}, {"view": [1, 0.5]}, {"view": np.zeros(2)}],
+)
+def test_numbers_and_lists_of_any_library_are_taken(given: dict[str, Any]) -> None:
+    _flown(**{"height": 1, **given})
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"height": "1e-28"}, "height = '1e-28': give a number"),
+        ({"height": True}, "height = True: give a number"),
+        ({"height": None}, "height = None: give a number"),
+        ({"height": np.zeros(3)}, r"height = array\(\[0., 0., 0.\]\): give a number"),
+        ({"crew": 3}, "crew = 3: give text or a list of texts"),
+        ({"crew": ["a", 3]}, "crew = .*: give text or a list of texts"),
+        ({"crew": b"ab"}, "crew = b'ab': give text or a list of texts"),
+        ({"seats": 1.0}, "seats = 1.0: give a whole number"),
+        ({"steep": "no"}, "steep = 'no': give True or False"),
+        ({"view": "ab"}, "view = 'ab': give 2 values or None"),
+        ({"view": [1, 2, 3]}, "view = .*: give 2 values or None"),
+        ({"height": "x" * 1000, "crew": 3}, "(?s)^.{1,140}$"),
+    ],
+)
+def test_others_are_told_with_what_would_be_taken(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(ArgumentError, match=words):
+        _flown(**{"height": 1, **given})
+
+
+def test_all_are_told_at_once() -> None:
+    with pytest.raises(SimulateError) as caught:
+        symdyn.simulate(CART, rtol="1e-28", stops=3, until="ten")  # type: ignore[arg-type]
+    assert caught.value.faults == (
+        "until = 'ten': give a number",
+        "rtol = '1e-28': give a number or None",
+        "stops = 3: give text or a list of texts",
+    )
+    with pytest.raises(IdentifyError, match=r"^units = 'M.=A': give values by name, as in .* or None$"):
+        symdyn.identify(CART, {}, units="M*=A")  # type: ignore[arg-type]
