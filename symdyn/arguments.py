@@ -96,7 +96,7 @@ def check_arguments(
 ) -> None:
     """Raise an error that tells every argument of a kind that a door does not take, one line each.
 
-    >>> def fly(height: "float", crew: "str | Sequence[str]" = ()) -> None:
+    >>> def fly(height: float, crew: str | Sequence[str] = ()) -> None:
     ...     check_arguments(fly, locals())
     >>> fly("high", crew=3)
     Traceback (most recent call last):

@@ -118,6 +118,10 @@ class SimulateError(_FaultsError):
     """A motion, force, start, event or method that cannot be used; carries all faults, one line each."""
 
 
+class MethodError(SimulateError):
+    """An integrator that does not apply, wherever a run starts."""
+
+
 class LinearizeError(_FaultsError):
     """A mechanism that cannot be linearised where it is asked for; carries all faults, one line each."""
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import warnings
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 import symdyn
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.errors import SimulateError, UnknownNameError
+from symdyn.errors import MethodError, SimulateError, UnknownNameError
 from symdyn.graph import Graph
 from symdyn.notebook import bundle
 from symdyn.scene import bind, velocity_name
@@ -276,3 +277,29 @@ def test_an_ensemble_is_shown_and_is_a_table() -> None:
     np.testing.assert_array_equal(table["max(q1)"], runs["max(q1)"])
     with pytest.raises(UnknownNameError, match=r"max\(q1\)"):
         runs["max(q2)"]
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("asked", [{"rtol": 1e-28}, {"method": "gauss"}])
+def test_runs_of_31_digits_are_an_ensemble_of_doubles(asked: dict[str, Any]) -> None:
+    scene = bound("double_pendulum")
+    runs = symdyn.ensemble(scene, until=1.0, start={"q1": [0.1, 0.2]}, **asked)
+    one = symdyn.simulate(scene, until=1.0, start={"q1": 0.2}, rtol=1e-28)
+    assert runs.method == "one by one"
+    assert runs.rtol == 1e-28
+    np.testing.assert_array_equal(runs.q[1], one.q[-1])
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"method": "gauss"}, "method gauss does not apply: abs bends where it is zero"),
+        ({"rtol": 1e-28}, "method gauss does not apply: abs bends where it is zero"),
+        ({"method": "taylor"}, "method taylor does not apply: abs"),
+        ({"method": "bdf", "rtol": 1e-20}, "method bdf computes in doubles"),
+    ],
+)
+def test_a_method_that_applies_to_no_run_is_told_once(asked: dict[str, Any], words: str) -> None:
+    with pytest.raises(MethodError, match=words):
+        symdyn.ensemble(bound("double_pendulum"), "tau1=abs(q1)", until=1.0, start={"q1": [0.1, 0.2]}, **asked)

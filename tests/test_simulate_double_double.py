@@ -219,6 +219,11 @@ def test_a_motion_without_bounds_ends_with_a_word():
     assert not run.complete
 
 
-def test_ensembles_and_sweeps_keep_to_doubles():
+@pytest.mark.runs("cc")
+def test_sweeps_take_31_digits_and_derivatives_of_runs_keep_to_doubles():
+    cart = symdyn.example("cart_pole")
+    swept = symdyn.sweep(cart, "mc=[1, 2]", "end(theta)", until=0.5, start="theta=0.2", rtol=1e-28)
+    one = simulate(cart, until=0.5, start="theta=0.2", rtol=1e-28, values={"mc": 2})
+    assert swept["end(theta)"][1] == one["theta"][-1]
     with pytest.raises(SimulateError, match="give one between 1e-16 and 1"):
-        symdyn.ensemble(symdyn.example("cart_pole"), until=1.0, start={"theta": np.array([0.1, 0.2])}, rtol=1e-28)
+        symdyn.sensitivity(cart, until=1.0, rtol=1e-28)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.errors import SimulateError
+from symdyn.errors import MethodError
 from symdyn.extras import install
 from symdyn.scene.values.names import suggestion
 from symdyn.simulation.equations.implicit import differences
@@ -95,18 +95,18 @@ def _finer() -> str:
 def _asked(system: StateEquations, name: str, limited: bool, rtol: float | None, other: str = "") -> Choice:
     """Return a method by its name; `other` is what else to do where it does not apply."""
     if name not in METHODS:
-        raise SimulateError(f"method {name} is not known; {suggestion(name, METHODS)}")
+        raise MethodError(f"method {name} is not known; {suggestion(name, METHODS)}")
     method = METHODS[name]
     if not importable(method.module):
-        raise SimulateError(f"method {name} needs {method.library}; {install(method.extra)}")
+        raise MethodError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
     if not method.finds_events and not why and limited:
         why = "joints have limits, which end runs, and it looks for no events (--ignore-limits lets it)"
     coarser = f"give --rtol {DOUBLES:g} or more" if rtol is not None and rtol < DOUBLES else ""
     if why:
-        raise SimulateError(f"method {name} does not apply: {why}; {' and '.join(filter(None, (other, coarser)))}")
+        raise MethodError(f"method {name} does not apply: {why}; {' and '.join(filter(None, (other, coarser)))}")
     if coarser and not method.beyond_doubles:
-        raise SimulateError(f"method {name} computes in doubles: {coarser}, or no method, which takes {_finer()}")
+        raise MethodError(f"method {name} computes in doubles: {coarser}, or no method, which takes {_finer()}")
     return Choice(name, method, "")
 
 

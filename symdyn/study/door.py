@@ -22,6 +22,7 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation.ensemble.measures import read_measure
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.initial import Values, read_start
+from symdyn.simulation.integrate import FINEST
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, words
@@ -223,7 +224,7 @@ def prepared(
     read = Forces()
     if not scene.free_parameters or not faults.lines:
         with noted(faults):
-            check_run(scene, until, every, rtol, atol, (), method)
+            check_run(scene, until, every, rtol, atol, (), method, finest=FINEST)
         with noted(faults):
             read = read_forces(scene, forces)
         with noted(faults):

@@ -24,6 +24,7 @@ from symdyn.simulation.ensemble.measures import Sums
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, replaced
 from symdyn.simulation.equations.compiled_routines import Kept
 from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.integrate import DOUBLES
 from symdyn.simulation.integrator import dies_out_fast
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.trajectory import END, INTERRUPTED
@@ -49,6 +50,8 @@ def refuses(task: Task) -> str:
 def shape(task: Task) -> str:
     """Return why rates are no functions of a state, time and parameters alone."""
     scene, forces = task.scene, task.forces
+    if task.rtol < DOUBLES:
+        return "doubles have no such tolerance"
     if scene.is_closed:
         return "loops close"
     if not scene.velocities:

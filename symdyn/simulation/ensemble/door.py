@@ -24,6 +24,7 @@ from symdyn.simulation.ensemble.measures import Measure, read_measures
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, joined, nothing
 from symdyn.simulation.ensemble.ways import choose
 from symdyn.simulation.forward import check_run
+from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted
@@ -76,7 +77,8 @@ def ensemble(
         every: seconds between samples; None for 200 samples.
         samples: whether to keep the states at the samples.
         method: an integrator, a key of `symdyn.simulation.METHODS`; None takes the fastest that applies.
-        rtol: relative tolerance of a step; None is 1e-9.
+        rtol: relative tolerance of a step; None is 1e-9, of `gauss` what it takes itself.
+            Below 1e-16 runs have 31 digits (`gauss`), one by one; what is returned are doubles.
         atol: absolute tolerance of a step; None takes rtol.
         stops: formulas; where one crosses zero a run ends.
         workers: threads; None for one a core. Runs by `simulate` itself go one after the other; `sweep` has processes.
@@ -102,12 +104,14 @@ def ensemble(
     with noted(faults):
         read = read_measures(lanes.scene, texts, faults)
     with noted(faults):
-        _, times = check_run(lanes.scene, until, every, rtol, atol, stops, method)
+        _, times = check_run(lanes.scene, until, every, rtol, atol, stops, method, finest=FINEST)
     if workers is not None and workers < 1:
         faults.add("", f"workers = {workers} is no number of threads; give 1 or more, or none")
     faults.lines[:] = dict.fromkeys(faults.lines)
     close(faults)
-    relative = RTOL if rtol is None else rtol
+    asked = METHODS.get((method or "").lower())
+    usual = asked.rtol if asked is not None and asked.beyond_doubles else RTOL
+    relative = usual if rtol is None else rtol
     absolute = relative if atol is None else atol
     task = Task(
         lanes, given, times, every, read, stops, relative, absolute, None if method is None else method.lower(),

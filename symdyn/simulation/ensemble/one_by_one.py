@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra.numeric import Array, Batches
-from symdyn.errors import SymdynError
+from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, express
 from symdyn.scene.values.signals import MULTIPLIER, REACTION
@@ -61,6 +61,8 @@ def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
             every=task.every, reactions=any(name.startswith((REACTION, MULTIPLIER)) for name in named),
             say=notes.setdefault, values=values or None, ignore_limits=task.ignore_limits,
         )  # fmt: skip
+    except MethodError:  # nor would it apply to another run
+        raise
     except SymdynError as fault:
         return " ".join(str(fault).split())
 
