@@ -122,7 +122,7 @@ def test_every_accuracy_is_measured_beside_double():
 
 def test_every_bar_of_batch_and_matrices_is_told_where_it_was_measured(monkeypatch):
     monkeypatch.syspath_prepend(str(FOLDER))
-    from bars import BATCH, FD, FILLING, ID, NEAR_FLOOR, OURS, ROWS, M, bars
+    from bars import ALONE, BATCH, FD, FILLING, ID, NEAR_FLOOR, OURS, ROWS, M, bars
 
     def row(robot, output, kind, time):
         names = dict(zip(("peer", "way"), kind, strict=True))
@@ -130,9 +130,8 @@ def test_every_bar_of_batch_and_matrices_is_told_where_it_was_measured(monkeypat
 
     heyoka = ("heyoka, our graph", "batch")
     times = [row("arm7", ID, heyoka, 24.0), row("arm7", ID, BATCH, 16.0), row("puma560", ID, BATCH, 12.0)]
-    times += [
-        row("tree32", M, kind, time) for kind, time in ((FILLING, 100.0), (OURS, 400.0), (BATCH, 120.0), (ROWS, 500.0))
-    ]
+    kinds = {FILLING: 100.0, ALONE: 200.0, OURS: 400.0, BATCH: 120.0, ROWS: 500.0}
+    times += [row("tree32", M, kind, time) for kind, time in kinds.items()]
     times += [row(f"chain{n}", FD, BATCH, time) for n, time in ((8, 10.0), (64, 100.0))]
     found = {bar.text: bar.reached for bar in bars(times, multipliers=1)}
 
@@ -140,9 +139,10 @@ def test_every_bar_of_batch_and_matrices_is_told_where_it_was_measured(monkeypat
     assert [found[near[robot]] for robot in ("arm7", "puma560")] == [True, False]
     assert found["inverse dynamics, batch, times heyoka on our graph"]
     told = {text: reached for text, reached in found.items() if text.startswith("M of tree32")}
-    assert list(told.values()) == [True, True, False, False]
+    assert list(told.values()) == [True, True, True, False, False, False]
+    assert any("floor 3.00" in bar.shown for bar in bars(times)), "one after the other, both take so long"
     assert found["forward_dynamics, batch: time a joint of a chain of 64, times that of 8"]
-    assert len(found) == 8
+    assert len(found) == 10
     others = {bar.text: bar.verdict for bar in bars(times, multipliers=2)}
     assert {others[text] for text in near.values()} == {"another core's bar"}
 

@@ -25,7 +25,7 @@ from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
 from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
 from symdyn.emit.targets.c.sincos import COSINE, HALF_PI, SINE
-from symdyn.emit.targets.c.stages import PIECE
+from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, LONGEST_OF_VECTOR, PIECE, longest_loop
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
@@ -335,6 +335,13 @@ def test_a_loop_over_states_stays_whole_where_one_state_is_computed_in_parts(mon
     parts = [re.findall(rf"PART static void {name}_part\d+\(.*?\n}}\n", text, re.S) for text in (whole, cut)]
     assert len(parts[0]) > 4
     assert parts[0] == parts[1], "the function of one state is the same"
+
+
+def test_loops_are_cut_where_little_is_used_again():
+    assert longest_loop((17, 17), 2000, 399) == LONGEST
+    assert longest_loop((17, 17), 2000, 401) == LONGEST_LOOP
+    assert longest_loop((17, 60), 2000, 401) == LONGEST, "too wide for one loop"
+    assert longest_loop((17,), 2000, 401) == LONGEST_OF_VECTOR
 
 
 # Accuracy of batches

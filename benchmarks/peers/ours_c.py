@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import random
+import re
 
 import numpy as np
 from cases import Case
@@ -15,7 +16,7 @@ from symdyn.build.dialects import FLAGS
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
 
-NAME, FILLING = "symdyn", "filling the result's array"
+NAME, FILLING, ALONE = "symdyn", "filling the result's array", "symdyn, arithmetic alone"
 
 BATCH, BATCH_OF_MATRICES = 1024, 256
 """States of a batch that is timed, and of one with derivatives; arguments and results stay in the second cache."""
@@ -42,7 +43,27 @@ def library(case: Case, output: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
     sources = emit(program, "c", option=option)
     header, text = sources.files[1], sources.files[0][1]
     joined = text.replace(f'#include "{header[0]}"', header[1])
-    return ctypes.CDLL(str(compiled(joined, (*flags(), *more))))
+    return ctypes.CDLL(str(compiled(joined + arithmetic(joined, output), (*flags(), *more))))
+
+
+def arithmetic(text: str, output: str) -> str:
+    """Return a function `alone` that computes a result in batch and leaves it in work space, "" where there is none.
+
+    It calls the blocks of `output` in `text`, all for the same rows: of the largest matrices these are copied to where
+    they have to go, which is then no part of it.
+    """
+    block = re.search(rf"/\* (\d+) states side by side.*\nstatic void {output}_block\(size_t stride.*\bq, double", text)
+    reach = re.search(rf"{output}_block\(n, (\d+), q \+ k \+ j, r \+ j\)", text)
+    if not (block and reach and "spread_columns" in text):
+        return ""
+    return f"""
+void alone(size_t n, const double *q, double *out)
+{{
+    for (size_t k = 0; k + {block[1]} <= n; k += {block[1]}) {{
+        {output}_block(n, {reach[1]}, q + k, out + k % {int(reach[1]) // 64 * 64});
+    }}
+}}
+"""
 
 
 def timed(case: Case, output: str, peer: str = NAME, more: tuple[str, ...] = ()) -> list[Timed]:
@@ -101,6 +122,10 @@ def timed(case: Case, output: str, peer: str = NAME, more: tuple[str, ...] = ())
         tall = moved(tall, to)
         return clock.time_filling(*longs(count * size, sweeps), address(tall))
 
+    def alone(sweeps: int) -> float:
+        here = [moved(a, to) for a in columns]
+        return clock.time_batch(code.alone, len(arguments), *longs(count, sweeps), *map(address, here), address(tall))
+
     def columns_result() -> np.ndarray:
         in_columns(1)
         return tall.T[:states]
@@ -121,6 +146,8 @@ def timed(case: Case, output: str, peer: str = NAME, more: tuple[str, ...] = ())
     ]
     if output == "mass_matrix" and peer == NAME:
         ways.append((FILLING, "batch", filling, columns_result))
+    if output == "mass_matrix" and peer == NAME and hasattr(code, "alone"):
+        ways.append((ALONE, "batch", alone, columns_result))
     return [*found, *(Timed(case.name, output, *way[:2], count, *way[2:], own_clock=True) for way in ways)]
 
 

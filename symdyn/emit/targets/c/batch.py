@@ -66,6 +66,8 @@ class BatchText:
         held: how many of these rows there are.
         zeros: whether the last of them holds zeros.
         places: of each entry of the result, the row that it is; () where every entry has its own.
+        order: the entries by their rows, those that are zero last.
+        empty: how many are zero.
         direct: whether a block may write where the result has to go.
         rows: rows of work space.
         passes: the loops.
@@ -91,6 +93,8 @@ class BatchText:
     held: int
     zeros: bool
     places: tuple[int, ...]
+    order: tuple[int, ...]
+    empty: int
     direct: bool
     rows: int
     passes: tuple[PassText, ...]
@@ -190,7 +194,7 @@ def _check_names(names: Sequence[str]) -> None:
 
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
     single = writer = writer_of(routine, text, program, printer, LONGEST, length_of(routine) > LONGEST)
-    longest = longest_loop(text.shape)
+    longest = longest_loop(text.shape, length_of(routine), writer.plan.loads)
     if longest != LONGEST and length_of(routine) > min(longest, LONGEST):
         writer = writer_of(routine, text, program, printer, longest, length_of(routine) > longest)
     made = writer.plan
@@ -233,6 +237,8 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         held=result.rows,
         zeros=result.zeros,
         places=result.places,
+        order=result.order,
+        empty=result.empty,
         direct=result.direct,
         rows=made.rows,
         passes=tuple(passes),

@@ -91,6 +91,11 @@ class Plan:
     rows: int
     names: Mapping[Expr, str]
 
+    @property
+    def loads(self) -> int:
+        """How many values passes load from work space."""
+        return sum(len(stage.loads) for stage in self.stages if isinstance(stage, Pass))
+
 
 def plan(routine: Routine, known: Constants, short: bool = False, longest: int = LONGEST) -> Plan:
     """Return the stages of `routine`, passes of more than `longest` operations cut.

@@ -21,10 +21,15 @@ Constants = Mapping[Expr, Fraction]
 LONGEST = 1600
 """Operations up to which a routine of one state stays whole. 7 axes need a third of them."""
 LONGEST_LOOP, WIDEST_LOOP = 4500, 500
-"""Operations and entries of the result up to which a routine stays one loop over states.
+"""Operations and entries of the result up to which a routine stays one loop over states, where much is used again.
 
-Loops of fewer operations are slower where much is used again, as in derivatives; those of more compile for long. gcc
-makes no vectors of a loop that reads and writes 1,000 places.
+Pieces are slower there, as of derivatives; loops of more operations compile for long. gcc makes no vectors of a loop
+that reads and writes 1,000 places.
+"""
+USED_AGAIN = 5
+"""Operations for each value that one piece loads from another, below which much is used again.
+
+Derivatives of 6 and 7 axes have 3 to 4, mass matrices of 12 to 32 joints 7 to 9.
 """
 LONGEST_OF_VECTOR = 1200
 """Operations up to which a routine over states stays one loop where its result is a vector, as motions and forces are.
@@ -41,11 +46,17 @@ TRIGONOMETRIC = (Op.SIN, Op.COS)
 CALLS = (*TRIGONOMETRIC, Op.EXP, Op.LOG, Op.TANH, Op.ATAN2)
 
 
-def longest_loop(shape: Sequence[int]) -> int:
-    """Return up to how many operations a routine with a result of a shape stays one loop over states."""
+def longest_loop(shape: Sequence[int], operations: int, loads: int) -> int:
+    """Return up to how many operations a routine stays one loop over states.
+
+    Args:
+        shape: of its result.
+        operations: how many it has.
+        loads: how many values its pieces load from each other.
+    """
     if len(shape) < 2:
         return LONGEST_OF_VECTOR
-    return LONGEST_LOOP if prod(shape) <= WIDEST_LOOP else LONGEST
+    return LONGEST_LOOP if prod(shape) <= WIDEST_LOOP and loads * USED_AGAIN > operations else LONGEST
 
 
 @dataclass
