@@ -28,6 +28,8 @@ gc.set_threshold(100_000, 20, 50)  # graphs are large and hold no circles: looki
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 """Compiled code of tests, apart from the user's: one for all workers, and for the next runs."""
 
+os.environ["HEYOKA_CACHE_DIR"] = str(CACHE / "heyoka")  # before heyoka, which keeps its code below the home else
+
 KEPT = 2 * 86400.0
 """Seconds after which what was compiled is compiled again."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -124,6 +125,53 @@ def test_a_drive_in_newton_metres_tells_the_gain_of_one_beside_it() -> None:
     assert gain.drive == "M2"
     assert abs(gain.value - TWO.gains[1]) < 4 * gain.error < 0.3
     np.testing.assert_allclose(values(known), values(found))
+
+
+@pytest.mark.parametrize(
+    ("units", "loaded", "words"),
+    [
+        (
+            {"M1": "0.39*A", "M2": "2*A"}, True,
+            r"^gain M1=0.39\*A does not fit: left free, M1 is 0.65\d* N m/A .* place of 1\d.\d %; .* --units M1=A$",
+        ),
+        ({"M1": "390*mA", "M2": "A"}, True, r"^gain M1=390\*A does not fit: left free, M1 is 65\d.* N m/A"),
+        (
+            {"M1": "0.39*A", "M2": "2*A"}, False,
+            r"^gains M1=0.39\*A and M2=2\*A do not fit together: left free, M1 is 0.6\d* .* or M2 is 1.2\d* .*; the "
+            "data do not tell which one is wrong",
+        ),
+        ({"M1": "0.39*A", "M2": "A"}, False, r"masses and inertias are all 0.6\d* .* if M1=0.39\*A ought to be 1.6"),
+    ],
+)  # fmt: skip
+def test_a_gain_that_was_said_wrongly_is_told(units: dict[str, str], loaded: bool, words: str) -> None:
+    """It was blamed on others: masses, and gains beside it, came out as much too small, and nothing was said."""
+    logs, payloads = (TWO.logs(3), TWO.given) if loaded else (TWO.logs(3)[0], ())
+
+    found = found_of(TWO, logs, units=units, payloads=payloads)
+
+    assert [one for one in found.notes if re.search(words, one)], found.notes
+
+
+@pytest.mark.parametrize("units", [{"M1": "0.65*A", "M2": "2*A"}, {"M1": "0.65*A", "M2": "A"}])
+def test_of_a_gain_that_was_said_rightly_nothing_is_said(units: dict[str, str]) -> None:
+    for logs, payloads in ((TWO.logs(3), TWO.given), (TWO.logs(3)[0], ())):
+        found = found_of(TWO, logs, units=units, payloads=payloads)
+        assert not any("gain" in one or "all" in one for one in found.notes), found.notes
+
+
+def test_parameters_and_gains_are_a_table_with_units() -> None:
+    found = found_of(TWO, TWO.logs(3))
+
+    table = found.to_pandas()
+
+    assert list(table.index) == list(found.names)
+    np.testing.assert_array_equal(table["value"], found.after)
+    np.testing.assert_array_equal(table["standard_error"], found.errors)
+    units = {"mxR1": "kg m", "JxxR1 + JyyR1": "kg m^2", "fv1": "N m s/rad", "fc2": "N m", "gain M2": "N m/A"}
+    assert table.loc[list(units), "unit"].to_dict() == units
+    assert table.loc["payload mx", "unit"] == "kg m"
+    assert table["told"].all()
+    assert table.attrs["scene"] == "two_link"
 
 
 def test_a_payload_is_taken_out_of_forces_that_are_forces() -> None:

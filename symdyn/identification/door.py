@@ -10,14 +10,15 @@ import numpy as np
 from symdyn.arguments import check_arguments
 from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Motion, choose_band, motions
-from symdyn.identification.fitting import fitted
+from symdyn.identification.fitting import Fitted, fitted
 from symdyn.identification.gains import told_gains
 from symdyn.identification.identification import Identification
 from symdyn.identification.linear_model import LinearModel, linear_model
 from symdyn.identification.log import Log, read_logs
 from symdyn.identification.payload import Carried, Payload, carried, check_payloads
+from symdyn.identification.said_gains import doubts
 from symdyn.identification.told_apart import untold
-from symdyn.identification.units import forces_off, shown_in
+from symdyn.identification.units import forces_off, said_in, shown_in
 from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.names import listed
@@ -92,12 +93,20 @@ def identify(
         raise IdentifyError([note for _, told in parts for note in told])
     load = carried(model, payloads, logs)
     found = fitted(model, moved, load, shown, band, hold_back, outliers)
+    said = said_in(units or {}, [drive or "" for drive in scene.drives])
+
+    def freed(j: int) -> Fitted:
+        return fitted(model, moved, load, {**shown, j: said[j].unit}, band, hold_back, outliers)
+
+    alone = not payloads and all(j in shown or j in said for j in model.rows if scene.drives[j]) and len(said) == 1
+    doubted = doubts(model, said, found, freed, alone)
     gains = told_gains(scene, shown, found.regression, found.gains)
     notes = [note for log, (_, told) in zip(logs, parts, strict=True) for note in (*log.notes, *told)]
     notes += [*_expected(model, logs, moved, load, shown), *found.notes]
     lost = untold(model, load, shown, found, [place for place, _ in moved])
     notes += [one.words for one in lost]
     notes += [one.words for one in gains if one.words]
+    notes += doubted
     if say is not None:
         for note in notes:
             say(note)

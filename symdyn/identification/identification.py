@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Gain
 from symdyn.identification.linear_model import LinearModel
@@ -17,7 +19,14 @@ from symdyn.identification.regression import Regression
 from symdyn.identification.told_apart import Untold
 from symdyn.identification.validation import Fit
 from symdyn.scene import Scene
+from symdyn.scene.ten_parameters import INERTIAL
 from symdyn.shown import Shown
+
+if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped]
+
+_PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"R\d+$")
+"""What stands before the parameter of a payload, and the link frame behind one of a body."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +76,18 @@ class Identification(Shown):
         return self.regression.names
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each of them, shape (p,); "" where the scene gives none."""
+        said = {one.name: one.unit for one in self.model.scene.parameters}
+        ten = {name: unit for name, unit, _ in INERTIAL} | {name.replace("I", "J"): unit for name, unit, _ in INERTIAL}
+        gains = {f"gain {one.drive}": one.unit for one in self.gains}
+        firsts = [_PAYLOAD.sub("", name).partition(" ")[0] for name in self.names]
+        return tuple(
+            gains.get(name) or said.get(one) or ten.get(_FRAME.sub("", one), "")
+            for name, one in zip(self.names, firsts, strict=True)
+        )
+
+    @property
     def before(self) -> Array:
         """What the scene says of them, shape (p,); NaN where it has no number, and of what is not in it."""
         return np.append(self.model.prior, np.full(len(self.names) - len(self.model.prior), np.nan))
@@ -92,6 +113,39 @@ class Identification(Shown):
 
         wide = float(t.ppf(0.5 + level / 2, self.regression.freedom)) * self.errors
         return np.stack([self.after - wide, self.after + wide], axis=1)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a row a parameter: its value, its standard error, its unit, what the scene says, whether data tell it.
+
+        >>> import numpy as np
+        >>> import symdyn
+        >>> log = symdyn.inverse(symdyn.example("pendulum"), "q1=sin(t)+0.4*sin(2.7*t)", np.linspace(0, 10, 1001))
+        >>> symdyn.identify(symdyn.example("pendulum"), log).to_pandas().loc["myR1", "unit"]
+        'kg m'
+
+        Rows are named as `names`; what was not known of payloads and gains of drives are among them. `value` is what
+        the data say, `standard_error` is NaN where they do not tell it by itself, `before` where the scene has no
+        number.
+
+        Raises:
+            IdentifyError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise IdentifyError(
+                "to_pandas() needs pandas, which is not installed; pip install pandas, or take .as_dict()"
+            ) from None
+        columns = {
+            "value": self.after,
+            "standard_error": self.errors,
+            "unit": list(self.units),
+            "before": self.before,
+            "told": self.regression.told,
+        }
+        found = pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
+        found.attrs |= {"scene": self.scene.name, "band_hz": self.band, "condition": self.regression.condition}
+        return found
 
     def __getitem__(self, name: str) -> float:
         """Return one parameter by name."""

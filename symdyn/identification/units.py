@@ -7,6 +7,7 @@ their joints, forces beside those that the scene expects.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from math import isfinite, pi
 
@@ -71,6 +72,19 @@ LONG = 20.0
 """m of travel from which a joint without limits is asked whether it is in millimetres."""
 
 
+@dataclass(frozen=True)
+class Said:
+    """A gain that was given with the unit of a column, as in "0.12*A".
+
+    Attributes:
+        value: in N m or N.
+        unit: of what the drive shows, such as "A".
+    """
+
+    value: float
+    unit: str
+
+
 def in_si(table: Columns, units: Mapping[str, str], drives: Collection[str], faults: Faults) -> Columns:
     """Return columns in SI with radians, those that `units` say, by name or pattern such as "q*", in another unit.
 
@@ -106,6 +120,18 @@ def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
         said = [str(one).strip() for pattern, one in units.items() if fnmatchcase(name, pattern)]  # the last one counts
         if said and said[-1] in GAINED:
             found[k] = GAINED[said[-1]][1]
+    return found
+
+
+def said_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, Said]:
+    """Return the gains that are given with the units of drives, by their numbers."""
+    found = {}
+    for k, name in enumerate(drives):
+        said = [str(one) for pattern, one in units.items() if fnmatchcase(name, pattern)][-1:]
+        for factor, unit in map(_factor, said):
+            if factor is not None and unit in GAINED and "*" in said[0]:
+                size, one = GAINED[unit]
+                found[k] = Said(factor / size, one)
     return found
 
 

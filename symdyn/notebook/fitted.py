@@ -22,14 +22,14 @@ def output_fit(found: OutputFit) -> list[Markup]:
 def identification(found: Identification) -> list[Markup]:
     """Return base parameters before and after, how well forces are predicted, and what could not be told."""
     regression = found.regression
-    columns = zip(found.names, found.before, found.after, found.errors, regression.told, strict=True)
-    rows = [(n, float(b), float(a), float(e) if told else "not told") for n, b, a, e, told in columns]
+    columns = zip(found.names, found.units, found.before, found.after, found.errors, regression.told, strict=True)
+    rows = [(n, u, float(b), float(a), float(e) if told else "not told") for n, u, b, a, e, told in columns]
     fits = [(one.drive, one.unit, one.size, one.error, one.held_back) for one in found.fits]
     count = len(found.model.names)
     gains = [(one.drive, one.unit, one.value, one.error) for one in found.gains]
     return [
         head(found.scene.name, f"{int(regression.told[:count].sum())} of {count} base parameters are told"),
-        table(("", "before", "after", "standard error"), rows[: len(rows) - len(gains)], "base parameters"),
+        table(("", "unit", "before", "after", "standard error"), rows[: len(rows) - len(gains)], "base parameters"),
         *([table(("", "unit", "gain", "standard error"), gains, "gains of drives")] if gains else []),
         table(("", "unit", "measured", "error", "error held back"), fits, "driving forces, root mean squares"),
         note(
