@@ -74,6 +74,17 @@ static inline double double_of(uint64_t bits)
 #endif
 #define EACH for (int j = 0; j < CHAINS; j++)
 
+/* Whether the exponent of any angle is 20 or more: the sign bit will tell. */
+static inline int any_large(size_t count, const double *restrict x)
+{
+    uint64_t large = 0;
+#pragma omp simd reduction(| : large)
+    for (size_t k = 0; k < count; k++) {
+        large |= (bits_of(x[k]) & 0x7fffffffffffffffu) + ((uint64_t)1005 << 52);
+    }
+    return (int)(large >> 63);
+}
+
 /*
  * s[k] = sin(x[k]), c[k] = cos(x[k]), to 1 ulp; count is a multiple of CHAINS. If all angles are below 2^20 in size,
  * without any branch: the multiple of pi/2 comes from the low bits of x 2/pi + 1.5 2^52, what remains from pi/2 in parts,
@@ -83,12 +94,7 @@ static inline double double_of(uint64_t bits)
 ALONE static void sincos_row(size_t count, const double *restrict x, double *restrict s, double *restrict c)
 {
     const size_t part = count / CHAINS;
-    uint64_t large = 0; /* the sign bit will tell whether any exponent is 20 or more */
-#pragma omp simd reduction(| : large)
-    for (size_t k = 0; k < count; k++) {
-        large |= (bits_of(x[k]) & 0x7fffffffffffffffu) + ((uint64_t)1005 << 52);
-    }
-    if (large >> 63) {
+    if (any_large(count, x)) {
         for (size_t k = 0; k < count; k++) {
             s[k] = sin(x[k]);
             c[k] = cos(x[k]);
@@ -97,30 +103,102 @@ ALONE static void sincos_row(size_t count, const double *restrict x, double *res
     }
 #pragma omp simd
     for (size_t k = 0; k < part; k++) {
-        double a[CHAINS], shifted[CHAINS], n[CHAINS], y[CHAINS], h[CHAINS], sine[CHAINS], cosine[CHAINS];
-        uint64_t quadrant[CHAINS], sign[CHAINS], swap[CHAINS];
-        double b[CHAINS], z[CHAINS], t1[CHAINS], t2[CHAINS], e1[CHAINS], e2[CHAINS], over[CHAINS], w[CHAINS];
+        double a[CHAINS], shifted[CHAINS], n[CHAINS], t1[CHAINS], t2[CHAINS], e1[CHAINS], e2[CHAINS], y[CHAINS], over[CHAINS];
+        double z[CHAINS], h[CHAINS], w[CHAINS], sine[CHAINS], cosine[CHAINS];
+        uint64_t quadrant[CHAINS], odd[CHAINS], sign[CHAINS], swap[CHAINS];
         EACH a[j] = x[k + (size_t)j * part];
-        EACH swap[j] = 0u - (((bits_of(a[j]) & 0x7fffffffffffffffu) + ((uint64_t)1265 << 52)) >> 63); /* |a| >= 2^-240 */
-        EACH b[j] = double_of(bits_of(a[j]) & swap[j]); /* else 0: sin a = a then, and no product underflows */
-        EACH shifted[j] = b[j] * 0.6366197723675814 + 6755399441055744.0;
+        EACH shifted[j] = a[j] * 0.6366197723675814 + 6755399441055744.0;
         EACH n[j] = shifted[j] - 6755399441055744.0;
-        EACH quadrant[j] = bits_of(shifted[j]);
         EACH t1[j] = a[j] - n[j] * 1.5707963267341256;
         EACH t2[j] = t1[j] - n[j] * 6.077100506303966e-11;
         EACH e1[j] = (t1[j] - t2[j]) - n[j] * 6.077100506303966e-11;
         EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
         EACH y[j] = t2[j] - e2[j];
         EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
-        EACH z[j] = y[j] - (a[j] - b[j]);
+EACH quadrant[j] = bits_of(shifted[j]);
+        EACH z[j] = (y[j] + 6.223015277861142e-61) - 6.223015277861142e-61; /* 0 where a product would underflow: sin y = y then */
         EACH h[j] = 0.5 * (z[j] * z[j]);
         EACH sine[j] = y[j] - ((h[j] * z[j]) * (0.3333333333333326 + h[j] * (-0.03333333333328736 + h[j] * (0.0015873015863486835 + h[j] * (-4.409170166164421e-05 + h[j] * (8.016235005631851e-07 + h[j] * (-1.0173077472440148e-08)))))) + over[j]);
         EACH w[j] = 1.0 - h[j];
         EACH cosine[j] = w[j] + ((((1.0 - w[j]) - h[j]) + (h[j] * h[j]) * (0.1666666666666664 + h[j] * (-0.011111111111099579 + h[j] * (0.0003968253966347446 + h[j] * (-8.818340608329797e-06 + h[j] * (1.336046673999454e-07 + h[j] * (-1.4540715832506458e-09))))))) + y[j] * over[j]);
+        EACH odd[j] = quadrant[j] << 63;
         EACH sign[j] = (quadrant[j] << 62) & 0x8000000000000000u;
-        EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (quadrant[j] & 1u));
+        EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
         EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
-        EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ (quadrant[j] << 63));
+        EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
+}
+}
+
+/* What remains of a row of angles beyond multiples of pi/2, y and what y lacks, and which multiples these are. */
+static inline void remainders(size_t count, const double *restrict x, double *restrict s, double *restrict c, double *restrict turns)
+{
+    const size_t part = count / CHAINS;
+#pragma omp simd
+    for (size_t k = 0; k < part; k++) {
+        double a[CHAINS], shifted[CHAINS], n[CHAINS], t1[CHAINS], t2[CHAINS], e1[CHAINS], e2[CHAINS], y[CHAINS], over[CHAINS];
+        EACH a[j] = x[k + (size_t)j * part];
+        EACH shifted[j] = a[j] * 0.6366197723675814 + 6755399441055744.0;
+        EACH n[j] = shifted[j] - 6755399441055744.0;
+        EACH t1[j] = a[j] - n[j] * 1.5707963267341256;
+        EACH t2[j] = t1[j] - n[j] * 6.077100506303966e-11;
+        EACH e1[j] = (t1[j] - t2[j]) - n[j] * 6.077100506303966e-11;
+        EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
+        EACH y[j] = t2[j] - e2[j];
+        EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
+EACH turns[k + (size_t)j * part] = shifted[j];
+        EACH s[k + (size_t)j * part] = y[j];
+        EACH c[k + (size_t)j * part] = over[j];
+    }
+}
+
+/* Sines and cosines of these, in their place. */
+static inline void series(size_t count, const double *restrict turns, double *restrict s, double *restrict c)
+{
+    const size_t part = count / CHAINS;
+#pragma omp simd
+    for (size_t k = 0; k < part; k++) {
+        double y[CHAINS], over[CHAINS], z[CHAINS], h[CHAINS], w[CHAINS], sine[CHAINS], cosine[CHAINS];
+        uint64_t quadrant[CHAINS], odd[CHAINS], sign[CHAINS], swap[CHAINS];
+        EACH y[j] = s[k + (size_t)j * part];
+        EACH over[j] = c[k + (size_t)j * part];
+        EACH quadrant[j] = bits_of(turns[k + (size_t)j * part]);
+        EACH z[j] = (y[j] + 6.223015277861142e-61) - 6.223015277861142e-61; /* 0 where a product would underflow: sin y = y then */
+        EACH h[j] = 0.5 * (z[j] * z[j]);
+        EACH sine[j] = y[j] - ((h[j] * z[j]) * (0.3333333333333326 + h[j] * (-0.03333333333328736 + h[j] * (0.0015873015863486835 + h[j] * (-4.409170166164421e-05 + h[j] * (8.016235005631851e-07 + h[j] * (-1.0173077472440148e-08)))))) + over[j]);
+        EACH w[j] = 1.0 - h[j];
+        EACH cosine[j] = w[j] + ((((1.0 - w[j]) - h[j]) + (h[j] * h[j]) * (0.1666666666666664 + h[j] * (-0.011111111111099579 + h[j] * (0.0003968253966347446 + h[j] * (-8.818340608329797e-06 + h[j] * (1.336046673999454e-07 + h[j] * (-1.4540715832506458e-09))))))) + y[j] * over[j]);
+        EACH odd[j] = quadrant[j] << 63;
+        EACH sign[j] = (quadrant[j] << 62) & 0x8000000000000000u;
+        EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
+        EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
+        EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
+}
+}
+
+/*
+ * The same for rows of angles, row i from x[i * stride] on: sines go to row 2 i of `work`, cosines to the next one, and up
+ * to 8 rows behind all these are used meanwhile. First what remains of 8 rows, then their series: shorter loops, of
+ * which more turns are under way at once.
+ */
+ALONE static void sincos_rows(size_t rows, size_t count, size_t stride, const double *restrict x, void *work)
+{
+    double *const r = (double *)work;
+    size_t small = 0;
+    while (small < rows && !any_large(count, x + small * stride)) {
+        small++;
+    }
+    for (size_t i = 0; i < rows && small < rows; i++) {
+        sincos_row(count, x + i * stride, r + 2 * i * count, r + (2 * i + 1) * count);
+    }
+    for (size_t first = 0; first < rows && small == rows; first += 8) {
+        const size_t last = (rows - first < 8) ? rows : first + 8;
+        double *const turns = r + (2 * rows - first) * count;
+        for (size_t i = first; i < last; i++) {
+            remainders(count, x + i * stride, r + 2 * i * count, r + (2 * i + 1) * count, turns + i * count);
+        }
+        for (size_t i = first; i < last; i++) {
+            series(count, turns + i * count, r + 2 * i * count, r + (2 * i + 1) * count);
+        }
     }
 }
 
@@ -253,9 +331,8 @@ ALONE static void inverse_dynamics_pass1(size_t stride, size_t reach, const doub
 /* 64 states side by side; entry i of state k is x[i * stride + k], of the result out[i * reach + k]. */
 static void inverse_dynamics_block(size_t stride, size_t reach, const double *q, const double *qd, const double *qdd, const double *params, double *out)
 {
-    ALIGNED double w[4][64];
-    sincos_row(64, q + 0 * stride, w[0], w[1]);
-    sincos_row(64, q + 1 * stride, w[2], w[3]);
+    ALIGNED double w[6][64];
+    sincos_rows(2, 64, stride, q + 0 * stride, w);
     inverse_dynamics_pass1(stride, reach, q, qd, qdd, params, w, out);
 }
 

@@ -9,8 +9,8 @@
 
     <function>_ground, _joints, _matrices    numbers that a function goes over in a loop, which is fixed text
 
-All other functions of a file are fixed text: `sincos_row`, `sign_of`, `exp_of` mean here what they are called, columns
-and rows of states are brought to `_block` by what is compared and measured.
+All other functions of a file are fixed text: `sincos_row`, `sincos_rows`, `sign_of`, `exp_of` mean here what they are
+called, columns and rows of states are brought to `_block` by what is compared and measured.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_tables import read_table
 from symdyn.verify.written.c_values import File
-from symdyn.verify.written.memory import Fault, Index, Result
+from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
 from symdyn.verify.written.syntax import line_of, said, unread
 
@@ -34,10 +34,13 @@ if TYPE_CHECKING:
 
 GRAMMAR = "tree_sitter_c"
 
-SINES, COPY = "sincos_row", "memcpy"
+SINES, ROWS, COPY = "sincos_row", "sincos_rows", "memcpy"
 
 GROUP = 8
 """`sincos_row` takes a multiple of so many angles."""
+
+ABREAST = 8
+"""`sincos_rows` uses so many rows more, or as many as it has angles."""
 
 UNKNOWN = re.compile(
     rb'\b(ALIGNED|ALONE|PART|EACH|SHOWN|INLINED)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
@@ -172,12 +175,14 @@ class CStatements(Statements):
             super().statement(node)
 
     def call(self, node: Node) -> None:
-        """Read `memcpy(out, r, sizeof r)`, `sincos_row(…)`, or a part or a loop of this function."""
+        """Read `memcpy(out, r, sizeof r)`, `sincos_row(…)`, `sincos_rows(…)`, or a part or a loop of this function."""
         name = said(node.children[0])
         if name == COPY:
             self._copy(node, self.arguments(node))
         elif name == SINES and SINES in self.file.functions:
             self._sines(node, self.arguments(node))
+        elif name == ROWS and ROWS in self.file.functions:
+            self._rows_of_sines(node, self.arguments(node))
         elif name in self.file.functions and re.fullmatch(rf"{self.wanted.name}_(part|pass)[0-9]+", name):
             self._piece(node, name)
         else:
@@ -222,6 +227,25 @@ class CStatements(Statements):
             raise unread(node, f"takes {count} sines, which is no multiple of {GROUP}")
         places = [Index(0, 1)] if self.laned else [Index(place) for place in range(count)]
         self.sines(node, [self.value(one) for one in arguments[1:]], places)
+
+    def _rows_of_sines(self, node: Node, arguments: list[Node]) -> None:
+        """Read `sincos_rows(rows, count, stride, x, w)`: of rows of states, to neighbouring rows of work space."""
+        if len(arguments) != 5 or not self.laned:
+            raise unread(node, "is no rows of sines")
+        rows, count = (self.whole(one) for one in arguments[:2])
+        stride, angles, work = (self.value(one) for one in arguments[2:])
+        self.of_lanes(node, count)
+        if count % GROUP:
+            raise unread(node, f"takes {count} sines, which is no multiple of {GROUP}")
+        if not (isinstance(stride, Index) and isinstance(angles, Pointer) and isinstance(work, Rows)):
+            raise unread(node, "is no rows of sines")
+        try:
+            work.row(Index(2 * rows + min(rows, ABREAST) - 1))  # what remains waits there
+            for row in range(rows):
+                given = angles.plus(Index(row) * stride), work.row(Index(2 * row)), work.row(Index(2 * row + 1))
+                self.sines(node, given, [Index(0, 1)])
+        except Fault as fault:
+            raise unread(node, str(fault)) from None
 
 
 C = Language("C", GRAMMAR, frozenset({"comment"}), read, plain)

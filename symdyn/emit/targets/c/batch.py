@@ -11,6 +11,7 @@ from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
 from symdyn.emit.targets.c.gathered import LANES, gathered
 from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
+from symdyn.emit.targets.c.sincos import ABREAST
 from symdyn.emit.targets.c.stages import LONGEST, longest_loop
 from symdyn.emit.targets.c.writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.errors import EmitError
@@ -113,15 +114,17 @@ class BatchText:
     sincos: bool
 
 
-def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple[BatchText | None, ...]:
+def batches(program: Program, page: Page, printer: Printer, real: Real, abreast: bool) -> tuple[BatchText | None, ...]:
     """Return the batch code of every function of the page, None for one that is a loop over a table.
+
+    Where sines and cosines are taken `abreast`, neighbouring rows of angles are handed over together.
 
     Raises:
         EmitError: a function is called as the batch code of another one will be.
     """
     _check_names([function.name for function in page.functions])
     return tuple(
-        None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8)
+        None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8, abreast)
         for routine, text in zip(program.routines, page.functions, strict=True)
     )
 
@@ -192,7 +195,9 @@ def _check_names(names: Sequence[str]) -> None:
                 raise EmitError(f"function {name}{ending} would be called as batch code of {name} is; rename it")
 
 
-def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
+def _batch(
+    routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int, abreast: bool
+) -> BatchText:
     single = writer = writer_of(routine, text, program, printer, LONGEST, length_of(routine) > LONGEST)
     longest = longest_loop(text.shape, length_of(routine), writer.plan.loads)
     if longest != LONGEST and length_of(routine) > min(longest, LONGEST):
@@ -208,16 +213,20 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
     size = prod(text.shape)
     once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
     result = gathered(routine, program, width)
-    lanes = _lanes((length + result.rows) * width, made.rows * width) if size and not once else 0
-    together = result.states(lanes, width, STACK - lanes * (length + made.rows) * width)
+    several = writer.several() if abreast else ()
+    rows = max(made.rows, 2 * len(several) + min(len(several), ABREAST))
+    lanes = _lanes((length + result.rows) * width, rows * width) if size and not once else 0
+    together = result.states(lanes, width, STACK - lanes * (length + rows) * width)
     passes: list[PassText] = []
     calls: list[str] = []
-    for stage in made.stages if lanes else ():
+    if several and lanes:
+        calls.append(f"sincos_rows({len(several)}, {lanes}, stride, {writer.row(several[0])}, w);")
+    for stage in made.stages[len(several) :] if lanes else ():
         if isinstance(stage, SineCosine):
             calls.append(f"sincos_row({lanes}, {writer.row(stage)}, w[{stage.sine[1]}], w[{stage.cosine[1]}]);")
         else:
             passes.append(writer.loop(stage, len(passes) + 1, LANED, result.written))
-            work = "w" if made.rows else "0"
+            work = "w" if rows else "0"
             calls.append(f"{text.name}_pass{len(passes)}(stride, reach, {_handed(text, {})}{work}, out);")
     parts = _parts(single)
     if parts:
@@ -240,7 +249,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         order=result.order,
         empty=result.empty,
         direct=result.direct,
-        rows=made.rows,
+        rows=rows,
         passes=tuple(passes),
         calls=tuple(calls),
         kept=single.plan.rows,

@@ -92,7 +92,8 @@ def _write(draft: Draft) -> dict[str, str]:
         "batch": batch,
         "lone": draft.option == HEADER_ONLY,
     }
-    codes = batches(program, page, printer, real) if batch else cuts(program, page, printer)
+    wide = real.name == "double" and draft.sines is None
+    codes = batches(program, page, printer, real, wide) if batch else cuts(program, page, printer)
     values["codes"] = [
         loop_text(text.loop, program.scene, printer, 4 if real.suffix else 8) if text.loop else code
         for text, code in zip(page.functions, codes, strict=True)
@@ -104,6 +105,7 @@ def _write(draft: Draft) -> dict[str, str]:
     values["spread"] = batch and any(many.places for many in lined)
     values["drained"] = batch and not all(many.places for many in lined)
     values["sincos"] = any(many and many.sincos for many in values["codes"])
+    values["rowed"] = any("sincos_rows" in call for many in lined if batch for call in many.calls)
     values |= sincos_values(real.name, draft.sines) if values["sincos"] else {}
     if draft.option == HEADER_ONLY:
         values["private"] = _private(values)
@@ -122,7 +124,7 @@ def _private(values: Mapping[str, Any]) -> list[str]:
         for function, many in zip(values["page"].functions, values["codes"], strict=True)
         for part in (many.parts if many else ())
     ]
-    sines = ["bits_of", "double_of", "sincos_row"] if values["sincos"] else []
+    sines = ["bits_of", "double_of", "any_large", "sincos_row"] if values["sincos"] else []
     loops = [f"{one.name}_{what}" for one in values["page"].functions if one.loop for what in LOOPED]
     return helpers + sines + parts + loops
 

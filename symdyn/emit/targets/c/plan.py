@@ -76,6 +76,11 @@ class SineCosine:
     sine: tuple[Step | None, int]
     cosine: tuple[Step | None, int]
 
+    @property
+    def rows(self) -> tuple[int, int]:
+        """Where sine and cosine go."""
+        return self.sine[1], self.cosine[1]
+
 
 @dataclass(frozen=True)
 class Plan:

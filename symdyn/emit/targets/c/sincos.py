@@ -26,6 +26,12 @@ LIMIT_EXPONENT = 20
 CHAINS = 4
 """Angles that one turn of the loop takes side by side: one waits for its own results most of the time."""
 
+ABREAST = 8
+"""Rows of angles that go through both halves together: what remains of them waits in the nearest cache."""
+
+TINY = 2.0**-200
+"""Added and subtracted again, it leaves alone what has digits to lose; what is smaller becomes a multiple of 2^-252."""
+
 TWO_OVER_PI = 0.6366197723675814
 
 HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32)
@@ -100,6 +106,8 @@ def sincos_values(real: str, short: ShortSines | None = None) -> Mapping[str, An
         "sine": horner(in_halves([-c for c in SINE[real]], 1), "h[j]"),
         "cosine": horner(in_halves(COSINE[real], 2), "h[j]"),
         "short": None,
+        "tiny": repr(TINY),
+        "abreast": ABREAST,
         "chains": CHAINS,
         "limit_exponent": LIMIT_EXPONENT,
     }

@@ -91,6 +91,23 @@ class Writer:
         argument, place = self.places[stage.angle.node]
         return f"{argument} + {place} * stride"
 
+    def several(self) -> tuple[SineCosine, ...]:
+        """Return the stages at the beginning that take neighbouring entries of one argument to the first rows, in turn.
+
+        One alone is none.
+        """
+        found: list[SineCosine] = []
+        for stage in self.plan.stages:
+            if not isinstance(stage, SineCosine) or stage.row is not None:
+                break
+            argument, place = self.places[stage.angle.node]
+            before = (argument, place - 1)
+            first = 2 * len(found)
+            if (found and self.places[found[-1].angle.node] != before) or stage.rows != (first, first + 1):
+                break
+            found.append(stage)
+        return tuple(found) if len(found) > 1 else ()
+
     def loop(self, stage: Pass, number: int, layout: Layout, written: Mapping[int, int] | None = None) -> PassText:
         """Return one pass as text, for the states of a block or for a single one.
 
