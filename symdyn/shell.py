@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import gc
+
 _OWN = [False]
+
+SELDOM = 50_000
+"""Objects after which Python looks for cycles among them: unasked 700, of which imports and graphs make very many."""
 
 
 def take() -> None:
     """Say that the process runs one command line and nothing else."""
     _OWN[0] = True
+    gc.set_threshold(SELDOM)
 
 
 def is_own() -> bool:

@@ -17,8 +17,6 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from mpmath import MPContext
-
 from symdyn.graph import Arithmetic, Expr, Op
 
 if TYPE_CHECKING:
@@ -32,6 +30,8 @@ class BigFloats(Arithmetic):
 
     def __init__(self, digits: int = 50) -> None:
         """Set the precision; `digits` are decimal."""
+        from mpmath import MPContext  # certificates do without
+
         self.context: Any = MPContext()
         self.context.dps = digits
         context = self.context

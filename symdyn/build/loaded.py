@@ -11,7 +11,7 @@ from symdyn.arguments import check_arguments
 from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python
-from symdyn.dynamics import Function, LoopChoices, Unasked, Workspace, available, called, loop_alone, row_of
+from symdyn.dynamics import Function, LoopChoices, Unasked, Workspace, available_on, called, loop_alone, row_of
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.numpy import NUMPY
@@ -142,7 +142,7 @@ def values_of(scene: Scene, free: Sequence[str]) -> dict[str, float]:
 
 def loaded(
     scene: Scene,
-    requests: tuple[str, ...],
+    requests: tuple[str, ...] | None,
     compiler: str | None,
     machine: str,
     prepare: bool,
@@ -150,9 +150,14 @@ def loaded(
     free: Mapping[str, float],
     accuracy: str = "",
 ) -> Loaded:
-    """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit."""
+    """Return the functions of a scene whose parameters are as they shall be; `free` are values that a call may omit.
+
+    None as `requests` stands for those that `load` takes unasked.
+    """
+    workspace = Workspace(scene, closing)
+    requests = usual(workspace) if requests is None else requests
     makers = or_warn(lambda: Makers(compiler, machine), compiler)
-    heads = _heads(scene, requests, closing) if makers and not prepare else None
+    heads = _heads(workspace, requests) if makers and not prepare else None
     if makers and heads:
         prepared, makes = False, [partial(_program, scene, one, closing) for one in requests]
     else:
@@ -172,9 +177,8 @@ def loaded(
 
 
 @growing()
-def _heads(scene: Scene, requests: Sequence[str], closing: LoopChoices) -> tuple[Function, ...] | None:
+def _heads(workspace: Workspace, requests: Sequence[str]) -> tuple[Function, ...] | None:
     """Return how functions are called, underived; None where only their derivations tell."""
-    workspace = Workspace(scene, closing)
     found = [_head(workspace, one) for one in requests]
     return None if None in found else tuple(one for one in found if one)
 
@@ -194,12 +198,9 @@ def _one_loaded(*settings: Any) -> NumericFunction:
     return loaded(*settings[:-1]).calls[settings[-1]]
 
 
-def usual(
-    scene: Scene,
-    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
-) -> tuple[str, ...]:
-    """Return the functions that `load` takes unasked."""
-    outputs, _ = available(scene, closing)
+def usual(workspace: Workspace) -> tuple[str, ...]:
+    """Return the functions that `load` takes unasked; what may be lacking is then derived in the workspace."""
+    outputs, _ = available_on(workspace)
     return tuple(name for name in outputs if not is_large(name))
 
 

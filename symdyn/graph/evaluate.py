@@ -65,8 +65,23 @@ class Arithmetic:
         return -a
 
 
-def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> list[Expr]:
-    """Return every node that `outputs` need, arguments first; nothing below those that are `known`."""
+def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> tuple[Expr, ...]:
+    """Return every node that `outputs` need, arguments first; nothing below those that are `known`.
+
+    What was asked last of a graph is kept with it: counts, passes and constants of one function ask the same in turn,
+    and a graph that only grows has one answer for ever.
+    """
+    outputs = tuple(outputs)
+    if known != () or not outputs:
+        return _below(outputs, known)
+    graph = outputs[0].graph
+    last = graph.reached
+    if last[0] != outputs:
+        last = graph.reached = outputs, _below(outputs, known)
+    return last[1]
+
+
+def _below(outputs: tuple[Expr, ...], known: Container[Expr]) -> tuple[Expr, ...]:
     seen = set(outputs)
     stack = [node for node in seen if node not in known]
     while stack:
@@ -75,7 +90,7 @@ def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> list[Expr
                 seen.add(arg)
                 if arg not in known:
                     stack.append(arg)
-    return sorted(seen, key=attrgetter("index"))
+    return tuple(sorted(seen, key=attrgetter("index")))
 
 
 def arithmetic(algebra: Any) -> dict[Op, Callable[..., Any]]:

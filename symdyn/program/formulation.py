@@ -108,7 +108,8 @@ def chosen(workspace: Workspace, request: str, road: str | None = None, lines: b
 def looped(workspace: Workspace, request: str, road: str | None) -> str:
     """Return the road by which an output is a loop over a table: the one asked for, or by count; "" for none."""
     roads = row_of(request, workspace.scene)[0].roads
-    if not any(one.loop for one in roads.values()):
+    unasked = road is None and workspace.state.n < FEWEST
+    if unasked or not any(one.loop for one in roads.values()):
         return ""
     there = roads_of(request, workspace.scene)
     if road in there:

@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any, ClassVar
 
 from symdyn.build.backends.words import VALUE, Code, Word
-from symdyn.build.loaded import Loaded
+from symdyn.build.loaded import Loaded, usual
 from symdyn.build.numeric_function import NumericFunction, numeric_function, signature
-from symdyn.dynamics import LoopChoices
+from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.emit.targets.ufunc import docstrings
 from symdyn.program import Program, formulate, lower
 from symdyn.program import prepare as prepare_program
@@ -64,7 +64,7 @@ def loaded_for(
     backend: str,
     library: Library,
     scene: Scene,
-    requests: tuple[str, ...],
+    requests: tuple[str, ...] | None,
     compiler: str | None,
     machine: str,
     prepare: bool,
@@ -73,6 +73,7 @@ def loaded_for(
     again: Callable[..., Loaded],
 ) -> Loaded:
     """Return the functions of a scene for one backend; `again` makes them in another process."""
+    requests = usual(Workspace(scene, closing)) if requests is None else requests
     program = lower(formulate(scene, requests, closing=closing))
     program = prepare_program(program) if prepare else program
     settings = (backend, scene, requests, compiler, machine, is_prepared(program), closing, free)

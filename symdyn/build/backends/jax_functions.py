@@ -306,7 +306,7 @@ def stacked(values: Sequence[Any]) -> Any:
 def loaded(
     again: Callable[..., Loaded],
     scene: Scene,
-    requests: tuple[str, ...],
+    requests: tuple[str, ...] | None,
     compiler: str | None,
     machine: str,
     prepare: bool,

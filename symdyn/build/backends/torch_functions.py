@@ -197,7 +197,7 @@ def _made(compiler: str | None, machine: str, program: Program, *_: Any) -> list
 def loaded(
     again: Callable[..., Loaded],
     scene: Scene,
-    requests: tuple[str, ...],
+    requests: tuple[str, ...] | None,
     compiler: str | None,
     machine: str,
     prepare: bool,

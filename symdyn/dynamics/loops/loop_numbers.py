@@ -53,7 +53,7 @@ LARGE, TIMES = 5000, 20
 """Nodes from which on they are evaluated level by level, and how many times faster that is."""
 
 
-def _ordered(entries: Sequence[Expr]) -> Levels | list[Expr]:
+def _ordered(entries: Sequence[Expr]) -> Levels | tuple[Expr, ...]:
     """Return how entries are evaluated."""
     order = reachable(entries)
     return order if len(order) < LARGE else Levels(entries)
@@ -93,7 +93,7 @@ class Numbers:
         self.constraints = recursive(scene, self.tree, self.state)
         self.free: dict[str, float] = {}
         # Newton's method asks for the same entries many times
-        self._orders: dict[tuple[Expr, ...], Levels | list[Expr]] = {}
+        self._orders: dict[tuple[Expr, ...], Levels | tuple[Expr, ...]] = {}
         self._spent = [0]
 
     def bound_to(self, free: Mapping[str, float]) -> Numbers:

@@ -44,7 +44,7 @@ class Candidates:
     rates: tuple[Expr, ...] = ()
 
     @cached_property
-    def _order(self) -> list[Expr]:
+    def _order(self) -> tuple[Expr, ...]:
         return reachable(self.rates)
 
     def conserved(self, values: Mapping[str, float]) -> tuple[int, ...]:

@@ -78,7 +78,7 @@ def _plain(free: Scene, values: Mapping[str, float]) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _formulas(free: Scene) -> tuple[Graph, list[Expr], list[Expr]]:
+def _formulas(free: Scene) -> tuple[Graph, list[Expr], tuple[Expr, ...]]:
     """Return the formulas in parameters that a scene holds, on a graph, and the order to evaluate them in."""
     graph = Graph()
     formulas = [express(one, graph) for one in _formulas_in(free)]
