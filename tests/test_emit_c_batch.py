@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import re
 import shutil
 import subprocess
@@ -18,8 +19,9 @@ from formulas import argument, every_op, function, one, states
 from mechanisms import random_tree
 
 from symdyn.build import build
-from symdyn.build.c_module import run_rows, split
+from symdyn.build.on_threads import GRAIN, WORTH, price, run_rows, split
 from symdyn.cli import main
+from symdyn.dynamics.roads.count import count as counted
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
@@ -437,14 +439,15 @@ def test_threads_give_the_same_numbers():
     program = lower(derive(random_tree(1, 3, free=False), ("forward_dynamics",)))
     one_thread, three = build(program), build(program, threads=3)
     rng = np.random.default_rng(4)
-    args = [rng.uniform(-1, 1, (25001, *shape)) for _, shape in one_thread.forward_dynamics.arguments]
+    count = 3 * WORTH // int(price(program.routines[0].function)) + 2 * GRAIN + 1
+    args = [rng.uniform(-1, 1, (count, *shape)) for _, shape in one_thread.forward_dynamics.arguments]
     assert np.array_equal(one_thread.forward_dynamics(*args), three.forward_dynamics(*args))
 
 
 @pytest.mark.parametrize("count", [0, 1, 5000, 16384, 100001])
 @pytest.mark.parametrize("threads", [1, 2, 7])
 def test_parts_cover_all_states_once(count, threads):
-    parts = split(count, threads)
+    parts = split(count, threads, price=2000)
     assert parts[0][0] == 0
     assert all(a[1] == b[0] for a, b in pairwise(parts))
     assert parts[-1][1] == count
@@ -457,7 +460,41 @@ def test_a_fault_in_a_thread_is_raised():
             raise RuntimeError("in a thread")
 
     with pytest.raises(RuntimeError, match="in a thread"):
-        run_rows(call, [0], [8], 20000, 2)
+        run_rows(call, [0], [8], [(0, 10000), (10000, 20000)])
+
+
+class Counted:
+    """Stands before an entry for rows, and notes how many states each call takes."""
+
+    def __init__(self, call):
+        self.call, self.states = call, []
+
+    def __call__(self, count, *places):
+        self.states.append(count)
+        self.call(count, *places)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("name", ["mass_matrix", "forward_dynamics"])
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_two_threads_are_taken_where_states_times_their_price_are_worth_it(name, real):
+    program = lower(derive(random_tree(1, 3, free=False), (name,)))
+    function = build(program, real=real, threads=2).functions[0]
+    each = price(program.routines[0].function, np.dtype(function.dtype).itemsize)
+    enough = math.ceil(2 * WORTH / each)
+    for count, parts in ((enough - 1, 1), (enough, 2)):
+        calls = Counted(function._rows)
+        args = [np.zeros((count, *shape), function.dtype) for _, shape in function.arguments]
+        replace(function, _rows=calls)(*args)
+        assert (len(calls.states), sum(calls.states)) == (parts, count)
+
+
+def test_a_state_is_priced_by_its_operations_and_its_numbers():
+    program = lower(derive(random_tree(1, 3, free=False), ("mass_matrix", "forward_dynamics")))
+    M, forward = (one.function for one in program.routines)
+    assert price(M) == counted(M).cost + 10 * (3 + 9)
+    assert price(forward) == counted(forward).cost + 10 * (4 * 3)
+    assert price(M, itemsize=4) == price(M) / 2
 
 
 def test_scene_names_open_the_names_of_batch_functions():

@@ -1,15 +1,9 @@
-"""The C target, compiled and loaded: callables with the manners of the NumPy module, shapes checked, batches broadcast.
-
-Rows of a batch are split among Python's own threads, and the C code needs no thread library. A call through ctypes lets
-go of the interpreter's lock, so the parts run side by side. Threads live for one call: what is forked in between has
-nothing to inherit, and starting one costs far less than the states it is worth starting for.
-"""
+"""The C target, compiled and loaded: callables as of the NumPy module, shapes checked, batches broadcast."""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
 from pathlib import Path
@@ -21,6 +15,7 @@ import numpy.typing as npt
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.on_threads import price, run_rows, split
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources, emit
 from symdyn.emit.code.identifiers import stem
@@ -49,7 +44,7 @@ def build(
         real: "double", "float" or "dd", for a program.
         patience: seconds until a compiler that hangs is stopped.
         machine: "native" for code that runs on this machine, "portable" for any of its family.
-        threads: on how many threads a large batch is run.
+        threads: on how many threads a batch is run at most; on fewer where it is too small for them.
 
     Raises:
         BuildError: no compiler, or its own words when it refuses.
@@ -86,6 +81,7 @@ def functions_of(sources: Sources, library: ctypes.CDLL, threads: int = 1) -> tu
             ),
             _rows=bind_rows(library, f"{opening}_{name}_rows", len(routine.function.arguments) + 1),
             _threads=threads,
+            _price=price(routine.function, np.dtype(real.dtype).itemsize) if threads > 1 else 0.0,
         )
         for name, routine in zip(sources.functions, sources.program.routines, strict=True)
     )
@@ -116,6 +112,7 @@ class CFunction:
     _call: Any = field(repr=False, compare=False)
     _rows: Any = field(default=None, repr=False, compare=False)
     _threads: int = field(default=1, repr=False, compare=False)
+    _price: float = field(default=0.0, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Say what it computes, as functions of the other targets do."""
@@ -205,7 +202,8 @@ class CFunction:
         ]
         places = [*(row.ctypes.data for row in rows), out.ctypes.data]
         lengths = [*(0 if name == common else prod(shape) for name, shape in self.arguments), prod(self.shape)]
-        run_rows(self._rows, places, [length * out.itemsize for length in lengths], prod(batch), self._threads)
+        parts = split(prod(batch), self._threads, self._price)
+        run_rows(self._rows, places, [length * out.itemsize for length in lengths], parts)
 
     def _run(self, rows: Sequence[Array], out: Array, count: int) -> None:
         """Call the function once a state, walking through contiguous memory."""
@@ -277,47 +275,3 @@ def bind_rows(library: ctypes.CDLL, symbol: str, arity: int) -> Any:
     call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * arity]
     call.restype = None
     return call
-
-
-WORTH = 8192
-"""States that a thread must have to be worth starting."""
-
-GRAIN = 64
-"""Parts start at multiples of so many states, as blocks do: the result does not depend on the number of threads."""
-
-
-def run_rows(
-    call: Callable[..., Any], places: Sequence[int], strides: Sequence[int], count: int, threads: int = 1
-) -> None:
-    """Call an entry for rows on `count` states, on several threads when there are enough states.
-
-    Args:
-        call: takes a number of states, then addresses.
-        places: address of each array's first state.
-        strides: bytes from one state to the next; 0 for params, which all states share.
-        count: number of states.
-        threads: at most so many; 1 for none but the caller's.
-    """
-    parts = split(count, threads)
-    if len(parts) == 1:
-        call(count, *places)
-        return
-
-    def work(part: tuple[int, int]) -> None:
-        first, last = part
-        call(last - first, *(place + first * stride for place, stride in zip(places, strides, strict=True)))
-
-    with ThreadPoolExecutor(len(parts)) as pool:
-        list(pool.map(work, parts))  # raises what one of them has raised
-
-
-def split(count: int, threads: int) -> list[tuple[int, int]]:
-    """Return (first, past the last) state of each part; one part where more are not worth their threads.
-
-    Example:
-        >>> split(30000, 2)
-        [(0, 15040), (15040, 30000)]
-    """
-    number = max(1, min(threads, count // WORTH))
-    grain = max(1, -(-count // (number * GRAIN))) * GRAIN
-    return [(first, min(first + grain, count)) for first in range(0, count, grain)] or [(0, 0)]
