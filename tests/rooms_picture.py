@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 ROOMS = {  # room: the rooms it may import, and with them those below
-    "errors": [],
+    "unlocked": [],
+    "errors": ["unlocked"],
     "arguments": ["errors"],
     "rounding": ["errors"],
     "extras": ["rounding"],

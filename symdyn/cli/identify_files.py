@@ -7,7 +7,7 @@ import csv
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 
 from symdyn.cli.talk import say, wrote
@@ -16,6 +16,7 @@ from symdyn.errors import IdentifyError
 from symdyn.identification import Identification
 from symdyn.identification.report import report
 from symdyn.identification.scene import Identified, identified, written
+from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)

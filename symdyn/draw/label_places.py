@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from symdyn.draw.lettering import FONT, Text
 from symdyn.draw.places import Array
+from symdyn.unlocked import cached_property
 
 ANGLES = np.radians(np.arange(0, 360, 22.5))
 WAYS = (0.0, 5.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)

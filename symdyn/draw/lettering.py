@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 import unicodedata
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import groupby
 
 from symdyn.emit.escape import in_html
 from symdyn.emit.print.printed_names import print_name
 from symdyn.scene.values.grammar import GREEK
+from symdyn.unlocked import cached_property
 
 FONT = 17.0  # units of the picture
 SMALL = 0.7  # size of a subscript

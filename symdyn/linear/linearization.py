@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -23,6 +22,7 @@ from symdyn.linear.modes import Mode, Spectrum, spectrum
 from symdyn.scene import Scene
 from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
+from symdyn.unlocked import cached_property
 
 Kind = Literal["rest", "steady", "moving"]
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.rounding import in_digits
 from symdyn.simulation.plot import framed
+from symdyn.unlocked import cached_property
 
 BRACKET = 2.0**-7
 """Part of a step to which bisection narrows."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tan
 from symdyn.linear.outputs import on_graph
 from symdyn.program import cheapest
 from symdyn.scene import Quantity, Scene, express
+from symdyn.unlocked import cached_property
 
 Entries = Mapping[str, tuple[tuple[int, ...], Sequence[Expr]]]
 

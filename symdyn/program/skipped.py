@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
 
 from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
 from symdyn.dynamics.closed_forms.parallel import angle_groups
@@ -29,6 +28,7 @@ from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import Body, Pose, Quantity, Scene, express, number
 from symdyn.scene.values.quantity import ZERO
+from symdyn.unlocked import cached_property
 
 SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import prod
 from typing import Any
 
@@ -18,6 +18,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.study.distributions import LEAST, MOST, Distribution
+from symdyn.unlocked import cached_property
 
 USUAL_COUNT = 1000
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
 from symdyn.study.study import ENDED, FAILED, MOST_TOLD
+from symdyn.unlocked import cached_property
 
 ROWS = 2000
 """Numbers of parameter sets that go through at a time, times places: 2,000 of the PUMA's 40 are 640 kB."""

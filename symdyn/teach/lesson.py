@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol
@@ -24,6 +23,7 @@ from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Valu
 from symdyn.teach.languages import Language, fill, language_of
 from symdyn.teach.masses import Mass, masses
 from symdyn.teach.mathematics import about, equals, written
+from symdyn.unlocked import cached_property
 
 READ = 1000
 """Terms of k_z that a lesson may have, multiplied out: a PUMA 560 has 258, a 7-axis arm 3683."""

@@ -7,13 +7,13 @@ computed once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.transcription.grid import Places
+from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.transcription.transcribed import Collocation

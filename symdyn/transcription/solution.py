@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from symdyn.simulation.initial import Start
 from symdyn.simulation.prescribed.forces import Table
 from symdyn.transcription.tableaux import Row
 from symdyn.transcription.transcribed import Collocation
+from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +34,7 @@ from symdyn.transcription.grid import Grid, Places, sliced
 from symdyn.transcription.local import Local, Source
 from symdyn.transcription.slopes import Slopes
 from symdyn.transcription.tableaux import Method
+from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

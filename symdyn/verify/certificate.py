@@ -24,7 +24,6 @@ from symdyn.dynamics import (
     there,
     wanted_on,
 )
-from symdyn.dynamics.recursive.rnea_loop import rnea_loop
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.graph import Expr, growing, reachable, substitute
 from symdyn.program import Program, choose, lower
@@ -265,8 +264,8 @@ def _program_claims(scene: Scene, functions: Sequence[Function], program: Progra
 
 def _loop_claim(function: Function) -> Claim:
     """Return that a loop over the table of a function computes its entries."""
-    assert function.loop is not None, "there is a table"
-    found = rnea_loop(function.loop, *(argument.symbols for argument in function.arguments))
+    (compute,) = (road.loop for road in row_of(function.request)[0].roads.values() if road.loop)
+    found = compute(function.loop, *(argument.symbols for argument in function.arguments))
     return Claim(function.name, "loop over a table", function.formulation, tuple(found), function.entries)
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 from math import prod
 from threading import RLock
 from typing import Any
@@ -29,6 +29,7 @@ from symdyn.graph import Expr, gradient, tangents
 from symdyn.program import Program, Routine, formulate, lower
 from symdyn.program.assemble import PREPARED
 from symdyn.scene import Scene
+from symdyn.unlocked import cached_property
 
 VALUE, ALONG, BACK, ALL, BENT = "", "_jvp", "_vjp", "_derivatives", "_hessian_vector"
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations, product
 from typing import Any
 
@@ -35,6 +34,7 @@ from symdyn.scene.forces import elastic
 from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
+from symdyn.unlocked import cached_property
 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]

@@ -16,7 +16,6 @@ import random
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,6 +34,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, jacobian, reachable
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.joints.start import starting_position
 from symdyn.scene.units import velocity_units
+from symdyn.unlocked import cached_property
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Places = np.ndarray[Any, np.dtype[np.intp]]

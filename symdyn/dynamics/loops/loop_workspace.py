@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
@@ -24,6 +23,7 @@ from symdyn.dynamics.loops.reduction import (
 from symdyn.dynamics.mechanism.ldl import Factored, factored
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
+from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions

@@ -17,12 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.mechanism.state import State
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
+from symdyn.unlocked import cached_property
 
 Matrix = Sequence[Sequence[Expr]]
 Seeds = dict[Expr, Expr]

@@ -15,12 +15,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from symdyn.dynamics.loops.loop_numbers import Array, Places
+from symdyn.unlocked import cached_property
 
 LARGE, BUSY = 150, 40
 """Rows from which on this pays, and entries of a column beyond which it does not: reflections would fill all."""

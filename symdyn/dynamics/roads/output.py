@@ -52,14 +52,20 @@ class Road:
         trees_only: knows no prescribed motion and no velocity that several moves share, as of screws and cams.
         up_to: coordinates up to which it pays to derive it beside others, to see which costs least.
         apart: whether it is derived on a graph of its own for that.
-        loop: whether it goes over a table of joints, as code can in a loop; only scenes that a table holds have it.
+        loop: what computes the entries for a table of joints and the arguments, where it goes over one, as code can in
+            a loop; None otherwise. Only scenes that a table holds have it.
     """
 
     derive: Callable[..., Sequence[Expr]]
     trees_only: bool = False
     up_to: float = inf
     apart: bool = False
-    loop: bool = False
+    loop: Callable[..., Sequence[Expr]] | None = None
+
+
+def by_loop(compute: Callable[..., Sequence[Expr]]) -> Road:
+    """Return a road that goes over the table of joints of a scene, at the motion of its state."""
+    return Road(lambda w: compute(w.joint_table, *w.state.motion), up_to=0, loop=compute)
 
 
 def by_lagrange(derive: Callable[..., Sequence[Expr]]) -> Road:

@@ -21,7 +21,7 @@ from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
-from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange
+from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange, by_loop
 from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
@@ -108,7 +108,7 @@ OUTPUTS: dict[str, Output] = {
         {
             "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
             "lagrange": by_lagrange(lambda w: lagrange.driving_forces(w.energy)),
-            "rnea_loop": Road(lambda w: rnea_loop(w.joint_table, *w.state.motion), up_to=0, loop=True),
+            "rnea_loop": by_loop(rnea_loop),
         },
         own=INVERSE_IN_LOOPS,
         unasked=Unasked.AT_A_LOOK,

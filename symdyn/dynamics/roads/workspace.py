@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
@@ -24,6 +23,7 @@ from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, 
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.spatial import Wrench
+from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
     from symdyn.dynamics.reactions.hanging import Hanging

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
 from symdyn.emit.print.equations_text import equations_text
@@ -11,6 +10,7 @@ from symdyn.emit.print.printable import Printable, printable
 from symdyn.emit.print.sympy_equations import SympyEquations, sympy_equations
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.shown import Shown
+from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)

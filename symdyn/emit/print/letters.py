@@ -10,13 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import chain, count
 
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import Scene
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.grammar import GREEK
+from symdyn.unlocked import cached_property
 
 _TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has several
 _AXIS = "[xyz]"

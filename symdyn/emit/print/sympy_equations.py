@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 from symdyn.algebra.form import Form, Number, Symbol, product_of, sum_of
@@ -22,6 +21,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, acceleration_name, express
 from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
+from symdyn.unlocked import cached_property
 
 HALF = Number(Fraction(1, 2))
 

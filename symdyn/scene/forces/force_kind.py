@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Protocol
 
 from symdyn.graph import Expr, Graph
@@ -25,6 +24,7 @@ from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.shapes import Shape
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Vec, Wrench
+from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)

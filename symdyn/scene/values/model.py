@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
@@ -20,6 +19,7 @@ from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
+from symdyn.unlocked import cached_property
 
 GROUND = "ground"
 

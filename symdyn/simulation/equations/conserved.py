@@ -10,7 +10,6 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.mechanism.state import joint_motion, placement, quaternions
@@ -21,6 +20,7 @@ from symdyn.scene import GROUND, Joint, Scene
 from symdyn.scene.joints.start import quaternion
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.spatial import add, apply, cross
+from symdyn.unlocked import cached_property
 
 STATES = 4
 NEGLIGIBLE = 1e-9

@@ -18,7 +18,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -38,6 +37,7 @@ from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.feedback.loop import Loops
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.unlocked import cached_property
 
 CORRECTIONS = 2
 """Newton steps before a closed mechanism's accelerations; they converge quadratically."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
 from symdyn.simulation.prescribed.function_laws import required_arguments
+from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any
 
 from symdyn.algebra.compact import Compactor
@@ -21,6 +20,7 @@ from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import Scene
 from symdyn.teach.languages import language_of
 from symdyn.teach.masses import AXES, masses
+from symdyn.unlocked import cached_property
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove
 
 LONGEST = 600  # characters of a difference that is told

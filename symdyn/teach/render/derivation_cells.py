@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property
 
 from symdyn.algebra.sympy_algebra import NAMES
 from symdyn.dynamics.lagrange.second_kind import rotor_energy
@@ -21,6 +20,7 @@ from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import GROUND, Body, Scene, express
 from symdyn.spatial import symmetric, unit_transform
 from symdyn.teach.masses import AXES, masses
+from symdyn.unlocked import cached_property
 
 MOST = 4
 """Velocities up to which SymPy is quick."""

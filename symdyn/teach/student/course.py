@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
 from typing import Union
 
 from symdyn.dynamics.lagrange.second_kind import energies, rotor_energy
@@ -25,6 +24,7 @@ from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import GROUND, JOINTS, Joint, Scene
 from symdyn.spatial import Transform, Vec, apply, dot, sub
 from symdyn.teach.masses import Mass, masses
+from symdyn.unlocked import cached_property
 
 Number = Union[int, Fraction]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from math import isfinite
 
 from symdyn.algebra.form import Form, express_form, form_of
@@ -13,6 +12,7 @@ from symdyn.scene import Scene, express
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
 from symdyn.teach.student.points import SCALED, Points, points_of
+from symdyn.unlocked import cached_property
 
 CLOSE = 1e-9
 

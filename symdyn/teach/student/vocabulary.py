@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cached_property
 from itertools import combinations
 
 from symdyn.algebra.form import Form, Function, Symbol, sum_of
@@ -24,6 +23,7 @@ from symdyn.scene.units import coordinate_units
 from symdyn.scene.values.names import LONGEST
 from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
+from symdyn.unlocked import cached_property
 
 FEW = 9  # joints, while digits side by side are read as joint numbers
 FEW_PLACES = 3  # degrees of freedom, while places are formulas that somebody writes

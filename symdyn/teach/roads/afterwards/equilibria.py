@@ -12,7 +12,6 @@ import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -28,6 +27,7 @@ from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.singular_places import Judge
 from symdyn.teach.shown_state import Chosen
+from symdyn.unlocked import cached_property
 
 STARTS = 60
 STEPS = 720  # of a turn

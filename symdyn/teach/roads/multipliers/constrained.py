@@ -14,7 +14,6 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.linalg import null_space
@@ -38,6 +37,7 @@ from symdyn.spatial import sub
 from symdyn.teach.document import Block, Letter
 from symdyn.teach.lesson import Lesson, refuse_quaternions
 from symdyn.teach.masses import AXES
+from symdyn.unlocked import cached_property
 
 NEAR = 0.3
 """rad or m: how far from the assembled position conditions are looked at."""

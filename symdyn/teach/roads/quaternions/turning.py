@@ -10,8 +10,6 @@ X_i          derivative along velocity i alone                  p_i    momentum 
 
 from __future__ import annotations
 
-from functools import cached_property
-
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, express_form, form_of
 from symdyn.algebra.sums_of_angles import total_angles
@@ -29,6 +27,7 @@ from symdyn.teach.lesson import together
 from symdyn.teach.roads.lagrange.rotations import angular_velocity
 from symdyn.teach.roads.multipliers.constrained import Constrained, Tie
 from symdyn.teach.roads.quaternions.wheels import WAYS, in_letters, name_normal, normal, rolls
+from symdyn.unlocked import cached_property
 
 MOST_VELOCITIES = 9
 """Of a scene with quaternions that has a lesson: beyond, its formulas fill books."""
