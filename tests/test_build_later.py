@@ -15,6 +15,7 @@ from threading import Event
 
 import numpy as np
 import pytest
+from children import status_of
 
 import symdyn
 from symdyn import shell
@@ -110,16 +111,6 @@ def test_threads_that_call_first_together_compile_once(cache, tmp_path):
         found = list(pool.map(lambda _: call(*STATES, PARAMS).tobytes(), range(8)))
     assert len(set(found)) == 1
     assert (tmp_path / "times").read_text().split() == ["1", "1"]  # one state, many
-
-
-def status_of(child: int) -> int:
-    """Return how a child ended; one that does not is killed."""
-    patience = time.monotonic() + 30
-    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
-        if time.monotonic() > patience:
-            os.kill(child, signal.SIGKILL)
-        time.sleep(0.01)
-    return os.waitstatus_to_exitcode(ended[1])
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")

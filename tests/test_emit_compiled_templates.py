@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from inspect import signature
 from pathlib import Path
 
 import pytest
 
-from symdyn.emit.compiled_templates import Beside, jinja2
+from symdyn.emit.compiled_templates import OPTIONS, Beside, jinja2
 
 
 @pytest.fixture(autouse=True)
@@ -16,9 +17,10 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "pycache_prefix", None)
 
 
-def rendered(folder: Path, **values: str) -> str:
+def rendered(folder: Path, trim_blocks: bool = False, **values: str) -> str:
     """Return what a template says in an environment that has seen nothing."""
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(folder), bytecode_cache=Beside())
+    loader = jinja2.FileSystemLoader(folder)
+    environment = jinja2.Environment(loader=loader, bytecode_cache=Beside(), trim_blocks=trim_blocks)
     return environment.get_template("a.txt.jinja").render(values)
 
 
@@ -44,6 +46,17 @@ def test_another_text_is_compiled_again(tmp_path: Path) -> None:
     rendered(tmp_path, who="arm")
     write(tmp_path, "Good bye, {{ who }}.")
     assert rendered(tmp_path, who="arm") == "Good bye, arm."
+
+
+def test_another_environment_compiles_again(tmp_path: Path) -> None:
+    write(tmp_path, "{% if who %}\nHello{% endif %}")
+    assert rendered(tmp_path, who="arm") == "\nHello"
+    assert rendered(tmp_path, trim_blocks=True, who="arm") == "Hello"
+
+
+def test_every_option_of_an_environment_is_thought_of() -> None:
+    at_work = {"undefined", "loader", "cache_size", "auto_reload", "bytecode_cache", "enable_async"}
+    assert {*OPTIONS} | at_work == {*signature(jinja2.Environment).parameters}
 
 
 @pytest.mark.parametrize("damage", [lambda b: b"", lambda b: b[:40], lambda b: b[:-9], lambda _: b"\xff" * 300])

@@ -1,0 +1,75 @@
+"""What is worked out once has no lock that a forked child could find shut."""
+
+from __future__ import annotations
+
+import ast
+import os
+import threading
+from pathlib import Path
+
+import pytest
+from children import status_of
+
+import symdyn
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.roads import workspace
+from symdyn.unlocked import cached_property
+
+ROOT = Path(symdyn.__file__).parent
+
+
+class Counted:
+    """Something that is worked out, and how often."""
+
+    times = 0
+
+    @cached_property
+    def found(self) -> int:
+        """How often it was worked out."""
+        self.times += 1
+        return self.times
+
+
+def test_it_is_worked_out_once_an_object() -> None:
+    one, other = Counted(), Counted()
+    assert (one.found, one.found, one.times, other.times) == (1, 1, 1, 0)
+    del one.found
+    assert one.found == 2
+    assert Counted.found.__doc__ == "How often it was worked out."
+
+
+def test_nobody_takes_that_of_the_standard_library() -> None:
+    taken = []
+    for path in ROOT.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [one.name for one in node.names] if isinstance(node, ast.ImportFrom) else []
+            if "cached_property" in names and node.module == "functools" and path.name != "unlocked.py":
+                taken.append(str(path.relative_to(ROOT)))
+    assert not taken, f"{taken}: take it from symdyn.unlocked, forked children wait for the other for ever"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+@pytest.mark.runs
+def test_a_child_forked_while_a_thread_derives_derives_for_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, build = symdyn.example("four_bar"), workspace.build_tree
+    inside, on = threading.Event(), threading.Event()
+
+    def slow(*given):
+        inside.set()
+        assert on.wait(60)
+        return build(*given)
+
+    monkeypatch.setattr(workspace, "build_tree", slow)
+    thread = threading.Thread(target=lambda: Workspace(scene).tree)
+    thread.start()
+    assert inside.wait(60)
+    child = os.fork()
+    if child == 0:
+        workspace.build_tree = build
+        os._exit(0 if Workspace(scene).tree else 1)
+    try:
+        assert status_of(child) == 0
+    finally:
+        on.set()
+        thread.join()
