@@ -16,10 +16,10 @@ import pytest
 
 import symdyn
 from symdyn.errors import StudyError
-from symdyn.study import cluster
 from symdyn.study.executors import EXECUTORS, executor
 
 distributed = pytest.importorskip("distributed")
+cluster = pytest.importorskip("symdyn.study.cluster")
 
 WHERE = [name for name in EXECUTORS if name != "here"]
 

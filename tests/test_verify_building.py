@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import signal
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 import symdyn
-from symdyn.build import RUNNERS
+from symdyn.build import RUNNERS, run_octave
+from symdyn.build.commands import threads
 from symdyn.build.compiler import find_compiler
+from symdyn.emit import emit
 from symdyn.program import lower
 from symdyn.verify import building as room
 from symdyn.verify.building import Building
@@ -50,8 +56,66 @@ def test_whoever_interrupts_does_not_wait_for_compilers(
     def interrupted() -> None:
         with Building(PROGRAM, "double") as building:
             building.begin([target])
-            while not begun.exists():
-                time.sleep(0.01)
+            _wait_for(begun)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert not done.exists()
+
+
+def _wait_for(path: Path) -> None:
+    """Wait until a file is there, 20 s at most."""
+    for _ in range(2000):
+        if path.exists():
+            return
+        time.sleep(0.01)
+    raise AssertionError(f"{path.name} never came")
+
+
+def _slow(folder: Path, program: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
+    """Put a program on the path that takes a minute; return what it makes when it begins and when it is done."""
+    begun, done = folder / "begun", folder / "done"
+    (folder / program).write_text(f'#!/bin/sh\ntouch "{begun}"\nsleep 60\ntouch "{done}"\n')
+    (folder / program).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    return begun, done
+
+
+@pytest.mark.runs
+@pytest.mark.parametrize(("program", "target"), [("octave-cli", "matlab"), ("node", "js")])
+def test_whoever_interrupts_a_call_waits_for_no_interpreter(
+    program: str, target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, done = _slow(tmp_path, program, monkeypatch)
+    heard = signal.signal(signal.SIGINT, signal.default_int_handler)
+    sources = emit(lower(symdyn.derive(symdyn.example("cart_pole"), ["mass_matrix"])), target)
+
+    def interrupt() -> None:
+        _wait_for(begun)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt, daemon=True).start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            RUNNERS[target].run(sources).mass_matrix([0.1, 0.2])
+    finally:
+        signal.signal(signal.SIGINT, heard)
+    gc.collect()  # nobody uses it any longer
+    assert not done.exists()
+
+
+@pytest.mark.runs
+def test_whoever_interrupts_does_not_wait_for_the_compiler_of_octave(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, done = _slow(tmp_path, "mkoctfile", monkeypatch)
+    monkeypatch.setattr(run_octave, "find_octave", lambda: "octave")
+
+    def interrupted() -> None:
+        with threads() as pool:
+            pool.submit(run_octave.run_matlab, emit(PROGRAM, "matlab", option="mex"))
+            _wait_for(begun)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

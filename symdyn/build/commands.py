@@ -74,6 +74,23 @@ def threads() -> Iterator[ThreadPoolExecutor]:
             raise
 
 
+@contextmanager
+def waiting(process: subprocess.Popen[bytes]) -> Iterator[None]:
+    """Wait inside for a process with a group of its own, which hears no Ctrl-C: it ends where nobody waits any longer.
+
+    Raises:
+        Stopped: it was stopped in the meantime.
+    """
+    try:
+        with COMMANDS.get().holding(process):
+            yield
+    except Exception:
+        raise
+    except BaseException:
+        stop_command(process)
+        raise
+
+
 def stop_command(process: subprocess.Popen[bytes]) -> None:
     """End a process, which has a group of its own, together with its children."""
     with suppress(OSError):

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
-from symdyn.build.commands import COMMANDS, stop_command
+from symdyn.build.commands import stop_command, waiting
 from symdyn.build.dialects import GNU, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
 from symdyn.errors import BuildError, CompilerFault, MissingCompiler
 from symdyn.extras import install
@@ -223,11 +223,8 @@ def _run(command: Sequence[str], patience: float, place: Path | None = None) -> 
         timer = threading.Timer(patience, stop)  # wait(patience) would look only every 50 ms
         timer.start()
         try:
-            with COMMANDS.get().holding(process):
+            with waiting(process):
                 code = process.wait()
-        except BaseException:  # Ctrl-C, which a group of its own does not hear
-            stop_command(process)
-            raise
         finally:
             timer.cancel()
         words.seek(0)

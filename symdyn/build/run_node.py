@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.build.commands import waiting
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
 from symdyn.emit import Sources
@@ -75,7 +76,11 @@ class _Process:
         command = (node, "--input-type=module", "--eval", verbatim("js/calls.mjs"))
         try:
             self._process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8"
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
             )
         except OSError as fault:
             raise BuildError(f"{node} cannot be run ({fault.strerror})") from fault
@@ -83,7 +88,7 @@ class _Process:
         self.ask(text)
 
     def ask(self, words: Any) -> dict[str, Any]:
-        """Return the answer to a line.
+        """Return the answer to a line. Whoever is interrupted meanwhile has no Node.js any more.
 
         Raises:
             BuildError: Node.js answers with a fault, or has ended.
@@ -91,11 +96,12 @@ class _Process:
         assert self._process.stdin is not None, "it was given a pipe"
         assert self._process.stdout is not None, "it was given a pipe"
         try:
-            self._process.stdin.write(json.dumps(words) + "\n")
-            self._process.stdin.flush()
-            line = self._process.stdout.readline()
+            with waiting(self._process):
+                self._process.stdin.write(json.dumps(words).encode() + b"\n")
+                self._process.stdin.flush()
+                line = self._process.stdout.readline()
         except OSError:
-            line = ""
+            line = b""
         if not line:
             raise BuildError("Node.js ended without an answer; it must be version 15 or later")
         answer: dict[str, Any] = json.loads(line)

@@ -15,6 +15,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.build.commands import waiting
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
 from symdyn.emit import Sources, write
@@ -69,12 +70,14 @@ def compile_mex(folder: str, package: str) -> None:
     program = shutil.which("mkoctfile")
     if program is None:
         raise MissingProgram("no mkoctfile found; install it, `apt-get install octave-dev` for one")
-    done = subprocess.run(
-        [program, "--mex", f"{package}_mex.c", f"{package}.c"],
-        cwd=folder, env=os.environ | {"CFLAGS": FLAGS}, capture_output=True, text=True, check=False,
+    process = subprocess.Popen(
+        [program, "--mex", f"{package}_mex.c", f"{package}.c"], cwd=folder, env=os.environ | {"CFLAGS": FLAGS},
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
     )  # fmt: skip
-    if done.returncode:
-        raise BuildError(f"mkoctfile refused the code: {done.stderr or done.stdout}")
+    with waiting(process):
+        said = b"".join(process.communicate()[::-1]).decode(errors="replace")
+    if process.returncode:
+        raise BuildError(f"mkoctfile refused the code: {said}")
 
 
 def _call(process: _Process, name: str, function: Function) -> Callable[..., Any]:
@@ -111,7 +114,11 @@ class _Process:
         command = (octave, *OPTIONS, "--path", self._folder.name, "--eval", verbatim("matlab/calls.m"))
         try:
             self._process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
             )
         except OSError as fault:
             raise BuildError(f"{octave} cannot be run ({fault.strerror})") from fault
@@ -120,9 +127,15 @@ class _Process:
     def ask(self, name: str, arrays: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
         """Return what a function gives for arguments of shape (states, n), a row each, in the order of their memory.
 
+        Whoever is interrupted meanwhile has no Octave any more.
+
         Raises:
             BuildError: Octave answers with a fault, or has ended.
         """
+        with waiting(self._process):
+            return self._answer(name, arrays)
+
+    def _answer(self, name: str, arrays: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
         assert self._process.stdin is not None, "it was given a pipe"
         assert self._process.stdout is not None, "it was given a pipe"
         sizes = [str(length) for array in arrays for length in array.shape[::-1]]
