@@ -21,6 +21,7 @@ from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.mechanism.cost import CATEGORY, FREE
 from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe
+from symdyn.dynamics.recursive.resting import resting
 from symdyn.dynamics.roads.count import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
@@ -59,7 +60,7 @@ class Ungrouped(Workspace):
     @cached_property
     def lean(self) -> LeanTree:
         """The tree in frames of the generator's choice."""
-        return reframe(self.tree)
+        return resting(reframe(self.tree))
 
 
 def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...]:

@@ -22,11 +22,13 @@ class Held:
     """A joint of a run on a joint of the ground; see the module's legend.
 
     Attributes:
+        below: the joint on the ground.
         foot: the first link of the run without its joint and its rise.
         turn: from the frame of the joint to the axes at the end of `foot`.
         way: from there to the origin of the joint's frame, in these axes, m.
     """
 
+    below: int
     foot: Link
     turn: PlanarTurn
     way: Vec
@@ -54,6 +56,12 @@ class Held:
 
 def held_runs(tree: LeanTree) -> dict[int, Held]:
     """Return the joints of runs of two and more parallel axes at a right angle to a joint of the ground."""
+    held = held_joints(tree)
+    return held if any(tree.parent[i] in held for i in held) else {}
+
+
+def held_joints(tree: LeanTree) -> dict[int, Held]:
+    """Return the joints at a right angle to a joint of the ground, and runs of joints parallel to them."""
     held: dict[int, Held] = {}
     zero, one = tree.graph.zero, tree.graph.one
     for i in tree.outward():
@@ -63,11 +71,11 @@ def held_runs(tree: LeanTree) -> dict[int, Held]:
         if p in held and not link.fixed:
             x, y, z = held[p].turn.back(link.shift)
             way = add(held[p].way, (x, y, z + link.rise))
-            held[i] = Held(held[p].foot, held[p].turn.after(link.turn), way)
+            held[i] = Held(held[p].below, held[p].foot, held[p].turn.after(link.turn), way)
         elif not tree.parent[p] and not tree.slides[p] and link.is_right and link.axis[2].is_zero:  # not turned by π
             foot = Link(link.shift, link.fixed, PlanarTurn(2, one, zero), zero)
-            held[i] = Held(foot, link.turn, (zero, zero, link.rise))
-    return held if any(tree.parent[i] in held for i in held) else {}
+            held[i] = Held(p, foot, link.turn, (zero, zero, link.rise))
+    return held
 
 
 def inward(link: Link, body: Moments, held: Moments) -> tuple[Moments, Moments]:

@@ -14,9 +14,10 @@ Gravity is the acceleration -g of the ground, so no body needs a weight. Joint a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.dynamics.recursive.held_runs import Held, held_joints
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
@@ -62,12 +63,15 @@ def rnea(
     if holding:
         tree, acting = held_tips(tree, acting)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
-    ends = tree.ends
+    ends, held = tree.ends, held_joints(tree) if holding else {}
+    apart = _apart(tree, held) if holding and any(not x.is_zero for x in qd) else {}
     motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
     for i in tree.outward():  # pass 1: motion, ground to tips
-        before = motion[tree.parent[i]]
-        motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i], summing=True))
-    forces = transmitted(tree, motion, acceleration, acting)
+        before, bare = motion[tree.parent[i]], i in apart
+        motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i], True, bare))
+    moments = _moments_apart(tree, motion, held, apart, rate, acceleration)
+    body = tuple(replace(one, J=(still, still, still)) if i in apart else one for i, one in enumerate(tree.body))
+    forces = transmitted(replace(tree, body=body), motion, acceleration, acting, held, moments)
     for ball in tree.balls:
         for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
             forces[k] = forces[k] + moment
@@ -95,6 +99,42 @@ def _held(tree: LeanTree, i: int, acting: Sequence[Wrench]) -> tuple[LeanTree, S
     return replace(tree, body=tuple(body), link=tuple(link)), wrench
 
 
+def _apart(tree: LeanTree, held: Mapping[int, Held]) -> dict[int, Moments]:
+    """Return J of the bodies on held joints that carry others, in axes that do not turn with their joints.
+
+    There ω is q̇ of the joint on the ground along one axis and a sum of rates along another, so that two of its
+    products vanish, and n is asked for in two directions, not three: of a body of its own 10 additions are saved for 1
+    multiplication more, and what depends on q alone is one with M.
+    """
+    still = zero_vector(tree.graph)
+    bodies = {i: Moments(tree.graph.zero, still, tree.body[i].J) for i in held if i in tree.parent}
+    return {i: held[i].turn.moments_back(body) for i, body in bodies.items() if _has_products(body)}
+
+
+def _has_products(body: Moments) -> bool:
+    (_, xy, xz), (_, _, yz), _ = body.J
+    return not (xy.is_zero and xz.is_zero and yz.is_zero)
+
+
+def _moments_apart(
+    tree: LeanTree,
+    motion: Sequence[LinkMotion],
+    held: Mapping[int, Held],
+    apart: Mapping[int, Moments],
+    rate: Sequence[Expr],
+    acceleration: Sequence[Expr],
+) -> dict[int, Vec]:
+    """Return the moments that give J of `_apart` its motion, in the axes of each joint's foot."""
+    rates, moments = dict[int, tuple[Expr, Expr]](), dict[int, Vec]()
+    for i, one in held.items():
+        v, dv = rates.get(tree.parent[i], (tree.graph.zero, tree.graph.zero))
+        rates[i] = v + rate[i], dv + acceleration[i]
+        if i in apart:
+            moved = carried(motion[one.below], one.foot, False, *rates[i], ends=True)
+            moments[i] = balance(apart[i], moved)[0]
+    return moments
+
+
 def _turns_lightly(body: Moments) -> bool:
     """Tell whether a turn about z fills at most one pair of zeros among h and J."""
     (x, y, _), ((xx, xy, xz), (_, yy, yz), _) = body.h, body.J
@@ -103,17 +143,36 @@ def _turns_lightly(body: Moments) -> bool:
 
 
 def transmitted(
-    tree: LeanTree, motion: Sequence[LinkMotion], acceleration: Sequence[Expr], acting: Sequence[Wrench] = ()
+    tree: LeanTree,
+    motion: Sequence[LinkMotion],
+    acceleration: Sequence[Expr],
+    acting: Sequence[Wrench] = (),
+    held: Mapping[int, Held] | None = None,
+    apart: Mapping[int, Vec] | None = None,
 ) -> list[Expr]:
-    """Return the forces on the velocities, shape (n,), that give all bodies their motions; balls without rotors."""
+    """Return the forces on the velocities, shape (n,), that give all bodies their motions; balls without rotors.
+
+    Where sums of the angles of a run of `held` joints are known, moments across it go to the joint on the ground in one
+    turn. Moments `apart` are those of some of these joints in axes of their feet.
+    """
+    held, zero = held or {}, tree.graph.zero
     wrench = [balance(body, moved) for body, moved in zip(tree.body, motion, strict=True)]
     for i, (f, n) in enumerate(acting):
         wrench[i] = (sub(wrench[i][0], n), sub(wrench[i][1], f))
     tau = [tree.graph.zero] * len(tree.parent)
+    for i, (x, y, z) in (apart or {}).items():
+        g = held[i].below  # z goes down the run
+        wrench[i] = (add(wrench[i][0], (zero, zero, z)), wrench[i][1])
+        wrench[g] = (add(wrench[g][0], held[i].foot.back((x, y, zero))), wrench[g][1])
     for i in tree.inward():  # pass 2: force, tips to ground
-        p, (n, f) = tree.parent[i], wrench[i]
+        p, (n, f), link = tree.parent[i], wrench[i], tree.link[i]
         tau[i] = (f[2] if tree.slides[i] else n[2]) + tree.armature[i] * acceleration[i]
-        n, f = tree.link[i].wrench_back(n, f)
+        if p in held and i in held and motion[i].foot:
+            (x, y, z), rise, g = n, link.rise, held[i].below
+            across = held[i].turn.back((x - rise * f[1], y + rise * f[0], zero))
+            wrench[g] = (add(wrench[g][0], held[i].foot.back(across)), wrench[g][1])
+            n, link = (zero, zero, z), replace(link, rise=zero)
+        n, f = link.wrench_back(n, f)
         wrench[p] = (add(wrench[p][0], n), add(wrench[p][1], f))
     return tree.gather(tau)
 
@@ -179,13 +238,21 @@ def turning_with(
 
 
 def carried(
-    parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr, ends: bool, summing: bool = False
+    parent: LinkMotion,
+    link: Link,
+    slides: bool,
+    qd: Expr,
+    qdd: Expr,
+    ends: bool,
+    summing: bool = False,
+    bare: bool = False,
 ) -> LinkMotion:
     """Return the motion of the frame at the end of a link, whose joint moves at q̇ and q̈ along its z axis.
 
     A turn about z leaves U z as it is in space. Where z is an axis of the parent's frame, U z is a column of the
     parent's U, turned for 4 multiplications; elsewhere ω̇ is turned. `ends` tells that all links beyond are parallel,
-    `summing` that ω and U z may pass parallel axes in one turn by the sum of their angles.
+    `summing` that ω and U z may pass parallel axes in one turn by the sum of their angles, `bare` that no J is there
+    to ask for differences of squares.
     """
     w, dw = link.out(parent.w), link.out(parent.dw)
     a = link.out(add(parent.a, apply(parent.U, link.shift)))
@@ -199,6 +266,8 @@ def carried(
         if foot:
             (x, y, _), (u, v, _) = foot[2].out(foot[0]), foot[2].out(foot[1])
             w, column = (x, y, w[2]), (u, v, column[2])
+        if bare and plane is None:
+            plane = w[0] * w[0], w[1] * w[1]
         moved = replace(turning((w[0], w[1], w[2] + qd), dw[2] + qdd, a, column, ends, plane), foot=foot)
     else:
         moved = moving((w[0], w[1], w[2] + qd), (dw[0] + w[1] * qd, dw[1] - w[0] * qd, dw[2] + qdd), a)
@@ -207,13 +276,13 @@ def carried(
 
 
 def _foot(parent: LinkMotion, link: Link) -> tuple[Vec, Vec, PlanarTurn] | None:
-    """Return ω and U z where a run of parallel axes begins, each with one entry across them, and the turn."""
+    """Return ω and U z where a run of parallel axes begins, each with one entry across them or none, and the turn."""
     if parent.foot and not link.fixed:
         return *parent.foot[:2], parent.foot[2].after(link.turn)
     w, column = parent.w, apply(parent.U, link.axis)
     for turn in link.fixed:
         w, column = turn.out(w), turn.out(column)
-    short = all(x.is_zero != y.is_zero for x, y, _ in (w, column))
+    short = all(x.is_zero or y.is_zero for x, y, _ in (w, column)) and not (w[0].is_zero and w[1].is_zero)
     return (w, column, link.turn) if link.fixed and short else None
 
 
@@ -233,6 +302,8 @@ def balance(body: Moments, motion: LinkMotion) -> tuple[Vec, Vec]:
     U, J = motion.U, body.J
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = J
     zy, xz2, yx = motion.spread
+    if not (xz.is_zero or yz.is_zero) and yx is U[1][1] - U[0][0]:
+        yx = -(zy + xz2)  # both are there; of U's entries one may not be asked for
     about_z = U[1][0] * body.polar if U[0][1] is -U[1][0] else U[1][0] * xx - U[0][1] * yy
     turning = (
         U[2][0] * xy - U[1][0] * xz + zy * yz + U[2][1] * yy - U[1][2] * zz,

@@ -18,6 +18,7 @@ from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
 from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, regroup
+from symdyn.dynamics.recursive.resting import resting
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
@@ -104,7 +105,7 @@ class Workspace:
     @cached_property
     def lean(self) -> LeanTree:
         """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
-        return regroup(reframe(self.tree))
+        return resting(regroup(reframe(self.tree)))
 
     @cached_property
     def joint_table(self) -> JointTable:
@@ -115,7 +116,7 @@ class Workspace:
     def whole(self) -> LeanTree:
         """The lean tree, inertia of balls and free bodies left where they are, as derivatives of recursions need it."""
         blocks = any(len(block) > 1 for block in self.tree.block)
-        return regroup(reframe(self.tree), blocks=False) if blocks else self.lean
+        return resting(regroup(reframe(self.tree), blocks=False)) if blocks else self.lean
 
     @cached_property
     def hanging(self) -> Hanging:
