@@ -66,7 +66,7 @@ def test_chosen_frames_have_z_along_their_joints(one):
 
 def test_frames_of_a_chain_turn_about_x_alone_before_the_joint():
     for one in ROBOTS:
-        for link in Workspace(robot_scene(one)).lean.link:
+        for link in reframe(Workspace(robot_scene(one)).tree).link:
             assert all(isinstance(turn, PlanarTurn) and turn.k == 0 for turn in link.fixed)
             assert link.shift[1].is_zero
             assert link.shift[2].is_zero

@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from symdyn.dynamics import Workspace
+from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.dynamics.recursive.held_runs import held_runs
 from symdyn.scene import Scene, read_text
@@ -46,3 +46,16 @@ def test_every_way_to_the_mass_matrix_gives_the_same_one(axis, last):
 @pytest.mark.parametrize(("axis", "held"), [(ACROSS, {2, 3}), (ALONG, set()), (AGAINST, set())])
 def test_a_run_is_held_where_the_ground_s_axis_lies_across_it(axis, held):
     assert set(held_runs(Workspace(arm(axis, "revolute")).lean)) == held
+
+
+@pytest.mark.parametrize("last", ["revolute", "prismatic"])
+@pytest.mark.parametrize("axis", [ACROSS, ALONG, AGAINST])
+def test_driving_forces_are_the_same_whether_moments_leave_a_run_in_one_turn_or_not(axis, last):
+    w = Workspace(arm(axis, last))
+    wanted = derive_one(w, "inverse_dynamics", "lagrange").entries
+    claims = [
+        Claim("tau", f"summing={summing}", "lagrange", w.forces(list(w.state.qdd), summing=summing), wanted)
+        for summing in (False, True)
+    ]
+
+    assert {one.verdict for one in prove(claims, seed=1)[1]} == {"proved"}

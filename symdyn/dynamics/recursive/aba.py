@@ -21,9 +21,10 @@ from dataclasses import dataclass, replace
 
 from symdyn.dynamics.mechanism.ldl import Singular
 from symdyn.dynamics.recursive.lean_tree import LeanTree
+from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.moments import Moments
-from symdyn.dynamics.recursive.rnea import LinkMotion, balance, carried, held_tips, moving
+from symdyn.dynamics.recursive.rnea import balance, held_tips
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import (

@@ -17,8 +17,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
+from symdyn.dynamics.recursive.link_motion import LinkMotion, moving, turning_with, with_products
 from symdyn.dynamics.recursive.links import Link
-from symdyn.dynamics.recursive.rnea import LinkMotion, moving, transmitted, turning_with, with_products
+from symdyn.dynamics.recursive.rnea import transmitted
 from symdyn.graph import Expr, tangents
 from symdyn.spatial import Vec, add, apply, neg, scale, zero_vector
 

@@ -25,7 +25,9 @@ def resting(tree: LeanTree) -> LeanTree:
     for i in tree.outward():
         p, (x, y, z) = tree.parent[i], link[i].shift
         on_axis = not tree.parent[p]  # the ground, and the axis of its joint, on which all points rest
-        rests.append(not tree.slides[i] and (not p or (rests[p] and x.is_zero and y.is_zero and (on_axis or z.is_zero))))
+        rests.append(
+            not tree.slides[i] and (not p or (rests[p] and x.is_zero and y.is_zero and (on_axis or z.is_zero)))
+        )
         rise = (zero, zero, link[i].rise)
         if not p or not rests[i] or rise[2].is_zero:
             continue

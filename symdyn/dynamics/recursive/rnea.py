@@ -14,35 +14,15 @@ Gravity is the acceleration -g of the ground, so no body needs a weight. Joint a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from symdyn.dynamics.recursive.held_runs import Held, held_joints
 from symdyn.dynamics.recursive.lean_tree import LeanTree
-from symdyn.dynamics.recursive.links import Link, PlanarTurn
+from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
 from symdyn.dynamics.recursive.moments import Moments
-from symdyn.graph import Expr, Op
-from symdyn.spatial import Mat, Vec, Wrench, add, apply, cross, neg, scale, sub, zero_vector
-
-
-@dataclass(frozen=True)
-class LinkMotion:
-    """Motion of one frame, in its own axes; see the module's legend. rad/s, rad/s^2, m/s^2.
-
-    Attributes:
-        w, dw, a, U: as in the legend.
-        squares: ωx², ωy², ωz².
-        spread: ωz² - ωy², ωx² - ωz², ωy² - ωx².
-        foot: of a run of parallel axes, where ω and U z are short where the run begins: both, and the turn from there.
-    """
-
-    w: Vec
-    dw: Vec
-    a: Vec
-    U: Mat
-    squares: Vec
-    spread: Vec
-    foot: tuple[Vec, Vec, PlanarTurn] | None = None
+from symdyn.graph import Expr
+from symdyn.spatial import Vec, Wrench, add, apply, cross, neg, scale, sub, zero_vector
 
 
 def rnea(
@@ -52,23 +32,25 @@ def rnea(
     gravity: bool = True,
     acting: Sequence[Wrench] = (),
     holding: bool = True,
+    summing: bool = True,
 ) -> list[Expr]:
     """Return τ = M(q) q̈ + c(q, q̇) + g(q) less what acts on the bodies; N m or N; positive accelerates.
 
     Zeros for q̇ or q̈ leave their terms out of the graph. Wrenches (f, n) from outside act on the ground and every body,
     each in its frame. `holding` lets last bodies stay in axes that do not turn with their joints: fewer operations but
-    where every inertia is a column of its own.
+    where every inertia is a column of its own. `summing` lets moments leave runs of parallel axes on a joint of the
+    ground in one turn, and J of their bodies stay in the run's axes: fewer but where columns or derivatives share them.
     """
     still = zero_vector(tree.graph)
     if holding:
         tree, acting = held_tips(tree, acting)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
-    ends, held = tree.ends, held_joints(tree) if holding else {}
-    apart = _apart(tree, held) if holding and any(not x.is_zero for x in qd) else {}
+    ends, held = tree.ends, held_joints(tree) if summing else {}
+    apart = _apart(tree, held) if any(not x.is_zero for x in qd) else {}
     motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
     for i in tree.outward():  # pass 1: motion, ground to tips
-        before, bare = motion[tree.parent[i]], i in apart
-        motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i], True, bare))
+        before, moves = motion[tree.parent[i]], (tree.slides[i], rate[i], acceleration[i], ends[i])
+        motion.append(carried(before, tree.link[i], *moves, summing=True, alone=summing, bare=i in apart))
     moments = _moments_apart(tree, motion, held, apart, rate, acceleration)
     body = tuple(replace(one, J=(still, still, still)) if i in apart else one for i, one in enumerate(tree.body))
     forces = transmitted(replace(tree, body=body), motion, acceleration, acting, held, moments)
@@ -175,123 +157,6 @@ def transmitted(
         n, f = link.wrench_back(n, f)
         wrench[p] = (add(wrench[p][0], n), add(wrench[p][1], f))
     return tree.gather(tau)
-
-
-def moving(w: Vec, dw: Vec, a: Vec) -> LinkMotion:
-    """Return a motion with its U: six products of ω, nine entries."""
-    x, y, z = w
-    return with_products(w, (x * x, y * y, z * z, x * y, x * z, y * z), dw, a)
-
-
-def with_products(w: Vec, products: Sequence[Expr], dw: Vec, a: Vec) -> LinkMotion:
-    """Return a motion with its U, for ωx², ωy², ωz², ωx ωy, ωx ωz, ωy ωz."""
-    (dx, dy, dz), (xx, yy, zz, xy, xz, yz) = dw, products
-    U = (
-        (-(yy + zz), xy - dz, xz + dy),
-        (xy + dz, -(xx + zz), yz - dx),
-        (xz - dy, yz + dx, -(xx + yy)),
-    )
-    return LinkMotion(w, dw, a, U, (xx, yy, zz), (zz - yy, xx - zz, yy - xx))
-
-
-def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool, plane: tuple[Expr, Expr] | None = None) -> LinkMotion:
-    """Return a motion with its U from U z, the `column`: that gives ωy² and the rest of ω̇ without a multiplication.
-
-    The last entry of ω̇ is dz; `ends` tells that nobody needs the others. `plane` is ωx², ωy² where both are known.
-    """
-    x, y, z = w
-
-    def twice() -> Iterator[Expr]:
-        double = z * 2
-        yield x * double
-        yield y * double
-
-    return turning_with(w, (x * x, z * z, x * y, x * z, y * z), twice, dz, a, column, ends, plane)
-
-
-def turning_with(
-    w: Vec,
-    products: Sequence[Expr],
-    twice: Callable[[], Iterable[Expr]],
-    dz: Expr,
-    a: Vec,
-    column: Vec,
-    ends: bool,
-    plane: tuple[Expr, Expr] | None = None,
-) -> LinkMotion:
-    """Return the same for ωx², ωz², ωx ωy, ωx ωz, ωy ωz; `twice` gives the last two doubled, if they are wanted."""
-    xx, zz, xy, xz, yz = products
-    dx, dy = yz - column[1], column[0] - xz
-    zx, zy = (a - b for a, b in zip(twice(), column[:2], strict=True)) if ends else (xz - dy, yz + dx)
-    across, yy = -(xx + zz), -column[2] - xx if plane is None else plane[1]
-    if plane is None:
-        along = column[2] + (xx - zz)
-        spread = (column[2] - across, xx - zz, across - along)
-    else:
-        along, spread = -(yy + zz), (zz - yy, xx - zz, yy - xx)
-    U = (
-        (along, xy - dz, column[0]),
-        (xy + dz, across, column[1]),
-        (zx, zy, column[2]),
-    )
-    return LinkMotion(w, (dx, dy, dz), a, U, (xx, yy, zz), spread)
-
-
-def carried(
-    parent: LinkMotion,
-    link: Link,
-    slides: bool,
-    qd: Expr,
-    qdd: Expr,
-    ends: bool,
-    summing: bool = False,
-    bare: bool = False,
-) -> LinkMotion:
-    """Return the motion of the frame at the end of a link, whose joint moves at q̇ and q̈ along its z axis.
-
-    A turn about z leaves U z as it is in space. Where z is an axis of the parent's frame, U z is a column of the
-    parent's U, turned for 4 multiplications; elsewhere ω̇ is turned. `ends` tells that all links beyond are parallel,
-    `summing` that ω and U z may pass parallel axes in one turn by the sum of their angles, `bare` that no J is there
-    to ask for differences of squares.
-    """
-    w, dw = link.out(parent.w), link.out(parent.dw)
-    a = link.out(add(parent.a, apply(parent.U, link.shift)))
-    if slides:
-        twice = qd * 2
-        moved = moving(w, dw, a)
-        a = (a[0] + w[1] * twice, a[1] - w[0] * twice, a[2] + qdd)
-    elif link.is_right:
-        column, plane = link.out(apply(parent.U, link.axis)), _plane(parent, link)
-        foot = _foot(parent, link) if summing else None
-        if foot:
-            (x, y, _), (u, v, _) = foot[2].out(foot[0]), foot[2].out(foot[1])
-            w, column = (x, y, w[2]), (u, v, column[2])
-        if bare and plane is None:
-            plane = w[0] * w[0], w[1] * w[1]
-        moved = replace(turning((w[0], w[1], w[2] + qd), dw[2] + qdd, a, column, ends, plane), foot=foot)
-    else:
-        moved = moving((w[0], w[1], w[2] + qd), (dw[0] + w[1] * qd, dw[1] - w[0] * qd, dw[2] + qdd), a)
-    rise = scale(link.rise, (moved.U[0][2], moved.U[1][2], moved.U[2][2]))
-    return replace(moved, a=add(a, rise))
-
-
-def _foot(parent: LinkMotion, link: Link) -> tuple[Vec, Vec, PlanarTurn] | None:
-    """Return ω and U z where a run of parallel axes begins, each with one entry across them or none, and the turn."""
-    if parent.foot and not link.fixed:
-        return *parent.foot[:2], parent.foot[2].after(link.turn)
-    w, column = parent.w, apply(parent.U, link.axis)
-    for turn in link.fixed:
-        w, column = turn.out(w), turn.out(column)
-    short = all(x.is_zero or y.is_zero for x, y, _ in (w, column)) and not (w[0].is_zero and w[1].is_zero)
-    return (w, column, link.turn) if link.fixed and short else None
-
-
-def _plane(parent: LinkMotion, link: Link) -> tuple[Expr, Expr] | None:
-    """Return ωx², ωy² at the end of a link that does not turn, where its axes are the parent's in another order."""
-    if not link.turn.sin.is_zero:
-        return None
-    x, y, _ = (-one if one.op is Op.NEG else one for one in link.out(parent.squares))
-    return (x, y) if x in parent.squares and y in parent.squares else None
 
 
 def balance(body: Moments, motion: LinkMotion) -> tuple[Vec, Vec]:

@@ -43,8 +43,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
+from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
-from symdyn.dynamics.recursive.rnea import LinkMotion, balance, carried, moving
+from symdyn.dynamics.recursive.rnea import balance
 from symdyn.dynamics.recursive.variations import (
     Brought,
     Subspace,

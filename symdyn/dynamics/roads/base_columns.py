@@ -121,7 +121,7 @@ def grouped(w: Workspace) -> Columns:
 def felt(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
     """Return names and columns of all base parameters, then of what is no inertia of a body; by recursion."""
     found: Base = w.once(base)
-    forces = rnea(found.tree, w.state.qd, w.state.qdd, holding=False)
+    forces = rnea(found.tree, w.state.qd, w.state.qdd, holding=False, summing=False)
     rows = [gradient(force, found.symbols) for force in forces]
     names, more = w.once(others)
     return (*found.names, *names), [*map(list, zip(*rows, strict=True)), *more]

@@ -93,7 +93,7 @@ def _slopes(forces: Sequence[Expr], symbols: dict[str, Expr]) -> list[tuple[str,
 
 def driving(w: Workspace) -> list[Expr]:
     """Return the driving forces by recursion, shape (n,); N m or N."""
-    return w.forces(list(w.state.qdd))
+    return w.forces(list(w.state.qdd), summing=False)
 
 
 def lagrange_driving(w: Workspace) -> list[Expr]:

@@ -188,7 +188,7 @@ def _forward(w: Workspace) -> Slopes:
     free = given.free
     _factored(w, w.once(_inverse))  # sees that a branch has no mass, whatever sweeps have made of M
     factors = _factored(w, slopes)
-    bias = w.forces(given.entered(w.still))
+    bias = w.forces(given.entered(w.still), summing=False)
     accelerations = given.entered(w.still)
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
         accelerations[i] = value

@@ -168,8 +168,8 @@ class Workspace:
         """Return c(q, q̇) at the given velocities, shape (n,)."""
         return rnea(self.lean, qd, self.still, gravity=False)
 
-    def forces(self, qdd: list[Expr]) -> list[Expr]:
-        """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion."""
-        motion = rnea(self.lean, self.state.qd, qdd, acting=self.loads)
+    def forces(self, qdd: list[Expr], summing: bool = True) -> list[Expr]:
+        """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion; see `rnea`."""
+        motion = rnea(self.lean, self.state.qd, qdd, acting=self.loads, summing=summing)
         rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
         return [force + pull - push for force, pull, push in rest]
