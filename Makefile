@@ -79,6 +79,7 @@ bars: $(READY)  ## the rest of what was set out to be reached: cold starts, cert
 	-$(BIN)/python benchmarks/certificates.py
 	-$(BIN)/python benchmarks/large_mechanisms.py
 	-$(BIN)/python benchmarks/python_calls.py
+	-$(BIN)/python benchmarks/two_threads.py
 	-$(BIN)/python benchmarks/accuracy_levels.py
 	-$(BIN)/python benchmarks/double_double.py
 

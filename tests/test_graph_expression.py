@@ -47,6 +47,20 @@ def test_arguments_come_before_what_uses_them(g, x, y):
     assert g.nodes[nodes[-1].index] is nodes[-1]
 
 
+def test_the_walk_that_is_kept_is_that_of_what_was_asked(g, x, y):
+    one, other = [g.sin(x * y)], [x + y]
+    walks = reachable(one), reachable(other)
+    assert walks == ((x, y, x * y, one[0]), (x, y, other[0]))
+
+    grown = one[0] * other[0]  # the graph has more nodes, the old ones need no more
+    assert reachable(other) is walks[1]
+    assert reachable(one) == walks[0]
+    assert reachable([grown]) == (x, y, x * y, one[0], other[0], grown)
+    assert reachable([grown], known={one[0]}) == (x, y, one[0], other[0], grown)
+    assert reachable([grown], known={x * y: 1, x: 1}) == (x, y, x * y, one[0], other[0], grown)
+    assert reachable([]) == ()
+
+
 BIRTH = [
     ("x + 0", lambda g, x, y: (x + 0, x)),
     ("0 + x", lambda g, x, y: (0 + x, x)),
