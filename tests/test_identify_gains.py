@@ -19,7 +19,7 @@ from symdyn.cli import main
 from symdyn.errors import IdentifyError
 from symdyn.identification import Payload, identified, identify
 from symdyn.identification.report import report
-from symdyn.identification.scene import written
+from symdyn.identification.written_scene import written
 from symdyn.scene import Scene
 
 pytestmark = pytest.mark.runs("cc")

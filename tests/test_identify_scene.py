@@ -15,9 +15,10 @@ from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification import identify
 from symdyn.identification.named import fit_names
 from symdyn.identification.report import report
-from symdyn.identification.scene import body_of_ten, identified, told_combinations, with_parameters, written
+from symdyn.identification.scene import body_of_ten, identified, told_combinations, with_parameters
 from symdyn.identification.told_apart import richer
 from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
+from symdyn.identification.written_scene import written
 from symdyn.scene.binding import bind
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.quantity import number

@@ -15,7 +15,8 @@ from symdyn.emit import write
 from symdyn.errors import IdentifyError
 from symdyn.identification import Identification
 from symdyn.identification.report import report
-from symdyn.identification.scene import Identified, identified, written
+from symdyn.identification.scene import Identified, identified
+from symdyn.identification.written_scene import written
 from symdyn.unlocked import cached_property
 
 

@@ -7,19 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import IdentifyError
-from symdyn.identification.filtered import Flags, Motion, projected
+from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import SETTLED, STEPS, Gains, expected, first
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.outliers import Outlier, far, stretches
+from symdyn.identification.parts import Part, held_in, part_of, rows_of
 from symdyn.identification.payload import Carried
 from symdyn.identification.regression import Regression, Rows, solve
-from symdyn.identification.validation import Fit, blocks, mean_square
+from symdyn.identification.validation import Fit, mean_square
 from symdyn.scene.units import velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -57,23 +57,6 @@ class Fitted:
     held: tuple[Flags, ...]
 
 
-@dataclass(frozen=True)
-class _Part:
-    """One motion, and what it is held against.
-
-    Attributes:
-        motion: with what drives show.
-        Y: columns of β, of what is not known of payloads, and last the force of what is, shape (N, nv, b + 1).
-        drawn: what noise of the motion makes of them; None where there is none.
-        blocks: which samples are held back.
-    """
-
-    motion: Motion
-    Y: Array
-    drawn: Array | None
-    blocks: tuple[tuple[slice, bool], ...]
-
-
 def fitted(
     model: LinearModel,
     moved: Sequence[tuple[int, Motion]],
@@ -97,7 +80,7 @@ def fitted(
     Raises:
         IdentifyError: too few rows, a regressor without finite values, or gains that do not settle.
     """
-    parts = [_part(model, one, carried, place, hold_back) for place, one in moved]
+    parts = [part_of(model, one, carried, place, hold_back) for place, one in moved]
     names = (*model.names, *carried.names, *(f"gain {drive_names(model.scene)[j]}" for j in shown))
     start = np.append(np.nan_to_num(model.prior), np.zeros(len(carried.names)))
     usual = expected(
@@ -110,7 +93,7 @@ def fitted(
     used = [_moving(model, one.motion) for one in parts]
     out = [np.zeros(one.motion.tau.shape, bool) for one in parts]
     for k in range(ROUNDS if leave_out else 1):
-        rows = _rows(model, parts, used, False)
+        rows = rows_of(model, parts, used, False)
         if len(rows.tau) < len(names) // 4 + 2:
             raise IdentifyError(
                 f"{parts[0].motion.source}: the data leave {len(rows.tau)} rows below {band:.3g} Hz for "
@@ -144,7 +127,7 @@ def fitted(
         (*_standing(model, [one.motion for one in parts]), *_told_of(outliers, out)),
         tuple(predicted),
         tuple(used),
-        tuple(_held(one) for one in parts),
+        tuple(held_in(one) for one in parts),
     )
 
 
@@ -201,81 +184,9 @@ def _standing(model: LinearModel, moved: Sequence[Motion]) -> list[str]:
     return [f"left out where a joint stands, where dry friction jumps: {', '.join(parts)}"] if parts else []
 
 
-def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold_back: float) -> _Part:
-    """Return a motion with the columns that it is held against."""
-
-    def columns(*state: Array) -> Array:
-        found = model.regressor(*state)
-        return np.concatenate([found, carried.columns(model, place, *state)], axis=2)
-
-    both = columns(motion.q, motion.qd, motion.qdd)
-    bad = np.argwhere(~np.isfinite(both))
-    if len(bad):
-        raise IdentifyError(
-            f"{motion.source}: at t = {motion.t[bad[0][0]]:.6g} s the regressor has no finite value, as at a dead "
-            "centre; leave such samples out"
-        )
-    drawn = None
-    if motion.noise.any() and motion.q.shape == motion.qd.shape:
-        drawn = columns(*_shaken(motion)) - both
-    return _Part(motion, both, drawn, tuple(blocks(len(motion.t), hold_back)))
-
-
-def _shaken(motion: Motion) -> tuple[Array, Array, Array]:
-    """Return a motion with one draw of its noise; None of it has what was not differentiated."""
-    rng = np.random.default_rng(0)
-    step = float(motion.t[1] - motion.t[0])
-    frequency = np.fft.rfftfreq(len(motion.t), step)
-    shape = (len(frequency), motion.q.shape[1])
-    white = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) * (frequency <= motion.band)[:, None]
-    turn = 2j * np.pi * frequency[:, None]
-    parts = [np.fft.irfft(white * turn**k, len(motion.t), axis=0) for k in range(3)]
-    level = motion.noise[1] / np.maximum(np.std(parts[1], axis=0), 1e-300)
-    q, qd, qdd = (x + p * level for x, p in zip((motion.q, motion.qd, motion.qdd), parts, strict=True))
-    return q, qd, qdd
-
-
-def _held(part: _Part) -> Flags:
-    """Return which samples of a motion are held back, shape (N,)."""
-    mask = np.zeros(len(part.motion.t), bool)
-    for samples, back in part.blocks:
-        mask[samples] = back
-    return mask
-
-
-def _rows(model: LinearModel, parts: Sequence[_Part], used: Sequence[Flags], back: bool) -> Rows:
-    """Return what drives show and the columns beside it, of samples that are held back, or of those that are not."""
-    found: list[tuple[Any, ...]] = []
-    group = 0
-    for one, mask in zip(parts, used, strict=True):
-        motion, Y, drawn = one.motion, one.Y, one.drawn
-        step = float(motion.t[1] - motion.t[0])
-        for part, held in one.blocks:
-            n = part.stop - part.start
-            count = int(min(n, 2 * motion.band * step * n))
-            if held is not back or count < 1:
-                continue
-            frequency = np.arange(count) / (2 * step * n)
-            for j in model.rows:
-                take = mask[part, j].astype(float)[:, None]
-                if not take.any():
-                    continue
-                own = projected(np.column_stack([Y[part, j], motion.tau[part, j]]) * take, count)
-                lost = np.zeros((count, Y.shape[2])) if drawn is None else projected(drawn[part, j] * take, count)
-                numbers = group + np.arange(count)
-                found.append((own[:, :-1], own[:, -1], np.full(count, j), frequency, numbers, lost))
-            group += count
-    if not found:
-        p = parts[0].Y.shape[2]
-        none = np.zeros(0)
-        return Rows(np.zeros((0, p)), none, none.astype(int), none, none.astype(int), np.zeros((0, p)))
-    columns, tau, joint, frequency, numbers, lost = (np.concatenate(one) for one in zip(*found, strict=True))
-    return Rows(columns, tau, joint, frequency, numbers, lost if lost.any() else np.zeros((0, 0)))
-
-
-def _fits(model: LinearModel, parts: Sequence[_Part], gains: Gains, used: Sequence[Flags]) -> tuple[Fit, ...]:
+def _fits(model: LinearModel, parts: Sequence[Part], gains: Gains, used: Sequence[Flags]) -> tuple[Fit, ...]:
     """Return how well each driving force is predicted; root mean squares over samples, in the band."""
-    own, other = (_rows(model, parts, used, held) for held in (False, True))
+    own, other = (rows_of(model, parts, used, held) for held in (False, True))
     back = {held: sum(p.stop - p.start for one in parts for p, h in one.blocks if h is held) for held in (False, True)}
     units, names = velocity_units(model.scene), drive_names(model.scene)
     count = len(model.prior)

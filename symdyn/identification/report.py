@@ -6,7 +6,6 @@ One file of HTML without anything from elsewhere; the same identification and co
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from math import isfinite, pi
 from typing import Any
 
@@ -21,10 +20,9 @@ from symdyn.identification import charts
 from symdyn.identification.charts import Curve
 from symdyn.identification.filtered import Motion
 from symdyn.identification.identification import Identification
-from symdyn.identification.physical import Physical
+from symdyn.identification.report_bodies import scene_section
+from symdyn.identification.report_sections import Picture, Section, Table, figure
 from symdyn.identification.scene import Identified
-from symdyn.identification.unknowns import ten_of_body
-from symdyn.rounding import in_digits
 from symdyn.simulation.prescribed.forces import drive_names
 
 LAGS = 40
@@ -32,39 +30,6 @@ LAGS = 40
 
 MOST_BINS = 41
 """Of histograms, from -5 to 5 standard deviations."""
-
-MOST_BODIES = 24
-"""Bodies whose ellipsoids are drawn."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of words: its caption, its columns, whether each holds numbers, and its rows."""
-
-    caption: str
-    columns: tuple[str, ...]
-    numbers: tuple[bool, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
-@dataclass(frozen=True)
-class Picture:
-    """An SVG element, and what stands below it."""
-
-    svg: str
-    caption: str
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the page."""
-
-    title: str
-    words: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
-    pictures: tuple[Picture, ...] = ()
-    legend: tuple[tuple[str, str], ...] = ()
-    small: bool = False
 
 
 def report(found: Identification, made: Identified | None = None, command: str = "") -> str:
@@ -86,7 +51,7 @@ def report(found: Identification, made: Identified | None = None, command: str =
         _outliers(found),
     ]
     if made is not None:
-        sections.append(_scene(made))
+        sections.append(scene_section(made))
     parts = [one for one in sections if one is not None]
     facts = {
         "title": printable(f"Identification of {found.scene.name}", keep=""),
@@ -102,10 +67,10 @@ def _facts(found: Identification) -> Iterator[tuple[str, str]]:
     regression = found.regression
     yield "logs", ", ".join(printable(log.source, keep="") for log in found.logs)
     yield "samples", f"{sum(len(log.t) for log in found.logs)}"
-    yield "band", f"{_told(found.band, 3)} Hz"
+    yield "band", f"{figure(found.band, 3)} Hz"
     yield "rows of the regressor", f"{len(regression.tau)}"
     yield "degrees of freedom", f"{regression.dof}"
-    yield "condition number of the weighted rows, columns scaled", _told(regression.condition, 3)
+    yield "condition number of the weighted rows, columns scaled", figure(regression.condition, 3)
     count = len(found.model.names)
     yield "base parameters told", f"{int(regression.told[:count].sum())} of {count}"
 
@@ -120,15 +85,15 @@ def _parameters(found: Identification) -> Section:
         if told:
             moved = (after - before) / error if error else float("nan")
             more = (
-                _told(error, 2),
-                _told(low),
-                _told(high),
-                _told(100 * error / abs(after), 2) if after else "",
-                _told(moved, 2),
+                figure(error, 2),
+                figure(low),
+                figure(high),
+                figure(100 * error / abs(after), 2) if after else "",
+                figure(moved, 2),
             )
         else:
             more = ("not told", "", "", "", "")
-        rows.append((name, _told(before), _told(after), *more))
+        rows.append((name, figure(before), figure(after), *more))
     heads = (
         "parameter",
         "before",
@@ -151,7 +116,7 @@ def _gains(found: Identification) -> Section | None:
     if not found.gains:
         return None
     rows = tuple(
-        (one.drive, one.unit, _told(one.value), _told(one.error, 2), _told(100 * one.error / abs(one.value), 2))
+        (one.drive, one.unit, figure(one.value), figure(one.error, 2), figure(100 * one.error / abs(one.value), 2))
         if isfinite(one.error)
         else (one.drive, one.unit, "\u2013", "not told", "")
         for one in found.gains
@@ -178,8 +143,8 @@ def _untold(found: Identification) -> Section:
 
 def _fits(found: Identification) -> Section:
     rows = tuple(
-        (one.drive, one.unit, _told(one.size), _told(one.error, 3), _told(one.percent, 2), _told(one.before, 3),
-         _told(one.held_back, 3), _told(one.held_back_percent, 2))
+        (one.drive, one.unit, figure(one.size), figure(one.error, 3), figure(one.percent, 2), figure(one.before, 3),
+         figure(one.held_back, 3), figure(one.held_back_percent, 2))
         for one in found.fits
     )  # fmt: skip
     heads = ("drive", "unit", "measured", "error", "%", "error before", "error held back", "%")
@@ -202,10 +167,10 @@ def _outliers(found: Identification) -> Section:
         (
             printable(one.source, keep=""),
             one.drive,
-            _told(one.start),
-            _told(one.end),
+            figure(one.start),
+            figure(one.end),
             f"{one.samples}",
-            _told(one.worst, 3),
+            figure(one.worst, 3),
         )
         for one in found.outliers
     )
@@ -303,73 +268,3 @@ def autocorrelation(
 
 
 # The scene
-
-
-def _scene(made: Identified) -> Section:
-    tables, pictures = [], list[Picture]()
-    if made.named is not None:
-        one = made.named
-        rows = tuple(
-            (name, _told(before), _told(value), _told(error, 2) if isfinite(error) else "not told")
-            for name, before, value, error in zip(one.names, one.before, one.values, one.errors, strict=True)
-        )
-        heads = ("parameter", "before", "after", "standard error")
-        tables.append(Table("Parameters with names", heads, (False, True, True, True), rows))
-    legend: tuple[tuple[str, str], ...] = ()
-    if made.physical is not None:
-        tables.append(_bodies(made.physical))
-        acting = _acting(made.physical)
-        tables += [acting] if acting.rows else []
-        pictures = list(_ellipsoids(made.physical))
-        legend = (("c0 dash", "as declared"), ("c1", "identified"))
-    words = tuple(printable(note, keep="") for note in made.notes)
-    if pictures:
-        words += (
-            "Ellipsoids are solid ones of even density with the same mass, centre of mass and inertia, in the frame "
-            "of the body.",
-        )
-    return Section("The identified scene", words, tuple(tables), tuple(pictures), legend, small=True)
-
-
-def _bodies(found: Physical) -> Table:
-    rows = []
-    before, after = found.unknowns.ten(found.unknowns.values), found.unknowns.ten(found.values)
-    margins = zip(found.before, found.margins, strict=True)
-    for name, was, now, (old, new) in zip(found.unknowns.bodies, before, after, margins, strict=True):
-        for label, ten, margin in (("before", was, old), ("after", now, new)):
-            mass, centre, moments, _ = ten_of_body(ten)
-            rows.append((name, label, _told(mass), *map(_told, centre), *map(_told, moments), _told(margin, 2)))
-    heads = ("body", "", "mass, kg", "x, m", "y, m", "z, m", "I1, kg m\u00b2", "I2", "I3", "margin")
-    caption = (
-        "Masses, centres of mass and principal moments about them; margin: smallest eigenvalue of the pseudo-inertia "
-        "by its trace, above zero for what a body can be"
-    )
-    return Table(caption, heads, (False, False, *(True,) * 8), tuple(rows))
-
-
-def _acting(found: Physical) -> Table:
-    count = 10 * len(found.unknowns.bodies)
-    known = found.unknowns
-    rows = tuple(
-        (name, _told(before), _told(after))
-        for name, before, after in zip(known.names[count:], known.values[count:], found.values[count:], strict=True)
-    )
-    return Table("Friction, armatures and what else acts", ("parameter", "before", "after"), (False, True, True), rows)
-
-
-def _ellipsoids(found: Physical) -> Iterator[Picture]:
-    before, after = found.unknowns.ten(found.unknowns.values), found.unknowns.ten(found.values)
-    for name, was, now in list(zip(found.unknowns.bodies, before, after, strict=True))[:MOST_BODIES]:
-        for i, j, words in ((0, 1, "xy"), (0, 2, "xz")):
-            shown = []
-            for kind, ten in (("c0 dash", was), ("c1", now)):
-                mass, centre, _, spread = ten_of_body(ten)
-                if mass > 0 and np.isfinite(spread).all():
-                    shown.append((kind, centre[[i, j]], 5 * spread[np.ix_([i, j], [i, j])]))
-            if shown:
-                told = f"{name}: inertia ellipsoid before and after, seen along {'zy'[words == 'xz']}"
-                yield Picture(charts.ellipses(told, f"{words[0]}, m", f"{words[1]}, m", shown), name)
-
-
-def _told(value: float, digits: int = 5) -> str:
-    return in_digits(float(value), digits) if isfinite(value) else "\u2013"

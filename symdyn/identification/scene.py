@@ -14,15 +14,13 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.arguments import check_arguments
-from symdyn.errors import IdentifyError, SceneError, printable
+from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification.identification import Identification
 from symdyn.identification.named import Named, fit_names, inertial_names
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
 from symdyn.scene import Scene, bind
-from symdyn.scene.declaration.reading import Written
 from symdyn.scene.formats.inertias import possible
-from symdyn.scene.scene_files import write_text
 from symdyn.scene.symbolic import with_force_parameters
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Body
@@ -277,43 +275,3 @@ def _physical_notes(found: Physical) -> list[str]:
     if found.at_limit:
         notes.append(f"{listed(found.at_limit)}: at the edge of what can be: data are weak there, or a model is wrong")
     return notes
-
-
-# As files
-
-
-def written(found: Identified, format: str, about: Sequence[str] = ()) -> Written:
-    """Return the identified scene as text, and what the format cannot hold.
-
-    Args:
-        found: the scene.
-        format: "toml" or "urdf", a key of the table of formats.
-        about: lines of a comment on top, where the format has comments, before what is written as what.
-
-    Raises:
-        SceneError: the format is not written, or cannot hold a joint.
-    """
-    scene = found.scene
-    if format != "toml":  # which have one number for dry friction, and no letters
-        joints = tuple(
-            replace(j, friction=getattr(j.dry, "coulomb", j.friction), dry=None) if j.dry is not None else j
-            for j in scene.joints
-        )
-        scene = replace(scene, joints=joints)
-    made = write_text(scene, format, lossy=True)
-    lines = [printable(line, keep="") for line in (*about, *found.notes)]
-    return Written(COMMENTED.get(format, lambda text, _: text)(made.text, lines), made.lost)
-
-
-def _hashes(text: str, lines: Sequence[str]) -> str:
-    return "".join(f"# {line}\n" for line in lines) + ("\n" if lines else "") + text
-
-
-def _xml(text: str, lines: Sequence[str]) -> str:
-    head, rest = text.split("\n", 1)
-    plain = [line.replace("--", "- -") for line in lines]
-    return "\n".join([head, *(f"<!-- {line} -->" for line in plain), rest])
-
-
-COMMENTED = {"toml": _hashes, "urdf": _xml}
-"""How a format says something on top that is no part of the scene."""

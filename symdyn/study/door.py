@@ -31,9 +31,10 @@ from symdyn.study.design import read_design
 from symdyn.study.executors import executor
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.measured import unit_of
+from symdyn.study.opened_store import check_store, opened, store_of
 from symdyn.study.over import Over, read_over
 from symdyn.study.places import At, at_places
-from symdyn.study.store import SUFFIX, check_store, opened, store_of
+from symdyn.study.store import SUFFIX
 from symdyn.study.study import Study
 
 LANES, LARGE, MOST = 64, 8192, 32768

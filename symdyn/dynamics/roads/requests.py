@@ -1,0 +1,75 @@
+"""Requests: the name of a row of the table of outputs, and a body or point that it is about: "jacobian:tool"."""
+
+from __future__ import annotations
+
+from symdyn.dynamics.mechanism.tree import build_tree
+from symdyn.dynamics.recursive.joint_table import lacking
+from symdyn.dynamics.roads.closed_operators import CLOSED, MANY, of_closed, words
+from symdyn.dynamics.roads.operators import WORDS, of_another
+from symdyn.dynamics.roads.output import TREE_NAME, Output
+from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.dynamics.roads.state_matrices import STATE_MATRICES, state_matrices
+from symdyn.errors import DerivationError
+from symdyn.graph import Graph
+from symdyn.scene import Scene
+
+
+def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
+    """Return the row of the table, of closed scenes where the scene is one, and the place that a request names.
+
+    Raises:
+        DerivationError: there is no such output, or the scene cannot have it.
+    """
+    name, _, place = request.partition(":")
+    closed = scene is not None and scene.is_closed
+    there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
+    if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
+        place = ""
+    row = row or OUTPUTS.get(name) or _of_state(name, closed) or of_another(name, MANY) or CLOSED.get(name)
+    if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
+        raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
+    if row is None:
+        raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
+    if row.place and not place:
+        article = "an" if row.place == "output" else "a"
+        raise DerivationError(f"{name} needs {article} {row.place}; write {name}:NAME")
+    if place and not row.place:
+        axes = [one.partition(":") for one in OUTPUTS if ":" in one]
+        there_is = [name, *(f"{name}:{one}" for of, _, one in axes if name.startswith(of))]
+        raise DerivationError(f"{name} is about the whole scene; write {' or '.join(there_is)}")
+    if scene is None:
+        return row, place
+    if row.loops_only and not scene.is_closed:
+        raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
+    if row.in_loops == "refuse" and scene.is_closed:
+        raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
+    return row.where_closed if scene.is_closed else row, place
+
+
+def _those_there(name: str, closed: bool) -> str:
+    """Return what can be asked for in place of what there is not: of the output whose name it begins with, if any."""
+    of = max((one for one in MANY if name.startswith(f"{one}_")), key=len, default="")
+    if of:
+        return f"of {of} there are {', '.join(words(of, closed))}"
+    derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
+    return f"there are {', '.join((*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES))}; and {derived}"
+
+
+def _of_state(name: str, closed: bool) -> Output | None:
+    """Return the row of state matrices, or one that closed scenes have in place of what operators make of another."""
+    return state_matrices(closed) if name == STATE_MATRICES else of_closed(name) if closed else None
+
+
+def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:
+    """Return the names of the derivations of an output, for a scene only those that it has.
+
+    Raises:
+        DerivationError: there is no such output.
+    """
+    found = row_of(request, scene)[0].roads
+    if scene is None or not any(road.trees_only or road.loop for road in found.values()):
+        return tuple(found)
+    tree = build_tree(scene, Graph())
+    plain = not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.balls
+    held = not lacking(scene, tree)
+    return tuple(n for n, road in found.items() if (plain or not road.trees_only) and (held or not road.loop))
