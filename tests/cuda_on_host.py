@@ -17,6 +17,7 @@ HEADER = """
 #define __global__
 #define __device__
 #define __forceinline__ inline
+#define __shared__ static
 #define __launch_bounds__(threads)
 struct dimension { unsigned x; };
 static dimension blockIdx, blockDim, threadIdx;
@@ -59,7 +60,7 @@ def launcher(text: str, folder: Path, names: Sequence[str], arities: Sequence[in
         given = "".join(f"a{i}, " for i in range(arity))
         head = given.replace("a", "REAL *a")
         calls.append(f'extern "C" void run_{name}(unsigned blocks, size_t n, {head}REAL *out)')
-        calls.append(f"{{ {name}<<<blocks, 128>>>(n, {given}out); }}")
+        calls.append(f"{{ {name}<<<blocks, {block_of(text, name)}>>>(n, {given}out); }}")
     real = "float" if "const float" in text else "double"
     whole = "\n".join([text, *calls]).replace("REAL", real)
     return ctypes.CDLL(str(compiled(whole, folder, "-O1", "-ffp-contract=off", "-shared", "-fPIC", made="kernels.so")))
@@ -68,5 +69,12 @@ def launcher(text: str, folder: Path, names: Sequence[str], arities: Sequence[in
 def run(library: ctypes.CDLL, name: str, n: int, given: Sequence[np.ndarray], out: np.ndarray) -> np.ndarray:
     """Run a kernel on columns, with more threads than states, and return `out`, columns too."""
     places = [ctypes.c_void_p(array.ctypes.data) for array in (*given, out)]
-    getattr(library, f"run_{name}")(ctypes.c_uint(n // 128 + 2), ctypes.c_size_t(n), *places)
+    getattr(library, f"run_{name}")(ctypes.c_uint(n // 32 + 2), ctypes.c_size_t(n), *places)
     return out
+
+
+def block_of(text: str, name: str) -> int:
+    """Return how many threads a block of a kernel has at most."""
+    found = re.search(rf"__launch_bounds__\((\d+)\) {name}\(", text)
+    assert found, f"no kernel {name}"
+    return int(found[1])

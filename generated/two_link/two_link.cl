@@ -94,7 +94,8 @@
  *
  * A NaN in any entry that a result depends on makes that result NaN, as does an angle that is infinite.
  *
- * A kernel takes a work-item a state, in groups of any size. Work-items beyond n do nothing.
+ * A kernel takes a work-item a state, in groups of any size, but where values wait in memory of the group: then it
+ * requires the size that stands before it. Work-items beyond n do nothing.
  */
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 

@@ -95,7 +95,8 @@
  * A NaN in any entry that a result depends on makes that result NaN, as does an angle that is infinite.
  *
  * All arrays are in memory of the device. A kernel takes a thread a state, in blocks of at most 128 threads: that
- * many may have all registers that a thread can have. Threads beyond n do nothing.
+ * many may have all registers that a thread can have. Where values wait in shared memory, fewer may stand before the
+ * kernel. Threads beyond n do nothing.
  *
  *     two_link_inverse_dynamics<<<(n + 127) / 128, 128>>>(n, q, qd, qdd, params, out);
  *

@@ -71,7 +71,6 @@ static size_t wrong(const char *name, size_t n, int length, const float *out, co
 int main(void)
 {
     const size_t n = 1000;
-    const unsigned blocks = (unsigned)((n + 127) / 128);
     static const float given_q[2] = {1.8942349f, -1.7844061f};
     float *q = copied(n, 2, given_q);
     static const float given_qd[2] = {1.1900786f, 0.6186312f};
@@ -87,7 +86,7 @@ int main(void)
         static const float wanted[2] = {-1.5166917f, -3.9945757f};
         static const float allowed[2] = {1.6e-05f, 5.3e-06f};
         float *out = on_device(n, 2);
-        two_link_inverse_dynamics<<<blocks, 128>>>(n, q, qd, qdd, params, out);
+        two_link_inverse_dynamics<<<(n + 127) / 128, 128>>>(n, q, qd, qdd, params, out);
         off += wrong("inverse_dynamics", n, 2, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -95,7 +94,7 @@ int main(void)
         static const float wanted[2] = {-5.2982326f, 8.971248f};
         static const float allowed[2] = {2.5e-05f, 3.2e-05f};
         float *out = on_device(n, 2);
-        two_link_forward_dynamics<<<blocks, 128>>>(n, q, qd, tau, params, out);
+        two_link_forward_dynamics<<<(n + 127) / 128, 128>>>(n, q, qd, tau, params, out);
         off += wrong("forward_dynamics", n, 2, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -103,7 +102,7 @@ int main(void)
         static const float wanted[4] = {2.7351131f, 1.0310044f, 1.0310044f, 1.2582712f};
         static const float allowed[4] = {2.5e-06f, 8.2e-07f, 8.2e-07f, 3.9e-07f};
         float *out = on_device(n, 4);
-        two_link_mass_matrix<<<blocks, 128>>>(n, q, params, out);
+        two_link_mass_matrix<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("mass_matrix", n, 4, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -111,7 +110,7 @@ int main(void)
         static const float wanted[2] = {1.94364f, -1.4838482f};
         static const float allowed[2] = {9.2e-06f, 2.5e-06f};
         float *out = on_device(n, 2);
-        two_link_velocity_forces<<<blocks, 128>>>(n, q, qd, params, out);
+        two_link_velocity_forces<<<(n + 127) / 128, 128>>>(n, q, qd, params, out);
         off += wrong("velocity_forces", n, 2, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -119,7 +118,7 @@ int main(void)
         static const float wanted[2] = {1.5247788f, 0.091943085f};
         static const float allowed[2] = {3.4e-06f, 1.0e-06f};
         float *out = on_device(n, 2);
-        two_link_gravity_forces<<<blocks, 128>>>(n, q, params, out);
+        two_link_gravity_forces<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("gravity_forces", n, 2, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -127,7 +126,7 @@ int main(void)
         static const float wanted[4] = {0.64814174f, 1.8949907f, -1.246849f, 0.0f};
         static const float allowed[4] = {1.0e-06f, 3.2e-06f, 2.0e-06f, 1.2e-38f};
         float *out = on_device(n, 4);
-        two_link_coriolis_matrix<<<blocks, 128>>>(n, q, qd, params, out);
+        two_link_coriolis_matrix<<<(n + 127) / 128, 128>>>(n, q, qd, params, out);
         off += wrong("coriolis_matrix", n, 4, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -135,7 +134,7 @@ int main(void)
         static const float wanted[2] = {3.8928113f, 2.005382f};
         static const float allowed[2] = {4.9e-06f, 1.9e-06f};
         float *out = on_device(n, 2);
-        two_link_momentum<<<blocks, 128>>>(n, q, qd, params, out);
+        two_link_momentum<<<(n + 127) / 128, 128>>>(n, q, qd, params, out);
         off += wrong("momentum", n, 2, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -143,7 +142,7 @@ int main(void)
         static const float wanted[1] = {2.9366717f};
         static const float allowed[1] = {5.0e-06f};
         float *out = on_device(n, 1);
-        two_link_kinetic_energy<<<blocks, 128>>>(n, q, qd, params, out);
+        two_link_kinetic_energy<<<(n + 127) / 128, 128>>>(n, q, qd, params, out);
         off += wrong("kinetic_energy", n, 1, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -151,7 +150,7 @@ int main(void)
         static const float wanted[1] = {-0.3534794f};
         static const float allowed[1] = {2.7e-06f};
         float *out = on_device(n, 1);
-        two_link_potential_energy<<<blocks, 128>>>(n, q, params, out);
+        two_link_potential_energy<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("potential_energy", n, 1, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -159,7 +158,7 @@ int main(void)
         static const float wanted[4] = {2.7351131f, 1.0310044f, 1.0310044f, 1.2582712f};
         static const float allowed[4] = {2.5e-06f, 8.2e-07f, 8.2e-07f, 3.9e-07f};
         float *out = on_device(n, 4);
-        two_link_k_z<<<blocks, 128>>>(n, q, params, out);
+        two_link_k_z<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("k_z", n, 4, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -167,7 +166,7 @@ int main(void)
         static const float wanted[2] = {2.095406f, 0.0f};
         static const float allowed[2] = {3.5e-06f, 1.2e-38f};
         float *out = on_device(n, 2);
-        two_link_k_C<<<blocks, 128>>>(n, q, params, out);
+        two_link_k_C<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("k_C", n, 2, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -175,7 +174,7 @@ int main(void)
         static const float wanted[4] = {0.0f, 1.047703f, -1.047703f, 0.0f};
         static const float allowed[4] = {1.2e-38f, 1.5e-06f, 1.5e-06f, 1.2e-38f};
         float *out = on_device(n, 4);
-        two_link_k_D<<<blocks, 128>>>(n, q, params, out);
+        two_link_k_D<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("k_D", n, 4, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -183,7 +182,7 @@ int main(void)
         static const float wanted[2] = {1.5247788f, 0.091943085f};
         static const float allowed[2] = {3.4e-06f, 1.0e-06f};
         float *out = on_device(n, 2);
-        two_link_k_G<<<blocks, 128>>>(n, q, params, out);
+        two_link_k_G<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("k_G", n, 2, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -191,7 +190,7 @@ int main(void)
         static const float wanted[12] = {0.99397486f, -0.109608166f, 0.0f, 1.0467943f, 0.109608166f, 0.99397486f, 0.0f, -0.8251377f, 0.0f, 0.0f, 1.0f, 0.0f};
         static const float allowed[12] = {2.3e-06f, 1.1e-06f, 1.2e-38f, 2.5e-06f, 1.1e-06f, 2.3e-06f, 1.2e-38f, 3.2e-06f, 1.2e-38f, 1.2e-38f, 1.9e-07f, 1.2e-38f};
         float *out = on_device(n, 12);
-        two_link_pose_tool<<<blocks, 128>>>(n, q, params, out);
+        two_link_pose_tool<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("pose_tool", n, 12, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -199,7 +198,7 @@ int main(void)
         static const float wanted[12] = {0.8251377f, 1.1341118f, 1.0467943f, 0.12506142f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 1.0f};
         static const float allowed[12] = {3.2e-06f, 3.7e-06f, 2.5e-06f, 3.5e-06f, 1.2e-38f, 1.2e-38f, 1.2e-38f, 1.2e-38f, 1.2e-38f, 1.2e-38f, 1.9e-07f, 1.9e-07f};
         float *out = on_device(n, 12);
-        two_link_jacobian_tool<<<blocks, 128>>>(n, q, params, out);
+        two_link_jacobian_tool<<<(n + 127) / 128, 128>>>(n, q, params, out);
         off += wrong("jacobian_tool", n, 12, out, wanted, allowed);
         check(cudaFree(out));
     }
@@ -207,7 +206,7 @@ int main(void)
         static const float wanted[6] = {-1.7145683f, 3.2725725f, 0.0f, 0.0f, 0.0f, 0.0f};
         static const float allowed[6] = {9.5e-06f, 1.3e-05f, 1.2e-38f, 1.2e-38f, 1.2e-38f, 1.2e-38f};
         float *out = on_device(n, 6);
-        two_link_jdot_qdot_tool<<<blocks, 128>>>(n, q, qd, params, out);
+        two_link_jdot_qdot_tool<<<(n + 127) / 128, 128>>>(n, q, qd, params, out);
         off += wrong("jdot_qdot_tool", n, 6, out, wanted, allowed);
         check(cudaFree(out));
     }

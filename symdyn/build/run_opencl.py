@@ -89,6 +89,9 @@ def _launch(queue: Any, kernel: Any) -> Launch:
     """Return a function that copies arguments to the device, runs a kernel on `n` states and copies the result back."""
     import pyopencl as cl
 
+    asked = kernel.get_work_group_info(cl.kernel_work_group_info.COMPILE_WORK_GROUP_SIZE, queue.device)
+    group = max(asked[0], 1)  # 0 where any size will do
+
     def launch(n: int, arrays: Sequence[Array], out: Array) -> None:
         if not out.size:
             return
@@ -100,7 +103,7 @@ def _launch(queue: Any, kernel: Any) -> Launch:
             for array in arrays
         ]
         result = cl.Buffer(queue.context, flags.WRITE_ONLY, out.nbytes)
-        kernel(queue, (n,), None, np.uint64(n), *given, result)
+        kernel(queue, (-(-n // group) * group,), (group,) if group > 1 else None, np.uint64(n), *given, result)
         cl.enqueue_copy(queue, out, result)
 
     return launch

@@ -144,3 +144,37 @@ def most_alive(lines: Sequence[Line], order: Sequence[int]) -> int:
         if made is not None and left[made]:
             alive.add(made)
     return most
+
+
+def schedule_in_turn(lines: Sequence[Line], groups: Sequence[Sequence[int]]) -> list[int]:
+    """Return the places of `lines`, as `schedule` takes them, in an order that finishes some results before others.
+
+    Lines that a group of results needs and none before it did come next, in the best of three orders: the given one
+    and those of `schedule` and `schedule_backwards`.
+
+    Args:
+        lines: as `schedule` takes them.
+        groups: places of all lines that write results, those of one group together, the first one first.
+
+    Example:
+        >>> lines = [("a", ["x"]), ("b", ["y"]), (None, ["a"]), (None, ["a", "b"])]
+        >>> schedule_in_turn(lines, [[2], [3]]), schedule_in_turn(lines, [[3], [2]])
+        ([0, 2, 1, 3], [0, 1, 3, 2])
+    """
+    makers = {made: place for place, (made, _) in enumerate(lines) if made is not None}
+    done: set[int] = set()
+    found: list[int] = []
+    for group in groups:
+        needed: set[int] = set()
+        stack = list(group)
+        while stack:
+            place = stack.pop()
+            if place not in needed and place not in done:
+                needed.add(place)
+                stack += [makers[value] for value in lines[place][1] if value in makers]
+        places = sorted(needed)
+        some = [lines[place] for place in places]
+        orders = (range(len(some)), schedule(some), schedule_backwards(some))
+        found += [places[number] for number in min(orders, key=lambda order: most_alive(some, order))]
+        done |= needed
+    return found

@@ -15,7 +15,7 @@ from symdyn.graph import Expr, Op
 from symdyn.verify.written.c import definitions
 from symdyn.verify.written.c_statements import Statements, finished, opened, takes
 from symdyn.verify.written.c_values import MATH, File, Value
-from symdyn.verify.written.memory import Index, Pointer, Work
+from symdyn.verify.written.memory import Fault, Index, Pointer, Work
 from symdyn.verify.written.reading import Language, Reading, Text
 from symdyn.verify.written.syntax import line_of, said, unread
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 C, CUDA_GRAMMAR = "tree_sitter_c", "tree_sitter_cuda"
 
-UNKNOWN = re.compile(rb"\b(__kernel|__global|__constant)\b")
+UNKNOWN = re.compile(rb"\b(__kernel|__global|__local|__constant)\b")
 """What a grammar of C knows nothing of: where arrays are."""
 
 STARTS = {
@@ -34,6 +34,15 @@ STARTS = {
 """How a thread learns which state is its own."""
 
 BEYOND = "if (k >= n) { return; }"
+
+PLACES = re.compile(r"(?:__shared__ )?volatile (\w+) waiting_places\[(\d+) \* (\d+)\];")
+"""Places in memory of the block, so many for each of so many threads."""
+
+OWN = {
+    CUDA_GRAMMAR: "volatile {} *const waiting = waiting_places + threadIdx.x;",
+    C: "volatile {} *const waiting = waiting_places + get_local_id(0);",
+}
+"""Where those of a thread begin."""
 
 
 def plain(source: bytes) -> bytes:
@@ -68,11 +77,14 @@ class KernelStatements(Statements):
 
     begun: int = 0
     waiting: set[str] = field(default_factory=set)
+    threads: int = 0
+    size: int = 0
 
     def statement(self, node: Node) -> None:
         """Read one statement."""
         if self.begun == len(BEGINNING):
-            super().statement(node)
+            if not self.places(node):
+                super().statement(node)
             return
         expected = (STARTS[self.file.grammar], BEYOND)[self.begun]
         if " ".join(said(node).split()) != expected:
@@ -80,6 +92,19 @@ class KernelStatements(Statements):
         self.begun += 1
         if self.begun == len(BEGINNING):
             self.names["k"] = Index(0, 1)
+
+    def places(self, node: Node) -> bool:
+        """Read where values wait, if that is said here; each thread has every so many-th place."""
+        words = " ".join(said(node).split())
+        found = PLACES.fullmatch(words)
+        if found and found[1] == self.real_word and not self.threads and "waiting" not in self.names:
+            self.threads, self.size = int(found[3]), int(found[2]) * int(found[3])
+            self.arrays["waiting"] = words
+            return self.threads > 0
+        if self.threads and "waiting" not in self.names and words == OWN[self.file.grammar].format(self.real_word):
+            self.names["waiting"] = Pointer(Places(self.size, self.threads))
+            return True
+        return False
 
     def function_of(self, name: str) -> Op | None:
         """Return which operation a function is, None if none; OpenCL has one name for all types."""
@@ -97,7 +122,7 @@ class KernelStatements(Statements):
     def name(self, node: Node) -> Value:
         """Return what a name stands for; what waits for sincos has no value before."""
         value = super().name(node)
-        if isinstance(value, Pointer) and isinstance(value.memory, Work):
+        if isinstance(value, Pointer) and type(value.memory) is Work:
             return value.load(Index(0))
         return value
 
@@ -126,7 +151,10 @@ class KernelStatements(Statements):
         cosine.store(Index(0), self.file.text.graph.cos(angle), line_of(node))
 
     def called(self, node: Node) -> Value:
-        """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine."""
+        """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine, again(n) is n."""
+        if said(node.children[0]) == "again" and "again" in self.file.functions:
+            (same,) = self.arguments(node)
+            return self.value(same)
         if self.file.grammar == CUDA_GRAMMAR or said(node.children[0]) != "sincos":
             return super().called(node)
         given = self.arguments(node)
@@ -137,6 +165,21 @@ class KernelStatements(Statements):
             raise unread(node, "does not set a number")
         cosine.store(Index(0), self.file.text.graph.cos(angle), line_of(node))
         return self.file.text.graph.sin(angle)
+
+
+class Places(Work):
+    """Memory of a block as one of its threads has it: place p is p times as many entries on as there are threads."""
+
+    def __init__(self, size: int, threads: int) -> None:
+        """Have `size` entries, those of all threads."""
+        super().__init__(size)
+        self.threads = threads
+
+    def _place(self, index: Index) -> int:
+        place = super()._place(index)
+        if place % self.threads:
+            raise Fault(f"is entry {place} of the block, which another of its {self.threads} threads has")
+        return place
 
 
 CUDA = Language("CUDA", CUDA_GRAMMAR, frozenset({"comment"}), partial(read, grammar=CUDA_GRAMMAR))

@@ -21,7 +21,8 @@ from symdyn.emit.code.source_text import compose
 from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.gpu.kernels import kernels
+from symdyn.emit.targets.gpu.kernels import WAITING, kernels, rooms
+from symdyn.emit.targets.gpu.room import BLOCKS, SIZES
 from symdyn.graph import ARITY, Op
 from symdyn.program.assemble import PARAMS, PREPARED
 from symdyn.program.prepare import is_prepared
@@ -40,9 +41,6 @@ FUNCTIONS: Mapping[Op, str] = {
 
 SIGN_HELPER = "sign_of"
 """A function of our own: OpenCL's sign makes 0 of what is not a number, and CUDA has none."""
-
-BLOCK = 128
-"""Threads of a block that registers are shared out for: each may have all that the hardware has for one."""
 
 
 def _spellings(suffix: str) -> Mapping[Op, Spelling]:
@@ -71,15 +69,18 @@ def _write(draft: Draft) -> dict[str, str]:
         "stem": draft.stem,
         "real": real.name,
         "suffix": real.suffix,
-        "block": BLOCK,
+        "most": BLOCKS[0],
+        "waiting": WAITING,
+        "size": SIZES[real.name],
         "common": PREPARED if is_prepared(program) else PARAMS,
         "prepared": is_prepared(program),
         "uses_sign": any(Op.SIGN in function.operations for function in draft.page.functions),
     }
-    files = {}
+    files, runs = {}, rooms(program, real)
     for ending, printer in ((".cu", draft.printer), (".cl", _opencl(real))):
         page = compose(program, printer, draft.page.command, draft.page.first, GPU.keywords)
-        values["kernels"] = kernels(program, page.functions, printer)
+        values["kernels"] = made = kernels(program, page.functions, runs, printer)
+        values["many"] = any(kernel.again for kernel in made)
         values["zero"], values["one"] = _literal(real, Fraction(0)), _literal(real, Fraction(1))
         files[f"{draft.stem}{ending}"] = render(f"gpu/kernels{ending}.jinja", values)
     return files
@@ -89,7 +90,7 @@ def _beside(sources: Sources) -> dict[str, str]:
     """Return an example for each spelling, which knows what must come out."""
     from symdyn.emit.targets.gpu.example import files_beside
 
-    return files_beside(sources, BLOCK)
+    return files_beside(sources)
 
 
 GPU = Target(

@@ -9,6 +9,8 @@ from symdyn.emit.code.real import find_real
 from symdyn.emit.code.target import Sources
 from symdyn.emit.code.worked_example import Called, Given, worked_example
 from symdyn.emit.render import render
+from symdyn.emit.targets.gpu.kernels import rooms
+from symdyn.emit.targets.gpu.room import Room
 from symdyn.program.assemble import PARAMS, PREPARED, shared
 from symdyn.program.prepare import PREPARE
 
@@ -24,26 +26,30 @@ class Launched:
         call: its name, what it is given, what must come out.
         single: whether it runs for one state, since what the others have in common is all that it takes.
         kept: whether other kernels read what comes out.
+        block: threads of a block.
+        required: whether a group must have so many.
     """
 
     call: Called
     single: bool
     kept: bool
+    block: int
+    required: bool
 
 
-def files_beside(sources: Sources, block: int) -> dict[str, str]:
-    """Return both examples; `block` is how many threads a block of CUDA has."""
+def files_beside(sources: Sources) -> dict[str, str]:
+    """Return both examples."""
     opening, real = stem(sources.program.scene.name), find_real(sources.real)
     made = worked_example(sources, real.suffix)
+    runs = dict(zip(sources.functions, rooms(sources.program, real), strict=True))
     values = {
         "stem": opening,
         "real": real.name,
         "dtype": real.dtype,
         "suffix": real.suffix,
         "states": STATES,
-        "block": block,
         "given": [(one, _is_common(one)) for one in made.given],
-        "launched": [_launched(call) for call in made.called],
+        "launched": [_launched(call, runs[call.name]) for call in made.called],
         "left_out": made.left_out,
     }
     return {f"{opening}_main{ending}": render(f"gpu/main{ending}.jinja", values) for ending in (".cu", ".py")}
@@ -54,10 +60,11 @@ def _is_common(one: Given) -> bool:
     return _plain(one.name) in (PARAMS, PREPARED)
 
 
-def _launched(call: Called) -> Launched:
+def _launched(call: Called, room: Room) -> Launched:
     names = [_plain(name) for name in call.arguments]
     common = {PARAMS, PREPARED}.intersection(names)
-    return Launched(call, single=bool(common) and not shared(names), kept=call.name == PREPARE)
+    single = bool(common) and not shared(names)
+    return Launched(call, single, kept=call.name == PREPARE, block=room.block, required=room.plan.places > 0)
 
 
 def _plain(name: str) -> str:
