@@ -95,6 +95,25 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
     return Scene(f"random{seed}", parameters, gravity, tuple(bodies), tuple(joints))
 
 
+def whole_tree(seed: int) -> Scene:
+    """Return a tree of 2 to 5 joints along x, y and z whose numbers are 0, 1 and 2: ratios are 1 by chance."""
+    rng = random.Random(seed)
+
+    def three() -> tuple[Quantity, ...]:
+        return tuple(number(rng.choice([0, 0, 1, -1, 2])) for _ in range(3))
+
+    bodies, joints = [], []
+    for i in range(rng.randint(2, 5)):
+        kind, parent = rng.choice(["revolute", "prismatic"]), f"b{rng.randint(max(0, i - 2), i - 1)}" if i else "ground"
+        axis = rng.choice([(0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, -1)])
+        place = compose(*zip(("Tx", "Ty", "Tz"), three(), strict=True))
+        moves = shape(kind, axis=tuple(number(x) for x in axis))
+        joints.append(Joint(f"j{i}", kind, parent, f"b{i}", moves, place, Pose(), (f"x{i}",), drives=(None,)))
+        inertia = tuple(number(x) for x in (4, 5, 4, 0, *(rng.choice([0, 1, -1]) for _ in range(2))))
+        bodies.append(Body(f"b{i}", number(rng.choice([1, 2])), three(), None, inertia, "com", (), True))
+    return Scene(f"whole{seed}", (), (number(0), number(0), number(-9)), tuple(bodies), tuple(joints))
+
+
 RATIOS = [1, -1, 2, Fraction(1, 2), Fraction(-3, 2), 3]
 OFFSETS = [number(0), turn(Fraction(1, 4)), turn(Fraction(-1, 3)), number(Fraction(1, 5))]
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from arms import cart_pole, chain, puma560, spatial_arm, two_link
-from mechanisms import COUPLED, TREES, random_tree
+from mechanisms import COUPLED, TREES, random_tree, whole_tree
 from oracles import BIG
 from running import agreements, call, matrix, random_fractions, workspace
 
@@ -55,6 +55,13 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
     several = {name for name, row in OUTPUTS.items() if row.exists_in(one) and len(row.roads) > 1}
     assert {finding.claim.split(":")[0] for finding in findings} == several
+
+
+@pytest.mark.parametrize("seed", [3, 11, 15, 22, 25, 35])
+def test_roads_agree_where_ratios_are_one_by_chance(seed):
+    findings = prove(agreements(workspace(whole_tree(seed)), ["inverse_dynamics", "forward_dynamics"]))[1]
+
+    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
 
 
 def kinematics(one):

@@ -145,7 +145,8 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         share[i] = n, f
         if p:
             rest = A[i].without(U, share[i], slides)
-            A[p] = A[p] + replace(rest, bias=_handed_on(rest.bias, u, share[i], tau[i - 1])).seen_from(tree.link[i])
+            bias = _handed_on(rest.bias, u, share[i], tau[i - 1], slides)
+            A[p] = A[p] + replace(rest, bias=bias).seen_from(tree.link[i])
     more: list[Pair] = [(still, neg(tree.gravity))]
     qdd: list[Expr] = []
     for i in tree.outward():  # accelerations besides, ground to tips
@@ -165,13 +166,15 @@ def _articulated(body: Moments, motion: LinkMotion) -> Articulated:
     return Articulated(I, skew(body.h), mass, balance(body, motion))
 
 
-def _handed_on(bias: Pair, u: Expr, share: Pair, tau: Expr) -> Pair:
+def _handed_on(bias: Pair, u: Expr, share: Pair, tau: Expr, slides: bool) -> Pair:
     """Return bias + u share; where no rotor takes of it, what is handed on along the axis is τ."""
     one = tau.graph.one
-    n, f = (
-        [tau if s is one else b + u * s for b, s in zip(*parts, strict=True)] for parts in zip(bias, share, strict=True)
-    )
-    return (n[0], n[1], n[2]), (f[0], f[1], f[2])
+
+    def handed(b: Vec, s: Vec, along: bool) -> Vec:
+        last = tau if along and s[2] is one else b[2] + u * s[2]  # a share across may be 1 by chance
+        return b[0] + u * s[0], b[1] + u * s[1], last
+
+    return handed(bias[0], share[0], not slides), handed(bias[1], share[1], slides)
 
 
 def _over(a: Vec, D: Expr) -> Vec:
