@@ -102,7 +102,9 @@ def bars(times: Sequence[Row], robot: str = "arm7", multipliers: int = 0) -> lis
             if pair[0] and pair[1]:
                 growth = (pair[1]["median"] / 64) / (pair[0]["median"] / 8)
                 text = f"{output}, {way}: time a joint of a chain of 64, times that of 8"
-                found.append(Bar(text, f"≤ {most:g}", f"{growth:.2f}", growth <= most))
+                few, many = (row.get("operations", 0) for row in pair)
+                counted = f" (by count {many / 64 / (few / 8):.2f})" if few else ""
+                found.append(Bar(text, f"≤ {most:g}", f"{growth:.2f}{counted}", growth <= most))
     return found
 
 

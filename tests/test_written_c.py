@@ -141,11 +141,6 @@ def test_which_row_of_a_block_an_entry_is_is_read(joints: int) -> None:
     assert "is another function" in told(numbers[1], *numbers[1:]).where
     assert "has other entries than mass_matrix_places says" in told("999", *numbers[1:]).where
     assert "is no table of places" in told("0x1", *numbers[1:]).where
-    order = re.search(r"mass_matrix_order\[[0-9]+\] = \{(.*)\};", text)
-    assert order is not None
-    contents = {**files.contents, name: text.replace(order[1], order[1].replace("0, 1", "1, 0", 1))}
-    found = prove_texts(printed(program, "double"), replace(files, contents=contents), READERS["c"])[0]
-    assert "mass_matrix_order is no order of its entries by row" in found.where
 
 
 def test_the_same_function_rounded_otherwise_is_another_file(two_link: Program) -> None:

@@ -139,9 +139,6 @@ def _copied(file: File, name: str, wanted: Wanted, result: Result, places: list[
         raise Unread(line_of(file.functions[name]), f"{name} {fault}") from None
     if len(places) != wanted.size or not all(0 <= place <= len(entries) for place in places):
         raise Unread(line_of(file.functions[name]), f"{name} has other entries than {wanted.name}_places says")
-    order = _places(file, f"{wanted.name}_order") or []
-    if sorted(order) != list(range(wanted.size)) or [places[entry] for entry in order] != sorted(places):
-        raise Unread(line_of(file.functions[name]), f"{wanted.name}_order is no order of its entries by row")
     entries, lines = (*entries, file.text.graph.zero), (*lines, line_of(file.functions[name]))
     chosen = tuple(entries[place] for place in places), tuple(lines[place] for place in places)
     return Read(wanted.name, name, *chosen)

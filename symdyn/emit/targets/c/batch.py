@@ -67,8 +67,6 @@ class BatchText:
         held: how many of these rows there are.
         zeros: whether the last of them holds zeros.
         places: of each entry of the result, the row that it is; () where every entry has its own.
-        order: the entries by their rows, those that are zero last.
-        empty: how many are zero.
         direct: whether a block may write where the result has to go.
         rows: rows of work space.
         passes: the loops.
@@ -94,8 +92,6 @@ class BatchText:
     held: int
     zeros: bool
     places: tuple[int, ...]
-    order: tuple[int, ...]
-    empty: int
     direct: bool
     rows: int
     passes: tuple[PassText, ...]
@@ -246,8 +242,6 @@ def _batch(
         held=result.rows,
         zeros=result.zeros,
         places=result.places,
-        order=result.order,
-        empty=result.empty,
         direct=result.direct,
         rows=rows,
         passes=tuple(passes),

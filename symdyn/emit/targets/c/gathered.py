@@ -4,8 +4,7 @@ Where a block's states go to columns a power of two apart, and always where entr
 block is written into rows of work space and copied. Half of a mass matrix is the other half, and much of a tree's is
 zero: such entries are copied from the row that is there already. A copy of 64 states at a time is several times as
 fast as one of 32, since caches fetch ahead along long pieces only; rows are a line of the cache further apart than
-they are long, so that not all of them fall on the same few places of the nearest cache. To columns a row goes twice at
-once, as long as it is near, and columns of zeros are filled whole.
+they are long, so that not all of them fall on the same few places of the nearest cache.
 """
 
 from __future__ import annotations
@@ -47,16 +46,6 @@ class Gathered:
     places: tuple[int, ...]
     direct: bool
     wide: bool
-
-    @property
-    def order(self) -> tuple[int, ...]:
-        """Entries by their rows, so that a row is read once; those that are zero come last."""
-        return tuple(sorted(range(len(self.places)), key=lambda entry: self.places[entry]))
-
-    @property
-    def empty(self) -> int:
-        """How many entries are zero."""
-        return self.places.count(self.rows - 1) if self.zeros else 0
 
     def reach(self, states: int, width: int) -> int:
         """Return how far rows of so many states of `width` bytes are apart; where room is scarce, no further."""
