@@ -92,9 +92,9 @@ def cycles(program: Program, output: str, analyser: str, core: str) -> tuple[flo
     flags = ["-O3", *MACHINE, "-ffp-contract=fast", "-fopenmp-simd", "-fno-math-errno"]
     assembly = said(COMPILER, *flags, "-xc", "-S", "-o", "-", "-", given=joined)
     passes = re.findall(rf"^{output}_pass[0-9]+[.\w]*:.*?\.size", assembly, re.DOTALL | re.MULTILINE)
-    sines = re.findall(r"^sincos_row[.\w]*:.*?\.size", assembly, re.DOTALL | re.MULTILINE)
+    halves = re.findall(r"^(?:remainders|series)[.\w]*:.*?\.size", assembly, re.DOTALL | re.MULTILINE)
     loop = sum(turns(one, analyser, core) for one in passes) / PAIR
-    return loop, turns(sines[0], analyser, core) / (PAIR * CHAINS)
+    return loop, sum(turns(one, analyser, core) for one in halves) / (PAIR * CHAINS)
 
 
 def turns(function: str, analyser: str, core: str) -> float:

@@ -116,6 +116,28 @@ def test_one_huge_angle_in_a_block_spoils_nothing(sincos, real):
     assert worst_ulps(sincos(angles), angles) <= 1
 
 
+def many_angles(count: int) -> Equations:
+    g = Graph()
+    q = [g.symbol(f"q{i}") for i in range(count)]
+    return one([f(x) for x in q for f in (g.sin, g.cos)], q)
+
+
+@pytest.mark.parametrize("count", [2, 7, 8, 9, 17])
+def test_many_angles_are_taken_as_one_is(count, real):
+    call, single = (build(lower(each), real=real).f for each in (many_angles(count), sine_and_cosine()))
+    angles = np.random.default_rng(4).uniform(-7, 7, (150, count)).astype(TYPES[real])
+    apart = [single(np.ascontiguousarray(column)[:, None]) for column in angles.T]
+    assert np.array_equal(call(angles), np.hstack(apart))
+
+
+@pytest.mark.parametrize("count", [2, 9])
+def test_huge_and_tiny_ones_among_many_spoil_nothing(count, real):
+    call = build(lower(many_angles(count)), real=real).f
+    angles = np.random.default_rng(5).uniform(-7, 7, (70, count)).astype(TYPES[real])
+    angles[3, 0], angles[66, -1], angles[5, 1] = 3e7, -1e22, 1e-30
+    assert worst_ulps(call(angles).reshape(-1, 2), angles.ravel()) <= 1
+
+
 def test_what_is_not_finite_gives_not_a_number_there_alone(sincos, real):
     angles = np.linspace(-3, 3, 100).astype(TYPES[real])
     angles[[1, 50, 99]] = [np.nan, np.inf, -np.inf]
