@@ -53,14 +53,19 @@ def compiled(text: str, folder: Path, *flags: str, made: str = "made") -> Path:
     return folder / made
 
 
-def launcher(text: str, folder: Path, names: Sequence[str], arities: Sequence[int]) -> ctypes.CDLL:
-    """Return a library with `run_<kernel>(blocks, n, arguments, out)` for every kernel; no products are fused."""
+def launcher(
+    text: str, folder: Path, names: Sequence[str], arities: Sequence[int], threads: int | None = None
+) -> ctypes.CDLL:
+    """Return a library with `run_<kernel>(blocks, n, arguments, out)` for every kernel; no products are fused.
+
+    Blocks have so many threads, or as many as a kernel takes.
+    """
     calls = []
     for name, arity in zip(names, arities, strict=True):
         given = "".join(f"a{i}, " for i in range(arity))
         head = given.replace("a", "REAL *a")
         calls.append(f'extern "C" void run_{name}(unsigned blocks, size_t n, {head}REAL *out)')
-        calls.append(f"{{ {name}<<<blocks, {block_of(text, name)}>>>(n, {given}out); }}")
+        calls.append(f"{{ {name}<<<blocks, {threads or block_of(text, name)}>>>(n, {given}out); }}")
     real = "float" if "const float" in text else "double"
     whole = "\n".join([text, *calls]).replace("REAL", real)
     return ctypes.CDLL(str(compiled(whole, folder, "-O1", "-ffp-contract=off", "-shared", "-fPIC", made="kernels.so")))
@@ -69,7 +74,7 @@ def launcher(text: str, folder: Path, names: Sequence[str], arities: Sequence[in
 def run(library: ctypes.CDLL, name: str, n: int, given: Sequence[np.ndarray], out: np.ndarray) -> np.ndarray:
     """Run a kernel on columns, with more threads than states, and return `out`, columns too."""
     places = [ctypes.c_void_p(array.ctypes.data) for array in (*given, out)]
-    getattr(library, f"run_{name}")(ctypes.c_uint(n // 32 + 2), ctypes.c_size_t(n), *places)
+    getattr(library, f"run_{name}")(ctypes.c_uint(n // 24 + 2), ctypes.c_size_t(n), *places)
     return out
 
 

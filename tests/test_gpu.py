@@ -22,6 +22,8 @@ from symdyn.errors import BuildError, MissingProgram
 from symdyn.program import Program, lower, prepare
 from symdyn.program.assemble import shared
 from symdyn.scene import example
+from symdyn.verify.written import READERS, printed, prove_texts
+from symdyn.verify.written.proof import Files
 
 OUTPUTS = (
     "inverse_dynamics",
@@ -79,6 +81,46 @@ def test_a_kernel_as_cpp_computes_what_scalar_c_does_to_the_bit(
 
 
 @pytest.mark.runs("g++")
+@pytest.mark.parametrize("threads", [24, 32])
+def test_blocks_of_any_size_up_to_the_bound_give_the_same_bits(threads: int, tmp_path: Path) -> None:
+    scene = example("puma560")
+    made = lower(derive(scene, ["forward_dynamics_derivatives"]))
+    text = emit(made, "gpu").texts["puma560.cu"]
+    assert "waiting_places" in text
+    name, n = "puma560_forward_dynamics_derivatives", 100
+    _, columns = given(made.routines[0], n, "double")
+    found = []
+    for count in (None, threads):
+        folder = tmp_path / str(count)
+        folder.mkdir()
+        library = launcher(text, folder, [name], [3], count)
+        found.append(run(library, name, n, columns, np.full((108, n), np.nan)))
+    np.testing.assert_array_equal(found[1], found[0])
+    assert np.isfinite(found[0]).all()
+
+
+def test_what_waits_is_read_back_and_a_wrong_place_is_seen() -> None:
+    made = lower(derive(example("arm7"), ["forward_dynamics_derivatives"]))
+    sources = emit(made, "gpu")
+    text = sources.texts["arm7.cu"]
+    fetched = re.findall(r"= (waiting\[\d+ \* (\d+)\]);", text)
+    assert len(fetched) > 100
+    assert int(fetched[0][1]) in (32, 64, 128)
+    wrong = (
+        text.replace(f"= {fetched[50][0]};", f"= {fetched[51][0]};", 1),
+        text.replace(f"= {fetched[50][0]};", "= waiting[1];", 1),
+        text.replace("waiting_places + threadIdx.x", "waiting_places"),
+        re.sub(r"(waiting_places\[)\d+", r"\g<1>5", text, count=1),
+        text.replace("again(n) + k", "again(k) + k", 1),
+    )
+    program = printed(made, "double")
+    for one in (text, *wrong):
+        files = Files("gpu", "", "arm7", sources.functions, {"arm7.cu": one})
+        (told,) = prove_texts(program, files, READERS["gpu"])
+        assert told.passed == (one == text), told.where
+
+
+@pytest.mark.runs("g++")
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", ["two_link", "two_link prepared", "four_bar"])
 def test_the_example_is_right_and_tells_a_wrong_sign(name: str, real: str, tmp_path: Path) -> None:
@@ -128,7 +170,7 @@ def nvcc() -> str:
 @pytest.mark.targets
 @pytest.mark.runs
 @pytest.mark.parametrize("real", ["double", "float"])
-@pytest.mark.parametrize("name", ["every_op", "two_link prepared", "four_bar", "arm7"])
+@pytest.mark.parametrize("name", ["every_op", "two_link prepared", "four_bar", "puma560", "arm7"])
 def test_nvcc_compiles_kernels_and_the_example_without_a_word(name: str, real: str, tmp_path: Path) -> None:
     compiler = nvcc()
     sources = emit(program(name), "gpu", real)

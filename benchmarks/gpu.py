@@ -1,0 +1,198 @@
+"""Kernels for GPUs: what nvcc makes of them, and how fast they are next to what a card can do.
+
+    python benchmarks/gpu.py --compile [--arch sm_90,sm_80]      registers, shared memory, spills: needs nvcc, no card
+    python benchmarks/gpu.py [--arch native]                     times: needs nvcc and a card
+
+Times are of 16 to a million states that lie on the card, medians of 7 rounds by the card's own clock. The limit is the
+lower rate of two: of memory, as a kernel that copies finds it, and of arithmetic, as a kernel of multiply-adds finds
+it, if every sum were fused with a product. A launch of an empty kernel is told apart. Times have not been measured yet:
+this program was compiled where there was no card, and other programs (grid-rbd, MJX) are not run beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT)]
+
+import symdyn  # noqa: E402
+from benchmarks.bars import Bar  # noqa: E402
+from symdyn.emit import emit  # noqa: E402
+from symdyn.emit.code.real import REALS, SINGLE  # noqa: E402
+from symdyn.emit.targets.gpu.kernels import rooms  # noqa: E402
+from symdyn.emit.targets.gpu.room import SIZES, Room  # noqa: E402
+from symdyn.program import Program, formulate, lower  # noqa: E402
+
+ROBOTS = ("arm7", "puma560", "quadruped")
+DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+OUTPUTS = ("inverse_dynamics", "forward_dynamics", *DERIVATIVES)
+TIMED = "arm7"
+
+SAID = re.compile(
+    r"Compiling entry function '(\w+)'.*?(\d+) bytes spill stores, (\d+) bytes spill loads.*?Used (\d+) registers",
+    re.DOTALL,
+)
+"""What ptxas says of a kernel."""
+
+NO_CARD = 3
+"""How the program ends where there is no card."""
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """One kernel, compiled: its registers, and bytes that it spills (stored and loaded)."""
+
+    robot: str
+    real: str
+    arch: str
+    kernel: str
+    registers: int
+    spilled: int
+    room: Room
+
+
+def main() -> int:
+    """Print a table in Markdown, and bars."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--compile", action="store_true", help="compile, and run nothing")
+    parser.add_argument("--arch", help="of the card, as nvcc names it; several for --compile, with commas between")
+    parser.add_argument("--robots", default=",".join(ROBOTS), help="examples for --compile")
+    options = parser.parse_args()
+    nvcc = shutil.which("nvcc")
+    if nvcc is None:
+        print("benchmarks: needs nvcc", file=sys.stderr)
+        return 1
+    if options.compile:
+        found = []
+        for arch in (options.arch or "sm_90,sm_80").split(","):
+            for robot in options.robots.split(","):
+                for real in SINGLE:
+                    found += compiled(nvcc, robot, real, arch)
+        print(table(found))
+        print("\n".join(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in bars(found)))
+        return 0
+    for real in SINGLE:
+        said = times(nvcc, real, options.arch or "native")
+        if said is None:
+            print("benchmarks: there is no card of CUDA; --compile needs none", file=sys.stderr)
+            return 1
+        print(said)
+    return 0
+
+
+def program_of(robot: str) -> Program:
+    """Return what is compiled of an example."""
+    return lower(formulate(symdyn.example(robot), OUTPUTS))
+
+
+def compiled(nvcc: str, robot: str, real: str, arch: str) -> list[Compiled]:
+    """Return what ptxas says of the kernels of an example."""
+    program = program_of(robot)
+    sources = emit(program, "gpu", real)
+    runs = dict(zip(sources.functions, rooms(program, REALS[real]), strict=True))
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "kernels.cu").write_text(sources.texts[f"{robot}.cu"], "utf-8")
+        command = [nvcc, f"-arch={arch}", "-Xptxas", "-v", "-cubin", "kernels.cu", "-o", "made"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(f"nvcc refused {robot} in {real} for {arch}: {done.stderr[:500]}")
+    found = []
+    for name, stores, loads, registers in sorted(SAID.findall(done.stderr)):
+        kernel = name.removeprefix(f"{robot}_")
+        spilled = int(stores) + int(loads)
+        found.append(Compiled(robot, real, arch, kernel, int(registers), spilled, runs[kernel]))
+    return found
+
+
+def table(found: list[Compiled]) -> str:
+    """Return all kernels, a line each."""
+    lines = [
+        "| kernel | type | for | registers | bytes spilled | threads a block | values that wait | shared bytes |",
+        "|---|---|---|--:|--:|--:|--:|--:|",
+    ]
+    for one in found:
+        places, block = one.room.plan.places, one.room.block
+        lines.append(
+            f"| {one.robot}, {one.kernel.replace('_', ' ')} | {one.real} | {one.arch} | {one.registers} "
+            f"| {one.spilled:,} | {block} | {places} | {places * block * SIZES[one.real]:,} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def bars(found: list[Compiled]) -> list[Bar]:
+    """Return whether nothing spills, a bar a robot and type."""
+    rows = dict.fromkeys((one.robot, one.real) for one in found)
+    said = []
+    for robot, real in rows:
+        most = max(one.spilled for one in found if (one.robot, one.real) == (robot, real))
+        said.append(Bar(f"kernels of {robot} in {real}, bytes spilled by any", "0", f"{most:,}", most == 0))
+    return said
+
+
+def times(nvcc: str, real: str, arch: str) -> str | None:
+    """Return what a card takes for the kernels of one arm, as a table; None where there is no card."""
+    program = program_of(TIMED)
+    sources = emit(program, "gpu", real)
+    runs = rooms(program, REALS[real])
+    listed = []
+    for name, routine, run in zip(sources.functions, program.routines, runs, strict=True):
+        given = ", ".join(f"a[{i}]" for i in range(len(routine.function.arguments)))
+        listed.append(f"T({TIMED}_{name}, {run.block}, {len(routine.function.entries)}, {given})")
+    with tempfile.TemporaryDirectory() as folder:
+        text = sources.texts[f"{TIMED}.cu"]
+        rest = Path(__file__).with_name("gpu_times.cu").read_text("utf-8")
+        head = f"#define REAL {real}\n#define KERNELS(T) {' '.join(listed)}\n"
+        Path(folder, "times.cu").write_text(text + head + rest, "utf-8")
+        known = arch if arch != "native" or shutil.which("nvidia-smi") else "sm_90"
+        command = [nvcc, "-O3", "-std=c++17", f"-arch={known}", "times.cu", "-o", "times"]
+        made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if made.returncode:
+            raise SystemExit(f"nvcc refused the program for {known}: {made.stderr[:500]}")
+        done = subprocess.run([str(Path(folder, "times"))], capture_output=True, text=True, check=False)
+    if done.returncode == NO_CARD:
+        return None
+    if done.returncode:
+        raise SystemExit(f"the card refused: {done.stderr[:500]}")
+    return told(program, real, done.stdout)
+
+
+def told(program: Program, real: str, said: str) -> str:
+    """Return the lines of the program as a table, with the share of the limit that each reaches."""
+    card, *rest = said.splitlines()
+    rows = [(name, int(states), float(seconds)) for name, states, seconds in (line.split() for line in rest)]
+    at = {name: (count, seconds) for name, count, seconds in rows[:3]}
+    bytes_a_second = 2 * SIZES[real] * at["copy"][0] / at["copy"][1]
+    fused_a_second = at["fused"][0] / at["fused"][1]
+    lines = [
+        f"{card.removeprefix('card ')}, {real}: a launch takes {at['nothing'][1] * 1e6:.2f} µs, memory "
+        f"{bytes_a_second / 1e9:.0f} GB/s, {fused_a_second / 1e9:.0f} thousand million multiply-adds a second.",
+        "",
+        "| kernel | states | µs | ns a state | share of the limit |",
+        "|---|--:|--:|--:|--:|",
+    ]
+    limits = {}
+    for routine in program.routines:
+        function, counts = routine.function, routine.counts
+        moved = (len(routine.inputs) + len(function.entries)) * SIZES[real]
+        limits[f"{program.scene.name}_{function.name}"] = max(
+            moved / bytes_a_second, max(counts.multiplications, counts.additions) / fused_a_second
+        )
+    reached = []
+    for name, states, seconds in rows[3:]:
+        share = limits[name] * states / seconds
+        lines.append(f"| {name} | {states:,} | {seconds * 1e6:.2f} | {seconds / states * 1e9:.3f} | {share:.0%} |")
+        if states == max(count for _, count, _ in rows[3:]):
+            reached.append(Bar(f"{name} in {real}, share of the limit", "≥ 70 %", f"{share:.0%}", share >= 0.7))
+    return "\n".join([*lines, "", *(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in reached), ""])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
