@@ -13,20 +13,26 @@ import symdyn
 from symdyn.build.c_module import build
 from symdyn.dynamics import Workspace, derive_one, roads_of
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.recursive.joint_table import FEWEST, JointRow, JointTable, lacking
+from symdyn.dynamics.recursive.aba_loop import aba_loop
+from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, lacking
 from symdyn.dynamics.recursive.rnea_loop import rnea_loop
-from symdyn.dynamics.roads.count import count, count_table
+from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop
+from symdyn.dynamics.roads.count import Counts, count, count_loop, count_table
 from symdyn.dynamics.roads.named_functions import Argument, Function
 from symdyn.emit import TARGETS, emit
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program import at_rest, formulate, in_lines, kept_in_lines, lower
-from symdyn.scene import Scene, number
+from symdyn.scene import Scene, body, number, revolute
+from symdyn.scene import scene as declared
 from symdyn.verify.accuracy import measure
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 
 ID, LOOP = "inverse_dynamics", "rnea_loop"
+FD, FORWARD = "forward_dynamics", "aba_loop"
+BOTH = pytest.mark.parametrize(("name", "loop", "lines"), [(ID, LOOP, "rnea"), (FD, FORWARD, "aba")])
 
 SEEDS = range(4)
 
@@ -39,9 +45,9 @@ def tree(seed: int, joints: int) -> Scene:
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> int:
     """Let 10 joints be enough for a loop."""
-    for room in ("symdyn.program.formulation", "symdyn.emit.code.source_text"):
-        assert FEWEST > 10
-        monkeypatch.setattr(f"{room}.FEWEST", 10)
+    for road, row in TABLE_LOOPS.items():
+        assert row.fewest > 10
+        monkeypatch.setitem(TABLE_LOOPS, road, replace(row, fewest=10))
     return 10
 
 
@@ -51,12 +57,13 @@ def with_rotors(scene: Scene) -> Scene:
     return replace(scene, joints=tuple(a if a.moves else b for a, b in zip(moving, scene.joints, strict=True)))
 
 
+@BOTH
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_loop_over_the_table_is_what_the_other_roads_derive(seed: int) -> None:
+def test_a_loop_over_the_table_is_what_the_other_roads_derive(seed: int, name: str, loop: str, lines: str) -> None:
     w = Workspace(with_rotors(tree(seed, 7)))
-    one, other = (derive_one(w, ID, road).entries for road in (LOOP, "rnea"))
+    one, other = (derive_one(w, name, road).entries for road in (loop, lines))
 
-    _, (found,) = prove([Claim(ID, LOOP, "rnea", one, other)], seed=1)
+    _, (found,) = prove([Claim(name, loop, lines, one, other)], seed=1)
 
     assert found.verdict == "proved"
 
@@ -73,48 +80,52 @@ def test_without_gravity_the_ground_stands_still() -> None:
     assert found.verdict == "proved"
 
 
+@BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("seed", SEEDS)
-def test_c_as_a_loop_is_as_accurate_as_its_numbers_allow(seed: int, real: str) -> None:
-    program = lower(formulate(with_rotors(tree(seed, 12)), [ID], LOOP))
+def test_c_as_a_loop_is_as_accurate_as_its_numbers_allow(
+    seed: int, real: str, name: str, loop: str, lines: str
+) -> None:
+    program = lower(formulate(with_rotors(tree(seed, 12)), [name], loop))
 
     found = measure(program, {"c": build(emit(program, "c", real, option="batch"))}, real=real)
 
     assert [one.passed for one in found] == [True]
 
 
+@BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("seed", SEEDS)
-def test_states_abreast_are_those_one_by_one_and_those_of_lines(seed: int) -> None:
+def test_states_abreast_are_those_one_by_one_and_those_of_lines(seed: int, name: str, loop: str, lines: str) -> None:
     scene = with_rotors(tree(seed, 24))
-    loop, lines = lower(formulate(scene, [ID], LOOP, lines=False)), lower(formulate(scene, [ID], "rnea"))
-    assert "a loop over a table" in str(emit(loop, "c").texts)
-    assert "a loop over a table" not in str(emit(lines, "c").texts)
-    module, plain = build(emit(loop, "c", option="batch")), build(emit(lines, "c", option="batch"))
+    over, plain = lower(formulate(scene, [name], loop, lines=False)), lower(formulate(scene, [name], lines))
+    assert "a loop over a table" in str(emit(over, "c").texts)
+    assert "a loop over a table" not in str(emit(plain, "c").texts)
+    module, other = (getattr(build(emit(one, "c", option="batch")), name) for one in (over, plain))
     rng = np.random.default_rng(seed)
     given = rng.uniform(-3, 3, (3, 37, len(scene.velocities)))
 
-    many = module.inverse_dynamics(*given)
+    many = module(*given)
 
-    assert np.allclose(
-        many, [module.inverse_dynamics(*state) for state in given.swapaxes(0, 1)], rtol=1e-12, atol=1e-12
-    )
+    assert np.allclose(many, [module(*state) for state in given.swapaxes(0, 1)], rtol=1e-12, atol=1e-12)
     size = np.abs(many).max(axis=1, keepdims=True)
-    assert np.abs(many - plain.inverse_dynamics(*given)).max() <= 1e-11 * size.max()
+    assert np.abs(many - other(*given)).max() <= 1e-11 * size.max()
 
 
+@BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
-def test_one_state_and_many_have_the_same_bits() -> None:
-    module = build(emit(lower(formulate(tree(2, 90), [ID], LOOP, lines=False)), "c", option="batch"))
+def test_one_state_and_many_have_the_same_bits(name: str, loop: str, lines: str) -> None:
+    program = lower(formulate(tree(2, 90), [name], loop, lines=False))
+    module = getattr(build(emit(program, "c", option="batch")), name)
     given = np.random.default_rng(1).uniform(-3, 3, (3, 19, len(tree(2, 90).velocities)))
 
-    one = [module.inverse_dynamics(*state) for state in given.swapaxes(0, 1)]
+    one = [module(*state) for state in given.swapaxes(0, 1)]
 
-    assert (module.inverse_dynamics(*given) == one).all()
+    assert (module(*given) == one).all()
 
 
 def long_tree(joints: int) -> Scene:
@@ -122,16 +133,17 @@ def long_tree(joints: int) -> Scene:
     return next(one for one in (tree(3, n) for n in range(joints, 2 * joints)) if len(one.velocities) == joints)
 
 
+@BOTH
 @pytest.mark.long
-def test_a_loop_is_taken_by_count_and_what_is_asked_for_at_any(few: int) -> None:
+def test_a_loop_is_taken_by_count_and_what_is_asked_for_at_any(few: int, name: str, loop: str, lines: str) -> None:
     short, less, many = tree(3, 6), long_tree(few - 1), long_tree(few)
-    cases = ((short, None, 0), (less, None, 0), (many, None, 1), (short, LOOP, 1), (many, "rnea", 0))
+    cases = ((short, None, 0), (less, None, 0), (many, None, 1), (short, loop, 1), (many, lines, 0))
     for scene, road, wanted in cases:
-        source = emit(lower(formulate(scene, [ID], road, lines=False)), "c").texts[f"{scene.name}.c"]
+        source = emit(lower(formulate(scene, [name], road, lines=False)), "c").texts[f"{scene.name}.c"]
         assert source.count("a loop over a table of") == wanted
-        assert source == emit(lower(formulate(scene, [ID], road)), "c").texts[f"{scene.name}.c"]
-    assert f"from {few} joints on" in emit(lower(formulate(many, [ID])), "c").texts[f"{many.name}.h"]
-    assert "asked for by its formulation" in emit(lower(formulate(short, [ID], LOOP)), "c").texts[f"{short.name}.h"]
+        assert source == emit(lower(formulate(scene, [name], road)), "c").texts[f"{scene.name}.c"]
+    assert f"from {few} joints on" in emit(lower(formulate(many, [name])), "c").texts[f"{many.name}.h"]
+    assert "asked for by its formulation" in emit(lower(formulate(short, [name], loop)), "c").texts[f"{short.name}.h"]
 
 
 def test_beside_functions_that_are_no_loops_the_text_is_that_of_all_together() -> None:
@@ -178,17 +190,19 @@ def test_what_a_table_does_not_hold_is_said(name: str, words: str) -> None:
     assert (LOOP in roads_of(ID, scene)) == (not said)
 
 
-def unknown_table(kinds: list[bool], fixed: int, turned: bool) -> tuple[JointTable, tuple[list[Expr], ...]]:
-    """Return a chain of joints, slides or not, whose numbers are symbols, and q, q̇ and q̈; the third is odd."""
+def unknown_table(
+    kinds: list[bool], fixed: int, turned: bool, everywhere: bool = False
+) -> tuple[JointTable, tuple[list[Expr], ...]]:
+    """Return a chain of joints, slides or not, of unknown numbers, and q, q̇ and q̈; the third is odd, or all are."""
     graph = Graph()
 
     def numbers(what: str, many: int) -> list[Expr]:
         return [graph.symbol(f"{what}_{place}") for place in range(many)]
 
     def row(k: int, slides: bool) -> JointRow:
-        zero = numbers(f"z{k}", 2) if turned and k == 2 else [graph.one, graph.zero]
+        zero = numbers(f"z{k}", 2) if (turned and k == 2) or (everywhere and slides) else [graph.one, graph.zero]
         turn, shift, moments = (
-            numbers(f"f{k}", fixed if k == 2 else 2),
+            numbers(f"f{k}", fixed if everywhere or k == 2 else 2),
             numbers(f"p{k}", 3),
             numbers(f"m{k}", 4 if slides else 7),
         )
@@ -219,40 +233,60 @@ def test_the_operations_that_are_told_are_those_of_the_loop(slides: bool, fixed:
     assert str(told_more - told_fewer) == str(more - fewer)
 
 
+@pytest.mark.parametrize(("slides", "fixed"), [(False, 2), (False, 9), (True, 2), (True, 9)])
+def test_the_operations_that_are_told_of_forward_dynamics_are_those_of_the_loop(slides: bool, fixed: int) -> None:
+    """As above, next to one of the same kind, amid turns whose fixed turns are as odd."""
+    counts = []
+    for many in (1, 2):
+        kinds = [*[False] * 3, *[slides] * many, *[False] * 3]
+        table, given = unknown_table(kinds, fixed, False, everywhere=True)
+        symbols = tuple(x for some in given for x in some)
+        one = Argument("qdd", symbols, "", ())
+        function = Function("f", "", (one,), "qdd", (len(kinds),), tuple(aba_loop(table, *given)), "", FORWARD)
+        counts.append((count(function), count_loop(TableLoop(FORWARD, table))))
+    (fewer, told_fewer), (more, told_more) = counts
+    again = Counts(additions=2 * slides)  # the way of a slide is added to its rise in each of three steps
+
+    assert str(told_more - told_fewer) == str(more - fewer + again)
+
+
+@BOTH
 @pytest.mark.parametrize("option", ["", "batch", "header-only"])
 @pytest.mark.parametrize("real", ["double", "float"])
-def test_the_numbers_of_the_tables_are_read_back(option: str, real: str) -> None:
+def test_the_numbers_of_the_tables_are_read_back(option: str, real: str, name: str, loop: str, lines: str) -> None:
     pytest.importorskip("tree_sitter_c")
-    program = lower(formulate(with_rotors(tree(4, 12)), [ID], LOOP))
+    program = lower(formulate(with_rotors(tree(4, 12)), [name], loop))
     files = files_of(emit(program, "c", real, option=option))
     numbers = printed(program, real, loops=True)
 
     found = prove_texts(numbers, files, languages("c", option), files.contents)
 
     assert all(one.passed for one in found)
-    assert any(one.functions == (ID,) for one in found)
+    assert any(one.functions == (name,) for one in found)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "where"),
+    ("name", "old", "new", "where"),
     [
-        ("inverse_dynamics_ground[3] = {0.0, ", "inverse_dynamics_ground[3] = {1e-9, ", "another function"),
-        ("{0, 0, 1, ", "{0, 1, 1, ", "fixed text"),
-        ("x2 = x * x, y2 = y * y", "x2 = x * x, y2 = y * x", "fixed text"),
+        (ID, "inverse_dynamics_ground[3] = {0.0, ", "inverse_dynamics_ground[3] = {1e-9, ", "another function"),
+        (ID, "{0, 0, 1, ", "{0, 1, 1, ", "fixed text"),
+        (FD, "forward_dynamics_ground[3] = {0.0, ", "forward_dynamics_ground[3] = {1e-9, ", "another function"),
+        (FD, "x3 = ", "x3 = 2 * ", "fixed text"),
+        (ID, "x2 = x * x, y2 = y * y", "x2 = x * x, y2 = y * x", "fixed text"),
     ],
 )
-def test_a_changed_table_or_loop_is_found(old: str, new: str, where: str) -> None:
+def test_a_changed_table_or_loop_is_found(name: str, old: str, new: str, where: str) -> None:
     pytest.importorskip("tree_sitter_c")
-    program = lower(formulate(tree(4, 12), [ID], LOOP))
+    program = lower(formulate(tree(4, 12), [name], {ID: LOOP, FD: FORWARD}[name]))
     files = files_of(emit(program, "c"))
-    (name,) = (name for name in files.contents if name.endswith(".c"))
-    source = str(files.contents[name])
+    (file,) = (file for file in files.contents if file.endswith(".c"))
+    source = str(files.contents[file])
     changed = source.replace(old, new, 1)
     assert changed != source
 
     found = prove_texts(
         printed(program, "double", loops=True),
-        replace(files, contents={**files.contents, name: changed}),
+        replace(files, contents={**files.contents, file: changed}),
         READERS["c"],
         files.contents,
     )
@@ -277,14 +311,26 @@ def test_a_large_tree_is_loaded_without_deriving_its_lines(few: int, monkeypatch
     )
 
 
+@pytest.mark.parametrize("lines", [False, True])
+def test_where_a_joint_moves_no_mass_there_is_no_loop(lines: bool) -> None:
+    arm = declared(
+        "massless",
+        bodies=[body("heavy", mass=1, com=[1, 0, 0], inertia=[1, 1, 1], about="com"), body("nothing")],
+        joints=[revolute("a", "ground", "heavy"), revolute("b", "heavy", "nothing")],
+    )
+    with pytest.raises(DerivationError, match="moves no mass"):
+        formulate(arm, [FD], FORWARD, lines=lines)
+
+
+@BOTH
 @pytest.mark.long
 @pytest.mark.runs("cc")
-def test_a_certificate_holds_loop_and_lines_together() -> None:
-    found = symdyn.certify(tree(5, 6), [ID], road=LOOP, targets=["c"])
+def test_a_certificate_holds_loop_and_lines_together(name: str, loop: str, lines: str) -> None:
+    found = symdyn.certify(tree(5, 6), [name], road=loop, targets=["c"])
 
     assert found.passed
-    assert {one.claim for one in found.findings} >= {f"{ID}: {LOOP} = rnea", f"{ID}: {LOOP} = lagrange"}
-    assert all(one.functions == (ID,) for one in found.written if one.verdict == "proved")
+    assert {one.claim for one in found.findings} >= {f"{name}: {loop} = {lines}", f"{name}: {loop} = lagrange"}
+    assert all(one.functions == (name,) for one in found.written if one.verdict == "proved")
 
 
 @pytest.mark.long

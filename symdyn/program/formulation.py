@@ -8,8 +8,9 @@ all beyond `LONGEST`, where the table's own rule decides.
 A road that is weighed apart is derived on a graph of its own, and on the scene's if it wins: programs are written in
 the order in which nodes are born, which what is only weighed must not change.
 
-From `FEWEST` joints on what can be a loop over a table is one in the languages that have it, beside the lines by the
-cheapest road, and these need not be derived at all. A road that is asked for is taken at any number of joints.
+From so many joints on as `TABLE_LOOPS` says what can be a loop over a table is one in the languages that have it,
+beside the lines by the cheapest road, and these need not be derived at all. A road that is asked for is taken at any
+number of joints.
 
 Closed forms with sums of angles are no road: they trade multiplications for sines, and a rounded sum of angles has lost
 digits that the product form keeps.
@@ -32,11 +33,13 @@ from symdyn.dynamics import (
     row_of,
 )
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.recursive.joint_table import FEWEST, lacking
+from symdyn.dynamics.recursive.joint_table import lacking
+from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop
 from symdyn.dynamics.roads.count import count
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, growing
 from symdyn.program.lower import lower
+from symdyn.program.pivots import may_vanish
 from symdyn.scene import Scene
 
 LONGEST = 16
@@ -98,30 +101,35 @@ def chosen(workspace: Workspace, request: str, road: str | None = None, lines: b
     """Return an output by the road that was asked for, if it has that, else by the one that costs least."""
     loop = looped(workspace, request, road)
     if loop and not lines:
-        return loop_alone(workspace, request, loop)
+        alone = loop_alone(workspace, request, loop)
+        if not (TABLE_LOOPS[loop].divides and may_vanish(workspace.joint_table, workspace.scene)):
+            return alone
     if road is not None and road in roads_of(request, workspace.scene):
         return derive_one(workspace, request, road)
     found = cheapest(workspace, request)
-    return replace(found, loop=workspace.joint_table) if loop else found
+    return replace(found, loop=TableLoop(loop, workspace.joint_table)) if loop else found
 
 
 def looped(workspace: Workspace, request: str, road: str | None) -> str:
     """Return the road by which an output is a loop over a table: the one asked for, or by count; "" for none."""
     roads = row_of(request, workspace.scene)[0].roads
-    unasked = road is None and workspace.state.n < FEWEST
-    if unasked or not any(one.loop for one in roads.values()):
+    loops = [name for name, one in roads.items() if one.loop]
+    if not loops or (road is None and all(workspace.state.n < TABLE_LOOPS[name].fewest for name in loops)):
         return ""
     there = roads_of(request, workspace.scene)
     if road in there:
         return road if roads[road].loop else ""
-    return next((name for name in there if roads[name].loop and workspace.state.n >= FEWEST), "")
+    return next((name for name in there if roads[name].loop and workspace.state.n >= TABLE_LOOPS[name].fewest), "")
 
 
 def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
     """Return why large functions that might be loops over a table are lines, "" where there are none."""
     rows = {name: OUTPUTS[name] for name in outputs if name in OUTPUTS}
-    might = [name for name, row in rows.items() if any(road.loop for road in row.roads.values())]
-    if not might or len(scene.velocities) < FEWEST:
+    fewest = {
+        name: TABLE_LOOPS[road].fewest for name, row in rows.items() for road in row.roads if row.roads[road].loop
+    }
+    might = [name for name, joints in fewest.items() if len(scene.velocities) >= joints]
+    if not might:
         return ""
     why = lacking(scene, build_tree(scene, Graph()))
     return f"{scene.name}: {', '.join(might)} in lines, not as a loop over a table: {why}" if why else ""

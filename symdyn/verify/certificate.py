@@ -264,8 +264,9 @@ def _program_claims(scene: Scene, functions: Sequence[Function], program: Progra
 
 def _loop_claim(function: Function) -> Claim:
     """Return that a loop over the table of a function computes its entries."""
+    assert function.loop is not None, "there is a table"
     (compute,) = (road.loop for road in row_of(function.request)[0].roads.values() if road.loop)
-    found = compute(function.loop, *(argument.symbols for argument in function.arguments))
+    found = compute(function.loop.table, *(argument.symbols for argument in function.arguments))
     return Claim(function.name, "loop over a table", function.formulation, tuple(found), function.entries)
 
 

@@ -33,8 +33,6 @@ from symdyn.spatial import (
     Wrench,
     add,
     add_matrices,
-    apply,
-    apply_transposed,
     cross,
     identity,
     mirrored,
@@ -72,10 +70,10 @@ class Articulated:
             plus(self.bias, other.bias),
         )
 
-    def times(self, motion: Pair) -> Pair:
-        """Return [[J, H], [Hᵀ, M]] motion."""
-        w, v = motion
-        return add(apply(self.J, w), apply(self.H, v)), add(apply_transposed(self.H, w), apply(self.M, v))
+    def along_z(self, slides: bool) -> Pair:
+        """Return [[J, H], [Hᵀ, M]] times a unit turn about z, or a unit slide along it."""
+        n, f = (self.H, self.M) if slides else (self.J, transpose(self.H))
+        return (n[0][2], n[1][2], n[2][2]), (f[0][2], f[1][2], f[2][2])
 
     def without(self, U: Pair, share: Pair, slides: bool) -> Articulated:
         """Return A - U Uᵀ / D, `share` being U / D: what is left when the joint gives way; the bias stays.
@@ -92,11 +90,19 @@ class Articulated:
 
     def shifted(self, p: Vec) -> Articulated:
         """Return it about an origin that lies at -p: f keeps, n gains p × f, a becomes a - p × dw."""
-        r = skew(p)
-        rM, Hr = multiply(r, self.M), multiply(self.H, r)
-        J = _minus(_minus(self.J, add_matrices(Hr, transpose(Hr))), multiply(rM, r))
+        (x, y, z), H = p, self.H
+        K = add_matrices(H, multiply(skew(p), self.M))
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.J
+        J = symmetric(  # J - H [p]x - (...)^T - [p]x M [p]x, from H before and K after
+            xx - (z * (H[0][1] + K[0][1]) - y * (H[0][2] + K[0][2])),
+            yy - (x * (H[1][2] + K[1][2]) - z * (H[1][0] + K[1][0])),
+            zz - (y * (H[2][0] + K[2][0]) - x * (H[2][1] + K[2][1])),
+            xy - (z * (H[1][1] - K[0][0]) + x * K[0][2] - y * H[1][2]),
+            xz - (y * (K[0][0] - H[2][2]) + z * H[2][1] - x * K[0][1]),
+            yz - (x * (H[2][2] - K[1][1]) + y * K[1][0] - z * H[2][0]),
+        )
         n, f = self.bias
-        return Articulated(mirrored(J), add_matrices(self.H, rM), self.M, (add(n, cross(p, f)), f))
+        return Articulated(J, K, self.M, (add(n, cross(p, f)), f))
 
     def seen_from(self, link: Link) -> Articulated:
         """Return it in the parent's frame."""
@@ -125,40 +131,32 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
     tree, acting = held_tips(tree, acting)
     graph, still, ends = tree.graph, zero_vector(tree.graph), tree.ends
     motion = [moving(still, still, still)]
-    A = [_articulated(tree.body[0], motion[0])]
+    A = [articulated(tree.body[0], motion[0])]
     for i in tree.outward():  # motions that velocities alone give, ground to tips
         before, rate = motion[tree.parent[i]], qd[i - 1]
         motion.append(carried(before, tree.link[i], tree.slides[i], rate, graph.zero, ends[i], summing=True))
-        A.append(_articulated(tree.body[i], motion[i]))
+        A.append(articulated(tree.body[i], motion[i]))
     for i, (f, n) in enumerate(acting):
         A[i] = replace(A[i], bias=(sub(A[i].bias[0], n), sub(A[i].bias[1], f)))
     share: list[Pair] = [(still, still)] * (tree.n + 1)
     alone = [graph.zero] * (tree.n + 1)
     for i in tree.inward():  # articulated inertias, tips to ground
         p, slides = tree.parent[i], tree.slides[i]
-        U = A[i].times(_along_z(graph.one, slides))
-        D = U[slides][2] + tree.armature[i]
-        if D.is_zero:
+        if (D := A[i].along_z(slides)[slides][2] + tree.armature[i]).is_zero:
             raise Singular(tree.A[i][0][0])
-        u = tau[i - 1] - A[i].bias[slides][2]
-        (n, f), alone[i] = (_over(part, D) for part in U), u / D
-        share[i] = n, f
+        share[i], alone[i], rest = given_way(A[i], slides, D, tau[i - 1])
         if p:
-            rest = A[i].without(U, share[i], slides)
-            bias = _handed_on(rest.bias, u, share[i], tau[i - 1], slides)
-            A[p] = A[p] + replace(rest, bias=bias).seen_from(tree.link[i])
+            A[p] = A[p] + rest.seen_from(tree.link[i])
     more: list[Pair] = [(still, neg(tree.gravity))]
     qdd: list[Expr] = []
     for i in tree.outward():  # accelerations besides, ground to tips
-        (dw, a), link = more[tree.parent[i]], tree.link[i]
-        turned, moved = link.out(dw), link.out(add(a, cross(dw, link.shift)))
-        given = turned, add(moved, cross(turned, (graph.zero, graph.zero, link.rise)))
+        given = at_rest(more[tree.parent[i]], tree.link[i])
         qdd.append(alone[i] - power(share[i], given))
-        more.append(plus(given, _along_z(qdd[-1], tree.slides[i])))
+        more.append(plus(given, along_z(qdd[-1], tree.slides[i])))
     return [a - b for a, b in zip(qdd, tree.bias(qd)[1:], strict=True)]
 
 
-def _articulated(body: Moments, motion: LinkMotion) -> Articulated:
+def articulated(body: Moments, motion: LinkMotion) -> Articulated:
     """Return a body alone: what it takes for its motion is its bias."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
     I = symmetric(yy + zz, xx + zz, xx + yy, -xy, -xz, -yz)  # noqa: E741  the book's name
@@ -166,22 +164,38 @@ def _articulated(body: Moments, motion: LinkMotion) -> Articulated:
     return Articulated(I, skew(body.h), mass, balance(body, motion))
 
 
-def _handed_on(bias: Pair, u: Expr, share: Pair, tau: Expr, slides: bool) -> Pair:
-    """Return bias + u share; where no rotor takes of it, what is handed on along the axis is τ."""
-    one = tau.graph.one
+def given_way(A: Articulated, slides: bool, D: Expr, tau: Expr) -> tuple[Pair, Expr, Articulated]:
+    """Return U / D, u / D and what is left of A, in its frame, when its joint gives way.
+
+    Where no rotor takes of it, U / D is one along the axis, and what is handed on there is τ.
+    """
+    U = A.along_z(slides)
+    u = tau - A.bias[slides][2]
+    pivot = 1 / D
+    share = _over(U[0], D, pivot), _over(U[1], D, pivot)
+    one = D.graph.one
 
     def handed(b: Vec, s: Vec, along: bool) -> Vec:
         last = tau if along and s[2] is one else b[2] + u * s[2]  # a share across may be 1 by chance
         return b[0] + u * s[0], b[1] + u * s[1], last
 
-    return handed(bias[0], share[0], not slides), handed(bias[1], share[1], slides)
+    bias = handed(A.bias[0], share[0], not slides), handed(A.bias[1], share[1], slides)
+    return share, u * pivot, replace(A.without(U, share, slides), bias=bias)
 
 
-def _over(a: Vec, D: Expr) -> Vec:
-    return (a[0] / D, a[1] / D, a[2] / D)
+def at_rest(before: Pair, link: Link) -> Pair:
+    """Return the accelerations beyond a joint that does not move, from those before it."""
+    (dw, a), zero = before, link.rise.graph.zero
+    turned, moved = link.out(dw), link.out(add(a, cross(dw, link.shift)))
+    return turned, add(moved, cross(turned, (zero, zero, link.rise)))
 
 
-def _along_z(amount: Expr, slides: bool) -> Pair:
+def _over(a: Vec, D: Expr, pivot: Expr) -> Vec:
+    x, y, z = (D.graph.one if entry is D else entry * pivot for entry in a)
+    return x, y, z
+
+
+def along_z(amount: Expr, slides: bool) -> Pair:
     """Return a turn or a slide along z."""
     still = zero_vector(amount.graph)
     along = (amount.graph.zero, amount.graph.zero, amount)

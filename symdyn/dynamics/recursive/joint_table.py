@@ -20,10 +20,6 @@ from symdyn.scene import Joint, Scene
 from symdyn.scene.values.quantity import ZERO
 from symdyn.spatial import Vec, neg, zero_vector
 
-FEWEST = 400
-"""Joints from which code is a loop unless it is asked for otherwise: about where blocks of states in lines leave
-the stack, so that many states take four times as long; below, lines are faster."""
-
 
 @dataclass(frozen=True)
 class JointRow:

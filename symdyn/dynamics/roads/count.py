@@ -11,9 +11,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import cache
 
 from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS, operations
+from symdyn.dynamics.recursive.aba_loop import JointKind, kinds_of, steps_of
 from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Expr, reachable
 from symdyn.graph.ops import SYMBOL
@@ -80,13 +83,47 @@ def count_table(table: JointTable) -> Counts:
     return found
 
 
+def count_forward_table(table: JointTable) -> Counts:
+    """Return the operations of one call of forward dynamics as a loop; what several hand to one joint is added."""
+    found, handed = Counts(), set[int]()
+    for row, kind in zip(table.rows, kinds_of(table), strict=True):
+        found += _count_steps(kind)
+        if row.parent in handed:
+            found += Counts(additions=sum(not x.is_zero for x in steps_of(kind).inertia))
+        handed.add(row.parent)
+        found += Counts(sincos=1) if not row.slides else Counts()
+        found += Counts() if row.at_zero or row.slides else FROM_ZERO
+    return found
+
+
+@cache
+def _count_steps(kind: JointKind) -> Counts:
+    """Return the operations at a joint of a kind, as they are printed."""
+    steps, found = steps_of(kind), Counts()
+    for results in (  # each step is a function of its own
+        (*steps.motion, *steps.bias),
+        (*steps.share, *steps.inertia),
+        (steps.qdd, *steps.besides),
+    ):
+        found += Counts(**Counter(name for node in reachable(results) if (name := CATEGORY[node.op])))
+    return found
+
+
+LOOP_COUNTS = {"rnea_loop": count_table, "aba_loop": count_forward_table}
+
+
+def count_loop(loop: TableLoop) -> Counts:
+    """Return the operations of one call of a loop over a table."""
+    return LOOP_COUNTS[loop.road](loop.table)
+
+
 def count_by_binding(function: Function) -> dict[str, Counts]:
     """Return the operations of `function` by binding time, a key for every row of `BINDING`.
 
     Symbols are told by their names; one that is no argument counts as known last.
     """
     if function.loop and function.is_loop_alone:
-        return {name: count_table(function.loop) if name == BINDING[-1][0] else Counts() for name, _ in BINDING}
+        return {name: count_loop(function.loop) if name == BINDING[-1][0] else Counts() for name, _ in BINDING}
     known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
     times: dict[Expr, int] = {}  # -1 for what has no symbol below it
     tallies = [Counter[str]() for _ in BINDING]

@@ -11,6 +11,7 @@ from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, has_motion
+from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
@@ -110,7 +111,7 @@ def _named(workspace: Workspace, request: str, row: Output, place: str, road: st
     unique = row.unique(workspace) if row.unique else ()
     text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
     text += _chosen(workspace, row) + _loose(made.labels, unique)
-    loop = workspace.joint_table if row.roads[road].loop else None
+    loop = TableLoop(road, workspace.joint_table) if row.roads[road].loop else None
     return replace(made, text=text, entries=tuple(entries), formulation=road, unique=unique, loop=loop)
 
 

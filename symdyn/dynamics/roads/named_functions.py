@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
-from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
@@ -74,7 +74,7 @@ class Function:
     request: str = ""
     unique: tuple[bool, ...] = ()
     labels: tuple[tuple[str, ...], ...] = ()
-    loop: JointTable | None = None
+    loop: TableLoop | None = None
 
     @property
     def is_loop_alone(self) -> bool:

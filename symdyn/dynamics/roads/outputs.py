@@ -14,6 +14,7 @@ from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.prescribed import has_motion
+from symdyn.dynamics.recursive.aba_loop import aba_loop
 from symdyn.dynamics.recursive.lean_tree import potential_energy
 from symdyn.dynamics.recursive.rnea_loop import rnea_loop
 from symdyn.dynamics.roads import recursive_derivatives
@@ -126,6 +127,7 @@ OUTPUTS: dict[str, Output] = {
             "crba": Road(roads.forward_crba),
             "aba": Road(roads.forward_aba, trees_only=True),
             "lagrange": by_lagrange(roads.lagrange_forward),
+            "aba_loop": Road(roads.forward_loop, up_to=0, loop=aba_loop),
         },
         own=FORWARD_IN_LOOPS,
         unasked=Unasked.AT_A_LOOK,

@@ -12,6 +12,7 @@ from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.prescribed import accelerations
 from symdyn.dynamics.recursive.aba import aba
+from symdyn.dynamics.recursive.aba_loop import aba_loop
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
@@ -33,6 +34,15 @@ def forward_aba(w: Workspace) -> list[Expr]:
     """Return q̈ by the articulated-body algorithm."""
     given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
     return aba(w.lean, w.state.qd, [tau + force - pull for tau, force, pull in given], w.loads)
+
+
+def forward_loop(w: Workspace) -> list[Expr]:
+    """Return q̈ by that algorithm, joint by joint from the table."""
+    try:
+        return aba_loop(w.joint_table, w.state.q, w.state.qd, w.state.tau)
+    except ZeroDivisionError:
+        w.once(forward_aba)  # which tells the joint that moves no mass
+        raise
 
 
 def forward_crba(w: Workspace) -> list[Expr]:

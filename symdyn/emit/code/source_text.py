@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.joint_table import FEWEST, JointTable
-from symdyn.dynamics.roads.count import count_table
+from symdyn.dynamics.recursive.table_loops import TableLoop
+from symdyn.dynamics.roads.count import count_loop
 from symdyn.dynamics.roads.named_functions import Argument
 from symdyn.emit.code.identifiers import function_names
 from symdyn.emit.code.operators import Printer
@@ -77,7 +77,7 @@ class FunctionText:
     counts: str
     operations: frozenset[Op]
     first: int
-    loop: JointTable | None = None
+    loop: TableLoop | None = None
 
     @property
     def scalars(self) -> tuple[str, ...]:
@@ -165,15 +165,11 @@ def _function(program: Program, routine: Routine, name: str, printer: Printer, f
     )
 
 
-def _loop(routine: Routine, table: JointTable, name: str, first: int) -> FunctionText:
+def _loop(routine: Routine, loop: TableLoop, name: str, first: int) -> FunctionText:
     """Return a function that goes over a table; it reads every entry of every argument."""
-    function, joints = routine.function, len(table.rows)
-    many = joints >= FEWEST
-    why = (
-        f"from {FEWEST} joints on faster over many states, and compiled at once"
-        if many
-        else "asked for by its formulation"
-    )
+    function, joints = routine.function, len(loop.table.rows)
+    many = joints >= loop.algorithm.fewest
+    why = f"from {loop.algorithm.fewest} joints on {loop.algorithm.why}" if many else "asked for by its formulation"
     return FunctionText(
         name=name,
         text=function.text,
@@ -186,10 +182,10 @@ def _loop(routine: Routine, table: JointTable, name: str, first: int) -> Functio
         steps=(),
         outputs=tuple(Line(str(index), "") for (index,) in _indices(function.shape, first)),
         unused=(),
-        counts=str(count_table(table)),
+        counts=str(count_loop(loop)),
         operations=frozenset(),
         first=first,
-        loop=table,
+        loop=loop,
     )
 
 

@@ -107,7 +107,7 @@ def code(program: Program, real: str = "double", rows: bool = False, accuracy: s
 
 def fits_float(program: Program) -> bool:
     """Tell whether a program can be written in float: no constant is too large."""
-    tables = (table_in_order(one.function.loop, program.scene) for one in program.routines if one.function.loop)
+    tables = (table_in_order(one.function.loop.table, program.scene) for one in program.routines if one.function.loop)
     numbers = (value for some in (program.constants.values(), *tables) for value in some)
     if all(abs(value) < 2 ** (REALS["float"].top - 1) for value in numbers):
         return True

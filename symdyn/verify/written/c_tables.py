@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 INSIDE = ("translation_unit", "preproc_ifdef")
 """What declarations stand in."""
 
-TABLES = (("ground", 0), ("joints", 6), ("matrices", 0))
-"""Names behind that of the function, and how many whole numbers begin a row."""
+TABLES = ("ground", "joints", "matrices")
+"""Names behind that of the function."""
 
 
 def read_table(file: File, wanted: Wanted) -> Read:
     """Return the numbers of all tables of a function, in the order of the text."""
     entries: list[Expr] = []
     lines: list[int] = []
-    for ending, whole in TABLES:
+    for ending in TABLES:
         name = f"{wanted.name}_{ending}"
         for row in _rows(file, name):
-            cells = [one for one in row.named_children if one.type != "comment"][whole:]
+            cells = [one for one in row.named_children if one.type != "comment" and not said(one).isdigit()]
             numbers = [(value, line_of(cell)) for cell in cells for value in _numbers(file, cell)]
             entries += [value for value, _ in numbers]
             lines += [line for _, line in numbers]

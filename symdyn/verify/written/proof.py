@@ -96,7 +96,7 @@ def printed(program: Program, real: str, seed: int = 1, loops: bool = False) -> 
     graph = Verbatim()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
     read = [
-        [graph.constant(nearest(value, real)) for value in table_in_order(one.function.loop, program.scene)]
+        [graph.constant(nearest(value, real)) for value in table_in_order(one.function.loop.table, program.scene)]
         if one.function.loop
         else verbatim(one.function.entries, rounded, graph)
         for one in program.routines

@@ -55,8 +55,8 @@ BATCH, HEADER_ONLY = "batch", "header-only"
 SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
 """Functions of our own in the source file, written there when they are called."""
 
-LOOPED = ("ground", "joint", "joints", "matrices", "outward", "inward", "fetch", "store", "loop", "one")
-"""What a function that is a loop is made of, behind its name."""
+LOOPED = ("ground", "joint", "joints", "matrices", "fetch", "store", "loop", "one")
+"""What all functions that are loops are made of, behind their names."""
 
 FLAT = {"double": -708, "float": -87}
 """Exponents below which an exponential would be denormal, and raise underflow: it is zero there."""
@@ -125,7 +125,12 @@ def _private(values: Mapping[str, Any]) -> list[str]:
         for part in (many.parts if many else ())
     ]
     sines = ["bits_of", "double_of", "any_large", "sincos_row"] if values["sincos"] else []
-    loops = [f"{one.name}_{what}" for one in values["page"].functions if one.loop for what in LOOPED]
+    loops = [
+        f"{one.name}_{what}"
+        for one, many in zip(values["page"].functions, values["codes"], strict=True)
+        if one.loop
+        for what in LOOPED + many.made_of
+    ]
     return helpers + sines + parts + loops
 
 
