@@ -3,8 +3,8 @@
 Chains of revolute joints about y and z in turn, their bodies numbers: reading the file, deriving inverse dynamics from
 the scene that was read, C from there, and the whole command `symdyn info`. Rows of four-bars, N closed loops: reading,
 and deriving forward dynamics, loops assembled and decided. Every figure is the least of several processes. Then inverse
-dynamics of chains as C that is a loop over a table, and as lines: from the file to a result, and a call (`--tables N
-..`). What was set out to be reached stands below.
+and forward dynamics of chains as C that is a loop over a table, and as lines: from the file to a result, and a call
+(`--tables N ..`). What was set out to be reached stands below.
 """
 
 from __future__ import annotations

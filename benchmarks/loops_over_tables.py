@@ -1,4 +1,4 @@
-"""Inverse dynamics of long chains as a loop over a table, beside lines: run by `benchmarks/large_mechanisms.py`."""
+"""Long chains as a loop over a table, beside lines: run by `benchmarks/large_mechanisms.py`."""
 
 from __future__ import annotations
 
@@ -18,28 +18,37 @@ from symdyn.emit import emit
 from symdyn.program import formulate, lower
 from symdyn.scene import read
 
-ID, STATES, ROUNDS = "inverse_dynamics", 264, 9
+ID, FD, STATES, ROUNDS = "inverse_dynamics", "forward_dynamics", 264, 9
 
 Array = npt.NDArray[np.float64]
 
-ROADS = {"loop": "rnea_loop", "lines": "rnea"}
+ROADS = {ID: {"loop": "rnea_loop", "lines": "rnea"}, FD: {"loop": "aba_loop", "lines": "aba"}}
 
 LONGEST_LINES = 1024
 """Joints up to which lines are compiled too."""
 
 WANTED = (("one state", 22.0), ("columns", 4.0))
+"""Of inverse dynamics: at most so many ns a joint."""
+
 SECONDS = 3.0
+
+FASTER = 1.1
+"""Of forward dynamics, one state: lines of the shortest of the chains at least so many times the loop."""
 
 
 def loops(paths: dict[int, Path]) -> list[Bar]:
-    """Print a row a chain and way, and return the bars of the longest; `paths` are scenes by their joints."""
+    """Print a row a chain and way, and return the bars; `paths` are scenes by their joints."""
+    return _loops(paths, ID) + _loops(paths, FD)
+
+
+def _loops(paths: dict[int, Path], output: str) -> list[Bar]:
     ways = ("one state", "columns", "rows")
-    print(f"\n{'joints':>8}{'way':>8}{'to a result, s':>16}" + "".join(f"{way + ', ns':>16}" for way in ways))
+    print(f"\n{output}\n{'joints':>8}{'way':>8}{'to a result, s':>16}" + "".join(f"{way + ', ns':>16}" for way in ways))
     print("processor time; of three arrays, a joint and state; medians of interleaved rounds")
     found: list[Bar] = []
     for joints, path in paths.items():
-        kept = {way: road for way, road in ROADS.items() if way == "loop" or joints <= LONGEST_LINES}
-        made = {way: _built(path, road, joints) for way, road in kept.items()}
+        kept = {way: road for way, road in ROADS[output].items() if way == "loop" or joints <= LONGEST_LINES}
+        made = {way: _built(path, output, road, joints) for way, road in kept.items()}
         times: dict[tuple[str, str], list[float]] = {}
         for _ in range(ROUNDS):
             for way, (_, calls) in made.items():
@@ -48,7 +57,11 @@ def loops(paths: dict[int, Path]) -> list[Bar]:
         for way, (seconds, _) in made.items():
             shown = [median(times[way, name]) for name in ways]
             print(f"{joints:8}{way:>8}{seconds:16.2f}" + "".join(f"{one:16.2f}" for one in shown), flush=True)
-        if joints == max(paths):
+        if output == FD and joints == min(paths):
+            ratio = median(a / b for a, b in zip(times["lines", ways[0]], times["loop", ways[0]], strict=True))
+            text = f"forward dynamics of a chain of {joints}, one state, lines, times the loop"
+            found.append(Bar(text, f"≥ {FASTER:g}", f"{ratio:.2f}", ratio >= FASTER))
+        if output == ID and joints == max(paths):
             found = [
                 Bar(f"chain of {joints}, loop, {name}", f"≤ {most:g} ns a joint", f"{here:.1f} ns", here <= most)
                 for name, most in WANTED
@@ -60,14 +73,14 @@ def loops(paths: dict[int, Path]) -> list[Bar]:
     return found
 
 
-def _built(path: Path, road: str, joints: int) -> tuple[float, dict[str, tuple[Callable[[], None], int]]]:
+def _built(path: Path, output: str, road: str, joints: int) -> tuple[float, dict[str, tuple[Callable[[], None], int]]]:
     """Return processor seconds from a file to the first result, and calls by name with the states of each."""
     before = _seconds()
     scene = read(path)
-    program = lower(formulate(scene, [ID], road, lines=False))
+    program = lower(formulate(scene, [output], road, lines=False))
     module = build(emit(program, "c", option="batch"))
     rng = np.random.default_rng(joints)
-    module.inverse_dynamics(*rng.uniform(-1, 1, (3, joints)))
+    getattr(module, output)(*rng.uniform(-1, 1, (3, joints)))
     seconds = _seconds() - before
     library = ctypes.CDLL(str(module.path))
     given = rng.uniform(-1, 1, (3, STATES, joints))
@@ -76,9 +89,9 @@ def _built(path: Path, road: str, joints: int) -> tuple[float, dict[str, tuple[C
     places = {name: [*some, out] for name, some in (("rows", given), ("columns", columns))}
     calls: dict[str, tuple[Callable[[], None], int]] = {}
     for name, ending in (("columns", "batch"), ("rows", "rows")):
-        call = bind_rows(library, f"{scene.name}_{ID}_{ending}", 4)
+        call = bind_rows(library, f"{scene.name}_{output}_{ending}", 4)
         calls[name] = _call(call, places[name], (STATES,)), STATES
-    one = getattr(library, f"{scene.name}_{ID}")
+    one = getattr(library, f"{scene.name}_{output}")
     one.argtypes = (ctypes.c_void_p,) * 4
     calls["one state"] = _call(one, places["rows"]), 1
     return seconds, calls

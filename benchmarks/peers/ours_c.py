@@ -38,8 +38,9 @@ def flags() -> tuple[str, ...]:
 def library(case: Case, output: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:
     """Return the compiled code of one output, compiled with `more` flags."""
     program = case.programs[output]
-    counts = program.routines[0].counts
-    option = "batch" if counts.multiplications + counts.additions <= LONG else ""
+    (routine,) = program.routines
+    short = routine.counts.multiplications + routine.counts.additions <= LONG
+    option = "batch" if short or routine.function.loop else ""
     sources = emit(program, "c", option=option)
     header, text = sources.files[1], sources.files[0][1]
     joined = text.replace(f'#include "{header[0]}"', header[1])

@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define TOKEN "5880d67c275f22cfb0a8da69620fecb2"
+#define TOKEN "cc35c899b5a168c50512f85cbbb4ad7e"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

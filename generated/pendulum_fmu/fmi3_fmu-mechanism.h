@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define TOKEN "afbf9c8838af85abdafacee4348583de"
+#define TOKEN "dd99bd10485f2c3df56d72baa53ddb22"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */
