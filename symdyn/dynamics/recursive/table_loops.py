@@ -44,7 +44,5 @@ TABLE_LOOPS = {
     # About where blocks of states in lines leave the stack, so that many states take four times as long.
     "rnea_loop": LoopAlgorithm(400, "faster over many states, and compiled at once"),
     # About where lines of one state, which are fetched anew at every call, take longer than they wait for each other.
-    "aba_loop": LoopAlgorithm(
-        aba_loop, 48, "faster, as its code stays in the nearest cache, and compiled at once", True
-    ),
+    "aba_loop": LoopAlgorithm(48, "faster, as its code stays in the nearest cache, and compiled at once", True),
 }
