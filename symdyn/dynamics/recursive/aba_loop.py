@@ -17,9 +17,9 @@ from functools import cache
 
 from symdyn.dynamics.recursive.aba import Articulated, Pair, along_z, articulated, at_rest, given_way
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable
+from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments
-from symdyn.dynamics.recursive.rnea import LinkMotion, carried, moving
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.spatial import Mat, Vec, plus, symmetric, zero_vector
 
