@@ -15,7 +15,7 @@ import pytest
 
 import symdyn
 from symdyn.arguments import _read, check_arguments
-from symdyn.errors import ArgumentError, IdentifyError, SimulateError, SymdynError
+from symdyn.errors import ArgumentError, IdentifyError, SimulateError, SymdynError, VerifyError
 
 CART = symdyn.example("cart_pole")
 
@@ -133,3 +133,9 @@ def test_all_are_told_at_once() -> None:
     )
     with pytest.raises(IdentifyError, match=r"^units = 'M.=A': give values by name, as in .* or None$"):
         symdyn.identify(CART, {}, units="M*=A")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("real", ["x", "dd"])
+def test_a_type_that_no_certificate_measures_is_told(real: str) -> None:
+    with pytest.raises(VerifyError, match=f"^real type '{real}' is not measured; give double or float$"):
+        symdyn.certify(CART, real=real)

@@ -24,7 +24,9 @@ from symdyn.dynamics import (
     there,
     wanted_on,
 )
+from symdyn.emit.code.real import SINGLE
 from symdyn.emit.code.short_sines import find_short_sines
+from symdyn.errors import VerifyError
 from symdyn.graph import Expr, growing, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -127,9 +129,12 @@ def certify(
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
+        VerifyError: a number type that is not measured.
         EmitError: there is no such target or accuracy, or it does not have the number type.
     """
     check_arguments(certify, locals())
+    if real not in SINGLE:
+        raise VerifyError(f"real type {real!r} is not measured; give {' or '.join(SINGLE)}")
     asked = targets is not None
     scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []
