@@ -36,10 +36,11 @@ def two_link() -> Program:
 def altered(program: Program, old: str, new: str, option: str = "") -> Written:
     """Return what is known of the C file with one piece of text changed."""
     files = files_of(emit(program, "c", option=option))
-    text = files.contents["two_link.c"]
+    name = f"{program.scene.name}.c"
+    text = files.contents[name]
     assert isinstance(text, str)
     assert old in text
-    changed = {**files.contents, "two_link.c": text.replace(old, new, 1)}
+    changed = {**files.contents, name: text.replace(old, new, 1)}
     return prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["c"], files.contents)[0]
 
 
@@ -65,6 +66,16 @@ def test_long_functions_are_read_through_their_parts() -> None:
 
     assert "_part1" in str(emit(program, "c")["chain90.c"])
     assert proved(program)[0].verdict == proved(program, "batch")[0].verdict == "proved"
+
+
+def test_parts_leave_out_zeros_that_are_there_before() -> None:
+    program = symdyn.lower(symdyn.derive(symdyn.example("quadruped"), ["inverse_dynamics_derivatives"]))
+    cleared = "    memset(r, 0, sizeof r);\n"
+
+    assert not re.search(r"out\[[0-9]+\] = 0;", str(emit(program, "c")["quadruped.c"]).replace("0.0", "0"))
+    assert proved(program)[0].verdict == proved(program, "batch")[0].verdict == "proved"
+    assert "reads a place of a local array that was not written" in altered(program, cleared, "").where
+    assert "sets no array to zero" in altered(program, cleared, cleared.replace("0", "1")).where
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ import numpy as np
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_tables import read_table
 from symdyn.verify.written.c_values import File
-from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows
+from symdyn.verify.written.memory import Fault, Index, Pointer, Result, Rows, Work
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
 from symdyn.verify.written.syntax import line_of, said, unread
 
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 GRAMMAR = "tree_sitter_c"
 
 SINES, ROWS, COPY = "sincos_row", "sincos_rows", "memcpy"
+CLEAR = "memset"
 
 GROUP = 8
 """`sincos_row` takes a multiple of so many angles."""
@@ -175,10 +176,15 @@ class CStatements(Statements):
             super().statement(node)
 
     def call(self, node: Node) -> None:
-        """Read `memcpy(out, r, sizeof r)`, `sincos_row(…)`, `sincos_rows(…)`, or a part or a loop of this function."""
+        """Read one that sets or copies a whole array, takes sines, or is a part or a loop of this function.
+
+        These are `memset(r, 0, sizeof r)`, `memcpy(out, r, sizeof r)`, `sincos_row(…)` and `sincos_rows(…)`.
+        """
         name = said(node.children[0])
         if name == COPY:
             self._copy(node, self.arguments(node))
+        elif name == CLEAR:
+            self._clear(node, self.arguments(node))
         elif name == SINES and SINES in self.file.functions:
             self._sines(node, self.arguments(node))
         elif name == ROWS and ROWS in self.file.functions:
@@ -207,14 +213,28 @@ class CStatements(Statements):
         self.block(node.children[-1])
 
     def _copy(self, node: Node, arguments: list[Node]) -> None:
-        if len(arguments) != 3 or arguments[2].type != "sizeof_expression":
+        if len(arguments) != 3:
             raise unread(node, "is no copy that is read here")
-        size = arguments[2].children[1:]
-        if len(size) != 1 or not {said(size[0]), said(arguments[1])} <= self.arrays.keys():
-            raise unread(arguments[2], "is not the size of a local array")
-        if said(size[0]) != said(arguments[1]):
-            raise unread(arguments[2], f"is not the size of {said(arguments[1])}")
+        self._whole(arguments[1], arguments[2])
         self.copy(self.value(arguments[0]), self.value(arguments[1]), node)
+
+    def _clear(self, node: Node, arguments: list[Node]) -> None:
+        if len(arguments) != 3 or said(arguments[1]) != "0":
+            raise unread(node, "sets no array to zero")
+        self._whole(arguments[0], arguments[2])
+        array = self.value(arguments[0])
+        if not (isinstance(array, Pointer) and isinstance(array.memory, Work)):
+            raise unread(node, "sets no local array to zero")
+        for place in range(array.memory.size):
+            array.store(Index(place), self.file.text.graph.zero, line_of(node))
+
+    def _whole(self, array: Node, size: Node) -> None:
+        """Look whether `size` is that of a local array."""
+        measured = size.children[1:] if size.type == "sizeof_expression" else []
+        if len(measured) != 1 or not {said(measured[0]), said(array)} <= self.arrays.keys():
+            raise unread(size, "is not the size of a local array")
+        if said(measured[0]) != said(array):
+            raise unread(size, f"is not the size of {said(array)}")
 
     def _sines(self, node: Node, arguments: list[Node]) -> None:
         """Read `sincos_row(count, x, s, c)`: of one state, or of a row of states."""

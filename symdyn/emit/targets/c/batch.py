@@ -50,6 +50,7 @@ class CutText:
     parts: tuple[PassText, ...]
     results: tuple[str, ...] = ()
     sincos: bool = False
+    cleared: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,7 @@ class BatchText:
         scalar: stages of the scalar function; () leaves it as it is without batch code.
         results: entries of the result, as these stages name them.
         parts: functions of their own that a long scalar function is cut into; () for a short one.
+        cleared: whether these leave out entries that are zero.
         aliased: columns of a multiple of so many states stand ALIAS bytes apart; 0 where that does no harm.
         single: at most so many states are not worth a block.
         columns, later, block, row, state: what is handed on: where block k starts among columns, and the one j states
@@ -100,6 +102,7 @@ class BatchText:
     scalar: tuple[ScalarStage, ...]
     results: tuple[str, ...]
     parts: tuple[PassText, ...]
+    cleared: bool
     aliased: int
     single: int
     columns: str
@@ -147,10 +150,11 @@ def _cut(
         return None
     writer = writer_of(routine, text, program, printer, LONGEST, short=together and long)
     angles = sum(isinstance(stage, SineCosine) for stage in writer.plan.stages)
-    parts, size = _parts(writer), prod(text.shape)
+    parts, size = _parts(writer, cleared=few is None), prod(text.shape)
     if parts:
         calls = writer.scalar_calls(_by_address(text, address), together)
-        return CutText(size, writer.plan.rows, calls, parts, sincos=together and angles > 0)
+        cleared = any(map(writer.zero, range(size)))
+        return CutText(size, writer.plan.rows, calls, parts, sincos=together and angles > 0, cleared=cleared)
     if few is not None and angles >= few:
         results = tuple(writer.entry(place) for place in range(size))
         return CutText(size, 0, writer.scalar(), (), results, sincos=True)
@@ -176,12 +180,14 @@ def writer_of(
     return Writer(routine, program, printer, made, places, printed)
 
 
-def _parts(writer: Writer) -> tuple[PassText, ...]:
-    """Return the parts of a scalar function, () if it is short enough for one."""
+def _parts(writer: Writer, cleared: bool) -> tuple[PassText, ...]:
+    """Return the parts of a scalar function, () for a short one; where the result is `cleared` they write no zeros."""
     loops = [stage for stage in writer.plan.stages if isinstance(stage, Pass)]
     if not writer.routine.function.entries or sum(stage.plain for stage in loops) <= SPLIT:
         return ()
-    return tuple(writer.loop(stage, number, SINGLE) for number, stage in enumerate(loops, 1))
+    entries = range(len(writer.routine.function.entries))
+    written = {place: place for place in entries if not (cleared and writer.zero(place))}
+    return tuple(writer.loop(stage, number, SINGLE, written) for number, stage in enumerate(loops, 1))
 
 
 def _check_names(names: Sequence[str]) -> None:
@@ -224,7 +230,7 @@ def _batch(
             passes.append(writer.loop(stage, len(passes) + 1, LANED, result.written))
             work = "w" if rows else "0"
             calls.append(f"{text.name}_pass{len(passes)}(stride, reach, {_handed(text, {})}{work}, out);")
-    parts = _parts(single)
+    parts = _parts(single, cleared=True)
     if parts:
         scalar = single.scalar_calls(_by_address(text), together=True)
     else:
@@ -249,6 +255,7 @@ def _batch(
         kept=single.plan.rows,
         scalar=scalar,
         parts=parts,
+        cleared=any(map(single.zero, range(size))),
         results=tuple(single.entry(place) for place in range(size)),
         aliased=ALIAS // width if result.wide else 0,
         single=lanes // 8,

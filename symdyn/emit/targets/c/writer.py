@@ -228,6 +228,10 @@ class Writer:
             return Line(step.name, SINGLE.entry.format(*self.places[step.node]))
         return Line(step.name, self.printed[step.name])
 
+    def zero(self, place: int) -> bool:
+        """Return whether an entry of the result is zero whatever the state."""
+        return self.program.constants.get(self.routine.function.entries[place]) == 0
+
     def entry(self, place: int) -> str:
         """Return one entry of the result."""
         entry = self.routine.function.entries[place]
