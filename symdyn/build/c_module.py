@@ -203,7 +203,7 @@ class CFunction:
         places = [*(row.ctypes.data for row in rows), out.ctypes.data]
         lengths = [*(0 if name == common else prod(shape) for name, shape in self.arguments), prod(self.shape)]
         parts = split(prod(batch), self._threads, self._price)
-        run_rows(self._rows, places, [length * out.itemsize for length in lengths], parts)
+        run_rows(self._rows, places, [length * out.itemsize for length in lengths], parts, held=(rows, out))
 
     def _run(self, rows: Sequence[Array], out: Array, count: int) -> None:
         """Call the function once a state, walking through contiguous memory."""

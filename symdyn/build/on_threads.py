@@ -8,7 +8,8 @@ that it pays, which is told by states times what one of them costs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from math import prod
 from typing import Any
 
@@ -59,26 +60,37 @@ def split(states: int, threads: int, price: float) -> list[tuple[int, int]]:
 
 
 def run_rows(
-    call: Callable[..., Any], places: Sequence[int], strides: Sequence[int], parts: Sequence[tuple[int, int]]
+    call: Callable[..., Any],
+    places: Sequence[int],
+    strides: Sequence[int],
+    parts: Sequence[tuple[int, int]],
+    held: object = None,
 ) -> None:
     """Call an entry for rows on every part of the states, each on a thread of its own, the first on the caller's.
+
+    Where no thread can be started, as when Python ends, the caller does what is left.
 
     Args:
         call: takes a number of states, then addresses.
         places: address of each array's first state.
         strides: bytes from one state to the next; 0 for params, which all states share.
         parts: (first, past the last) state of each.
+        held: the arrays, which stay until all threads are done, also those that a second Ctrl-C does not wait for.
     """
 
-    def work(part: tuple[int, int]) -> None:
+    def work(part: tuple[int, int], _held: object = held) -> None:
         first, last = part
         call(last - first, *(place + first * stride for place, stride in zip(places, strides, strict=True)))
 
-    first, *others = parts
-    if not others:
-        work(first)
+    if len(parts) == 1:
+        work(parts[0])
         return
-    with ThreadPoolExecutor(len(others)) as pool:
-        done = pool.map(work, others)
-        work(first)
-        list(done)  # raises what one of them has raised
+    begun: list[Future[None]] = []
+    with ThreadPoolExecutor(len(parts) - 1) as pool:
+        with suppress(RuntimeError):
+            for part in parts[1:]:
+                begun.append(pool.submit(work, part))
+        for part in (parts[0], *parts[1 + len(begun) :]):
+            work(part)
+        for one in begun:
+            one.result()  # raises what it has raised

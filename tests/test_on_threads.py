@@ -1,0 +1,62 @@
+"""Rows on several threads where no thread can be started, and where nobody waits for one any longer."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+import weakref
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from symdyn.build.on_threads import run_rows
+
+PARTS = [(0, 64), (64, 128), (128, 192)]
+
+
+@pytest.mark.parametrize("started", [0, 1])
+def test_the_caller_does_what_no_thread_can_be_started_for(started: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    begin, begun = threading.Thread.start, []
+
+    def start(thread: threading.Thread) -> None:
+        if len(begun) == started:
+            raise RuntimeError("can't start new thread")
+        begun.append(thread)
+        begin(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    done = np.zeros(192)
+
+    def call(count: int, place: int) -> None:
+        done[place : place + count] = 1
+
+    run_rows(call, [0], [1], PARTS)
+    assert done.all()
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="no signals to threads here")
+def test_arrays_stay_while_a_thread_works_that_a_second_ctrl_c_did_not_wait_for() -> None:
+    first, on, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def call(_: int, place: int) -> None:
+        if not place:
+            first.set()
+            raise KeyboardInterrupt
+        assert first.wait(60)
+        time.sleep(0.2)  # until the caller waits for this thread
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        on.wait(60)
+        ended.set()
+
+    array = np.zeros(128)
+    there = weakref.ref(array)
+    with suppress(KeyboardInterrupt):
+        run_rows(call, [0], [1], PARTS[:2], held=array)
+    del array
+    try:
+        assert there() is not None, "the thread still writes to it"
+    finally:
+        on.set()
+    assert ended.wait(60)
