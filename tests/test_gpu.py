@@ -112,6 +112,8 @@ def test_what_waits_is_read_back_and_a_wrong_place_is_seen() -> None:
         text.replace("waiting_places + threadIdx.x", "waiting_places"),
         re.sub(r"(waiting_places\[)\d+", r"\g<1>5", text, count=1),
         text.replace("again(n) + k", "again(k) + k", 1),
+        text.replace(f"__launch_bounds__({fetched[0][1]})", "__launch_bounds__(256)"),
+        text.replace("__shared__ ", ""),
     )
     program = printed(made, "double")
     for one in (text, *wrong):

@@ -35,8 +35,14 @@ STARTS = {
 
 BEYOND = "if (k >= n) { return; }"
 
-PLACES = re.compile(r"(?:__shared__ )?volatile (\w+) waiting_places\[(\d+) \* (\d+)\];")
+PLACES = {
+    CUDA_GRAMMAR: re.compile(r"__shared__ volatile (\w+) waiting_places\[(\d+) \* (\d+)\];"),
+    C: re.compile(r"volatile (\w+) waiting_places\[(\d+) \* (\d+)\];"),
+}
 """Places in memory of the block, so many for each of so many threads."""
+
+BLOCK = {CUDA_GRAMMAR: "__launch_bounds__({})", C: "__attribute__((reqd_work_group_size({}, 1, 1)))"}
+"""What stands before a kernel whose blocks have no more threads than there are places for."""
 
 OWN = {
     CUDA_GRAMMAR: "volatile {} *const waiting = waiting_places + threadIdx.x;",
@@ -64,6 +70,7 @@ def read(text: Text, grammar: str) -> Reading:
             body.run(name)
             if body.begun != len(BEGINNING):
                 raise unread(file.functions[name], "does not begin with the number of its state")
+            body.bounded(file.functions[name])
             functions.append(finished(file, name, wanted, given.result))
     return Reading(tuple(functions), tuple(file.cuts.values()))
 
@@ -96,7 +103,7 @@ class KernelStatements(Statements):
     def places(self, node: Node) -> bool:
         """Read where values wait, if that is said here; each thread has every so many-th place."""
         words = " ".join(said(node).split())
-        found = PLACES.fullmatch(words)
+        found = PLACES[self.file.grammar].fullmatch(words)
         if found and found[1] == self.real_word and not self.threads and "waiting" not in self.names:
             self.threads, self.size = int(found[3]), int(found[2]) * int(found[3])
             self.arrays["waiting"] = words
@@ -105,6 +112,12 @@ class KernelStatements(Statements):
             self.names["waiting"] = Pointer(Places(self.size, self.threads))
             return True
         return False
+
+    def bounded(self, node: Node) -> None:
+        """Refuse a kernel whose values wait, if its blocks may have more threads than there are places for."""
+        bound = BLOCK[self.file.grammar].format(self.threads)
+        if self.threads and bound not in [" ".join(said(one).split()) for one in node.children]:
+            raise unread(node, f"has places for blocks of {self.threads} threads, and not {bound}")
 
     def function_of(self, name: str) -> Op | None:
         """Return which operation a function is, None if none; OpenCL has one name for all types."""
