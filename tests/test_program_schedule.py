@@ -65,7 +65,7 @@ def lines_of(program, output):
     return lines + [(None, needs_of((entry,), routine.names, program.constants)) for entry in routine.function.entries]
 
 
-@pytest.mark.parametrize("output", ["inverse_dynamics", "forward_dynamics", "mass_matrix"])
+@pytest.mark.parametrize("output", ["inverse_dynamics", "mass_matrix"])
 def test_an_arm_keeps_fewer_values_alive_than_its_program_does(output):
     program = lower(derive(read(EXAMPLES / "arm7.toml"), (output,)))
     lines = lines_of(program, output)

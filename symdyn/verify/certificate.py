@@ -34,7 +34,7 @@ from symdyn.program.formulation import chosen, known_road
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, SceneLike, express, scene_of
 from symdyn.shown import Shown
-from symdyn.verify.accuracy import Accuracy, measure
+from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
 from symdyn.verify.building import Building, wanted_targets
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
@@ -178,7 +178,7 @@ def certify(
             notes += told
     progress("measuring against 50 digits")
     measured = measure(program, modules, seed=seed, real=real, accuracy=accuracy)
-    notes += [f"{a.function}: real at none of the states tried" for a in measured if not a.states]
+    notes += remarks(measured)
     return Certificate(scene.name, fields, tuple(findings), tuple(measured), tuple(notes), refused, written, blocks)
 
 
