@@ -37,6 +37,7 @@ def run(path: Path, seconds: int = 300) -> Any:
     if here not in os.environ["PATH"].split(os.pathsep):  # for cells that call symdyn's commands
         os.environ["PATH"] = here + os.pathsep + os.environ["PATH"]
     os.environ["MATPLOTLIBRC"], os.environ["SOURCE_DATE_EPOCH"] = str(ROOT / "docs" / "site" / "matplotlibrc"), "0"
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as in tests: in how many parts sums are taken decides last digits
     book = stored(path)
     for cell in book.cells:
         cell.metadata = {}
