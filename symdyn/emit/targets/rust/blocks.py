@@ -67,7 +67,7 @@ def blocks(program: Program, page: Page, printer: Printer, bytes_each: int) -> t
 def _block(routine: Routine, text: FunctionText, program: Program, printer: Printer, bytes_each: int) -> Block:
     names = [argument.name for argument in text.arguments]
     common, size = shared(names), prod(text.shape)
-    # vectors stay whole beyond 1,200 operations, where C cuts them: rustc's loops ran 0.89 times as fast in pieces
+    # vectors stay whole where C cuts them (`LONGEST_OF_VECTOR`): rustc's loops ran 0.89 times as fast in pieces
     longest = LONGEST_LOOP if size <= WIDEST_LOOP else LONGEST
     writer = writer_of(routine, text, program, printer, longest, length_of(routine) > longest)
     held = writer.plan.rows + size + sum(argument.length for argument in text.arguments)
