@@ -38,7 +38,14 @@ def _single(value: Any) -> bool:
 
 
 def _number(value: Any) -> bool:
-    return _single(value) and not isinstance(value, bool) and hasattr(type(value), "__float__")
+    if not _single(value) or isinstance(value, bool) or not hasattr(type(value), "__float__"):
+        return False
+    if getattr(getattr(value, "dtype", None), "kind", "f") not in "fiu":  # a type of NumPy's that is no real number
+        return False
+    try:
+        return isinstance(float(value), float)
+    except (TypeError, ValueError):  # a symbol of SymPy, for one
+        return False
 
 
 def _whole(value: Any) -> bool:
@@ -116,6 +123,15 @@ def check_arguments(
             lines.append(f"{name} = {found}: give {kind.words[0]}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
+
+
+def doubles(*numbers: float | None) -> tuple[Any, ...]:
+    """Return numbers that a door takes, of any library, as Python's own, and None as None.
+
+    >>> doubles(1, None)
+    (1.0, None)
+    """
+    return tuple(None if one is None else float(one) for one in numbers)
 
 
 @cache

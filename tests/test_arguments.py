@@ -6,12 +6,14 @@ import importlib
 import inspect
 import re
 from collections.abc import Callable
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pages
 import pytest
+import sympy
 
 import symdyn
 from symdyn.arguments import _read, check_arguments
@@ -93,7 +95,7 @@ def _flown(
 
 @pytest.mark.parametrize(
     "given",
-    [{"height": one} for one in (1, 0.5, np.float32(2), np.int64(3), Fraction(1, 3), np.array(2.0))]
+    [{"height": one} for one in (1, 0.5, np.float32(2), np.int64(3), Fraction(1, 3), Decimal("0.1"), np.array(2.0))]
     + [{"crew": one} for one in ("a", ["a", "b"], ("a",), {"a"}, (x for x in "ab"), np.array(["a"]))]
     + [{"seats": np.int32(4)}, {"steep": np.bool_(1)}, {"steep": 1}, {"view": [1, 0.5]}, {"view": np.zeros(2)}],
 )
@@ -107,6 +109,9 @@ def test_numbers_and_lists_of_any_library_are_taken(given: dict[str, Any]) -> No
         ({"height": "1e-28"}, "height = '1e-28': give a number"),
         ({"height": True}, "height = True: give a number"),
         ({"height": None}, "height = None: give a number"),
+        ({"height": np.array("1")}, r"height = array\('1', .*: give a number"),
+        ({"height": np.complex128(1)}, "height = .*: give a number"),
+        ({"height": sympy.Symbol("h")}, "height = h: give a number"),
         ({"height": np.zeros(3)}, r"height = array\(\[0., 0., 0.\]\): give a number"),
         ({"crew": 3}, "crew = 3: give text or a list of texts"),
         ({"crew": ["a", 3]}, "crew = .*: give text or a list of texts"),
@@ -121,6 +126,23 @@ def test_numbers_and_lists_of_any_library_are_taken(given: dict[str, Any]) -> No
 def test_others_are_told_with_what_would_be_taken(given: dict[str, Any], words: str) -> None:
     with pytest.raises(ArgumentError, match=words):
         _flown(**{"height": 1, **given})
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("tenth", [Fraction(1, 10), Decimal("0.1"), sympy.Rational(1, 10)])
+def test_runs_take_numbers_of_any_library(tenth: Any) -> None:
+    run = symdyn.simulate(CART, until=tenth, every=tenth / 10, rtol=tenth**9, method="dop853")
+    assert (len(run.t), run.t[-1]) == (11, 0.1)
+    assert symdyn.ensemble(CART, until=tenth, start={"theta": [0.1, 0.2]}, measures="max(x)")["max(x)"].shape == (2,)
+    assert symdyn.sensitivity(CART, until=tenth, of="x").t == 0.1
+
+
+def test_a_series_of_pandas_holds_values_by_name() -> None:
+    pandas = pytest.importorskip("pandas")
+    values = {"mc": 2.0, "mp": 1.0}
+    found = [symdyn.linearize(CART, values=one).A for one in (values, pandas.Series(values))]
+    np.testing.assert_array_equal(found[1], found[0])
+    assert (found[0] != symdyn.linearize(CART, values=pandas.Series(dtype=float)).A).any()
 
 
 def test_all_are_told_at_once() -> None:

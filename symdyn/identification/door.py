@@ -19,7 +19,7 @@ from symdyn.identification.payload import Carried, Payload, carried, check_paylo
 from symdyn.identification.said_gains import doubts
 from symdyn.identification.told_apart import untold
 from symdyn.identification.units import forces_off, said_in, shown_in
-from symdyn.scene import SceneLike, bind, scene_of
+from symdyn.scene import SceneLike, scene_of, with_values
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.names import listed
 from symdyn.simulation.prescribed.forces import drive_names
@@ -71,7 +71,7 @@ def identify(
     """
     check_arguments(identify, locals(), IdentifyError)
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     faults = []
     if band is not None and not (np.isfinite(band) and band > 0):
         faults.append(f"band = {band!r:.40}: give a frequency in Hz above zero, such as 10")

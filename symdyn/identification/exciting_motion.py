@@ -19,7 +19,7 @@ from symdyn.identification.criteria import CRITERIA
 from symdyn.identification.excitation import Excitation, Improved, Reached
 from symdyn.identification.families import FAMILIES, Basis
 from symdyn.identification.motion_search import Functions, Motion, Search
-from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of, with_values
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.initial import read_guess
@@ -96,7 +96,7 @@ def excite(
     """
     check_arguments(excite, locals(), IdentifyError)
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     faults = Faults("")
     for fault in fits(scene):
         faults.add("", fault)

@@ -23,7 +23,7 @@ from symdyn.identification.measured import FEWEST, Measured, first_state, read_m
 from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
 from symdyn.identification.shooting import shooting
-from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of, with_values
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Faults
@@ -84,7 +84,7 @@ def output_error(
     """
     check_arguments(output_error, locals(), SimulateError)
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     parameter_values(scene)
     faults, known = Faults(""), [one.name for one in scene.parameters]
     asked = None if parameters is None else (parameters,) if isinstance(parameters, str) else tuple(parameters)

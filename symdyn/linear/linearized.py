@@ -14,7 +14,7 @@ from symdyn.linear.equilibrium import Equilibria, equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
-from symdyn.scene import SceneLike, bind, scene_of
+from symdyn.scene import SceneLike, scene_of, with_values
 from symdyn.scene.values.value import value_of
 from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
@@ -64,7 +64,7 @@ def linearize(
     """
     check_arguments(linearize, locals(), SimulateError)
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     asked = prepared(scene, forces, outputs, independent)
     start = read_start(scene, at, rates)
     return settled(asked, asked.at(start.q, start.u, t, start.notes), anywhere)
@@ -82,7 +82,7 @@ def linearize_at_rest(
     Arguments and errors as of `linearize`.
     """
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     asked = prepared(scene, forces, outputs, independent)
     found = equilibria(asked)
     return tuple(at_rest(asked, place) for place in found.places), found

@@ -1,6 +1,6 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
-from symdyn.scene.binding import bind, read_bindings, without_hidden_zeros
+from symdyn.scene.binding import bind, read_bindings, with_values, without_hidden_zeros
 from symdyn.scene.build import body, dh_table, given, looked_at, parameter, point, scene
 from symdyn.scene.build_joints import (
     custom,
@@ -147,6 +147,7 @@ __all__ = [
     "velocity_name",
     "with_symbolic_inertia",
     "with_symbols",
+    "with_values",
     "without_hidden_zeros",
     "write_text",
 ]

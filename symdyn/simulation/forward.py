@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, SceneLike, bind, scene_of
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_values
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
@@ -113,9 +113,10 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     check_arguments(simulate, locals(), SimulateError)
+    until, every, rtol, atol = doubles(until, every, rtol, atol)
     scene = scene_of(scene)
     one_run({"start": start, "start rates": start_rates, "values": values})
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     stops, reports = ((one,) if isinstance(one, str) else tuple(one) for one in (stops, reports))
     formulas, faults, given = (*stops, *reports), Faults(""), Forces()
     with noted(faults):

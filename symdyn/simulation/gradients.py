@@ -16,12 +16,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.graph import Graph, Op, reachable
-from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of, with_values
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.shown import Shown
@@ -130,8 +130,9 @@ def sensitivity(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     check_arguments(sensitivity, locals(), SimulateError)
+    until, rtol, atol = doubles(until, rtol, atol)
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     faults = Faults("")
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     with noted(faults):

@@ -21,7 +21,7 @@ from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph
-from symdyn.scene import Scene, SceneLike, bind, scene_of, spell, velocity_name
+from symdyn.scene import Scene, SceneLike, scene_of, spell, velocity_name, with_values
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
@@ -94,7 +94,7 @@ def inverse(
     """
     check_arguments(inverse, locals(), SimulateError)
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
     t = _times(times)
     path = path if isinstance(path, ScenePath) else read_path(scene, path)

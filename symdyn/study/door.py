@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
-from symdyn.scene import Parameter, Scene, SceneLike, bind, scene_of
+from symdyn.scene import Parameter, Scene, SceneLike, bind, scene_of, with_values
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.ensemble.measures import read_measure
@@ -131,8 +131,9 @@ def sweep(
         SceneError: values that the scene cannot have.
     """
     check_arguments(sweep, locals(), SimulateError)
+    until, every, rtol, atol = doubles(until, every, rtol, atol)
     bound = scene_of(scene)
-    bound = bind(bound, values) if values else bound
+    bound = with_values(bound, values)
     path = None if output is None else Path(output)
     faults = Faults("")
     if path is not None and path.suffix != SUFFIX:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SimulateError
-from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.scene import Scene, SceneLike, bind, scene_of, with_values
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.columns import FORCES
 from symdyn.simulation.forward import simulate
@@ -92,7 +92,7 @@ def uncertainty(
     """
     check_arguments(uncertainty, locals(), SimulateError)
     scene = scene_of(scene)
-    scene = bind(scene, values) if values else scene
+    scene = with_values(scene, values)
     faults = Faults("")
     spread = None
     with noted(faults):

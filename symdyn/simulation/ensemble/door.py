@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of
 from symdyn.scene.values.table import Faults
@@ -92,6 +92,7 @@ def ensemble(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     check_arguments(ensemble, locals(), SimulateError)
+    until, every, rtol, atol = doubles(until, every, rtol, atol)
     begin = time.perf_counter()
     stops = (stops,) if isinstance(stops, str) else tuple(stops)
     texts = (measures,) if isinstance(measures, str | Measure) else tuple(measures)
