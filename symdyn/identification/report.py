@@ -265,6 +265,3 @@ def autocorrelation(
             products[lag - 1] += float(mean[:-lag] @ mean[lag:])
     lags = products[: max(1, min(LAGS, count // 4))] / (power or 1.0)
     return lags, 1.96 / np.sqrt(max(count, 1))
-
-
-# The scene
