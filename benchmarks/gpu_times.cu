@@ -84,7 +84,9 @@ template <class Launch> static double seconds(Launch launch)
 int main()
 {
     int devices = 0;
-    if (cudaGetDeviceCount(&devices) != cudaSuccess || !devices) {
+    const cudaError_t status = cudaGetDeviceCount(&devices);
+    if (status != cudaSuccess || !devices) {
+        fprintf(stderr, "%s", status == cudaSuccess ? "no device" : cudaGetErrorString(status));
         return 3;
     }
     cudaDeviceProp card;
