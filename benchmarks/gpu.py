@@ -1,12 +1,14 @@
 """Kernels for GPUs: what nvcc makes of them, and how fast they are next to what a card can do.
 
     python benchmarks/gpu.py --compile [--arch sm_90,sm_80]      registers, shared memory, spills: needs nvcc, no card
+    python benchmarks/gpu.py --check [--arch sm_90]              results of peers as far as no card is needed: nvcc
     python benchmarks/gpu.py [--arch native]                     times: needs nvcc and a card
 
 Times are of 16 to a million states that lie on the card, medians of 7 rounds by the card's own clock. The limit is the
 lower rate of two: of memory, as a kernel that copies finds it, and of arithmetic, as a kernel of multiply-adds finds
-it, if every sum were fused with a product. A launch of an empty kernel is told apart. Times have not been measured yet:
-this program was compiled where there was no card, and other programs (grid-rbd, MJX) are not run beside it.
+it, if every sum were fused with a product. A launch of an empty kernel is told apart. What kernels compute is held
+against the equations, and so is what peers do that are installed (`pip install grid-rbd mujoco-mjx "jax[cuda13]"`):
+GRiD's kernels, and MJX, whose calls are dispatched from Python. Times have not been measured yet: there was no card.
 """
 
 from __future__ import annotations
@@ -17,14 +19,18 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT)]
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT)]
+
+from bars import Bar  # noqa: E402
+from cases import STATES, Case  # noqa: E402
+from gpu_peers import FD, ID, TIMED, Said, checked, compared, given, ran  # noqa: E402
+from native import HERE, MissingError  # noqa: E402
 
 import symdyn  # noqa: E402
-from benchmarks.bars import Bar  # noqa: E402
 from symdyn.emit import emit  # noqa: E402
 from symdyn.emit.code.real import REALS, SINGLE  # noqa: E402
 from symdyn.emit.targets.gpu.kernels import rooms  # noqa: E402
@@ -32,18 +38,15 @@ from symdyn.emit.targets.gpu.room import SIZES, Room  # noqa: E402
 from symdyn.program import Program, formulate, lower  # noqa: E402
 
 ROBOTS = ("arm7", "puma560", "quadruped")
-DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
-OUTPUTS = ("inverse_dynamics", "forward_dynamics", *DERIVATIVES)
-TIMED = "arm7"
+OUTPUTS = (ID, FD, "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+NUMBERS = ("q", "qd", "qdd", "tau")
+"""What the program of times is given, in its order."""
 
 SAID = re.compile(
     r"Compiling entry function '(\w+)'.*?(\d+) bytes spill stores, (\d+) bytes spill loads.*?Used (\d+) registers",
     re.DOTALL,
 )
 """What ptxas says of a kernel."""
-
-NO_CARD = 3
-"""How the program ends where there is no card."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,7 @@ def main() -> int:
     """Print a table in Markdown, and bars."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--compile", action="store_true", help="compile, and run nothing")
+    parser.add_argument("--check", action="store_true", help="compare results of peers, and time nothing")
     parser.add_argument("--arch", help="of the card, as nvcc names it; several for --compile, with commas between")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="examples for --compile")
     options = parser.parse_args()
@@ -79,8 +83,20 @@ def main() -> int:
         print(table(found))
         print("\n".join(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in bars(found)))
         return 0
+    case = Case(TIMED, symdyn.example(TIMED))
+    if options.check:
+        for real in SINGLE:
+            print("\n".join(checked(case, real, nvcc, options.arch or "sm_90")))
+        return 0
+    arch = options.arch or ("native" if shutil.which("nvidia-smi") else "sm_90")
     for real in SINGLE:
-        print(times(nvcc, real, options.arch or "native"))
+        try:
+            said = times(case, nvcc, real, arch).checked(case, real)
+        except MissingError as fault:
+            print(f"benchmarks: {fault}; --compile and --check need no card", file=sys.stderr)
+            return 1
+        print(told(program_of(TIMED), real, said))
+        print(compared(case, real, said, nvcc, arch))
     return 0
 
 
@@ -133,60 +149,53 @@ def bars(found: list[Compiled]) -> list[Bar]:
     return said
 
 
-def times(nvcc: str, real: str, arch: str) -> str:
-    """Return what a card takes for the kernels of one arm, as a table; ends the program where there is no card."""
+def times(case: Case, nvcc: str, real: str, arch: str) -> Said:
+    """Return what a card takes for the kernels of one arm; MissingError where there is no card."""
     program = program_of(TIMED)
     sources = emit(program, "gpu", real)
     runs = rooms(program, REALS[real])
     listed = []
     for name, routine, run in zip(sources.functions, program.routines, runs, strict=True):
-        given = ", ".join(f"a[{i}]" for i in range(len(routine.function.arguments)))
-        listed.append(f"T({TIMED}_{name}, {run.block}, {len(routine.function.entries)}, {given})")
-    with tempfile.TemporaryDirectory() as folder:
-        text = sources.texts[f"{TIMED}.cu"]
-        rest = Path(__file__).with_name("gpu_times.cu").read_text("utf-8")
-        head = f"#define REAL {real}\n#define KERNELS(T) {' '.join(listed)}\n"
-        Path(folder, "times.cu").write_text(text + head + rest, "utf-8")
-        known = arch if arch != "native" or shutil.which("nvidia-smi") else "sm_90"
-        command = [nvcc, "-O3", "-std=c++17", f"-arch={known}", "times.cu", "-o", "times"]
-        made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if made.returncode:
-            raise SystemExit(f"nvcc refused the program for {known}: {made.stderr[:500]}")
-        done = subprocess.run([str(Path(folder, "times"))], capture_output=True, text=True, check=False)
-    if done.returncode == NO_CARD:
-        raise SystemExit(f"benchmarks: CUDA finds no card ({done.stderr}); --compile needs none")
-    if done.returncode:
-        raise SystemExit(f"the card refused: {done.stderr[:500]}")
-    return told(program, real, done.stdout)
+        places = ", ".join(f"a[{NUMBERS.index(one.name)}]" for one in routine.function.arguments)
+        listed.append(f"T({TIMED}_{name}, {run.block}, {len(routine.function.entries)}, {places})")
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        given(case, folder)
+        head = f"#define REAL {real}\n#define AXES {case.n}\n#define KERNELS(T) {' '.join(listed)}\n"
+        text = f'{sources.texts[f"{TIMED}.cu"]}{head}#include "gpu_times.cu"\n'
+        (folder / "times.cu").write_text(text, "utf-8")
+        command = [nvcc, "-O3", "-std=c++17", f"-arch={arch}", f"-I{HERE}", "times.cu", "-o", "times"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise SystemExit(f"nvcc refused the program for {arch}: {done.stderr[:500]}")
+        said = ran(["./times"], folder, f"{TIMED}_")
+    return replace(said, results=[(name, x.reshape(-1, STATES).T) for name, x in said.results])  # columns
 
 
-def told(program: Program, real: str, said: str) -> str:
-    """Return the lines of the program as a table, with the share of the limit that each reaches."""
-    card, *rest = said.splitlines()
-    rows = [(name, int(states), float(seconds)) for name, states, seconds in (line.split() for line in rest)]
-    at = {name: (count, seconds) for name, count, seconds in rows[:3]}
+def told(program: Program, real: str, said: Said) -> str:
+    """Return what was taken as a table, with the share of the limit that each kernel reaches."""
+    seconds = dict(said.seconds)
+    at = {name: (n, taken) for (name, n), taken in seconds.items() if name in ("copy", "fused", "nothing")}
     bytes_a_second = 2 * SIZES[real] * at["copy"][0] / at["copy"][1]
     fused_a_second = at["fused"][0] / at["fused"][1]
     lines = [
-        f"{card.removeprefix('card ')}, {real}: a launch takes {at['nothing'][1] * 1e6:.2f} µs, memory "
+        f"{said.card}, {real}: a launch takes {at['nothing'][1] * 1e6:.2f} µs, memory "
         f"{bytes_a_second / 1e9:.0f} GB/s, {fused_a_second / 1e9:.0f} thousand million multiply-adds a second.",
         "",
         "| kernel | states | µs | ns a state | share of the limit |",
         "|---|--:|--:|--:|--:|",
     ]
-    limits = {}
+    reached = []
     for routine in program.routines:
         function, counts = routine.function, routine.counts
         moved = (len(routine.inputs) + len(function.entries)) * SIZES[real]
-        limits[f"{program.scene.name}_{function.name}"] = max(
-            moved / bytes_a_second, max(counts.multiplications, counts.additions) / fused_a_second
-        )
-    reached = []
-    for name, states, seconds in rows[3:]:
-        share = limits[name] * states / seconds
-        lines.append(f"| {name} | {states:,} | {seconds * 1e6:.2f} | {seconds / states * 1e9:.3f} | {share:.0%} |")
-        if states == max(count for _, count, _ in rows[3:]):
-            reached.append(Bar(f"{name} in {real}, share of the limit", "≥ 70 %", f"{share:.0%}", share >= 0.7))
+        limit = max(moved / bytes_a_second, max(counts.multiplications, counts.additions) / fused_a_second)
+        batches = sorted(n for name, n in seconds if name == function.name)
+        for n in batches:
+            taken = seconds[function.name, n]
+            share = limit * n / taken
+            lines.append(f"| {function.name} | {n:,} | {taken * 1e6:.2f} | {taken / n * 1e9:.3f} | {share:.0%} |")
+        reached.append(Bar(f"{function.name} in {real}, share of the limit", "≥ 70 %", f"{share:.0%}", share >= 0.7))
     return "\n".join([*lines, "", *(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in reached), ""])
 
 
