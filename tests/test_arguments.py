@@ -18,6 +18,7 @@ import sympy
 import symdyn
 from symdyn.arguments import _read, check_arguments
 from symdyn.errors import ArgumentError, IdentifyError, SimulateError, SymdynError, VerifyError
+from symdyn.scene import bind
 
 CART = symdyn.example("cart_pole")
 
@@ -137,12 +138,17 @@ def test_runs_take_numbers_of_any_library(tenth: Any) -> None:
     assert symdyn.sensitivity(CART, until=tenth, of="x").t == 0.1
 
 
+@pytest.mark.runs("cc")
 def test_a_series_of_pandas_holds_values_by_name() -> None:
     pandas = pytest.importorskip("pandas")
     values = {"mc": 2.0, "mp": 1.0}
     found = [symdyn.linearize(CART, values=one).A for one in (values, pandas.Series(values))]
     np.testing.assert_array_equal(found[1], found[0])
     assert (found[0] != symdyn.linearize(CART, values=pandas.Series(dtype=float)).A).any()
+    assert symdyn.load(CART, ["mass_matrix"], parameters=pandas.Series(values)).scene == bind(CART, values)
+    over, motion = {"mc": 0.01}, {"x": "t**2", "theta": "0"}
+    spreads = [symdyn.uncertainty(CART, one, motion=motion, times=T) for one in (over, pandas.Series(over))]
+    np.testing.assert_array_equal(spreads[1]["F"], spreads[0]["F"])
 
 
 def test_all_are_told_at_once() -> None:

@@ -103,6 +103,7 @@ def read_spread(
 
 def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, faults: Faults) -> Spread:
     """Return what is uncertain where nothing is correlated."""
+    over = dict(over.items()) if hasattr(over, "items") else over  # a series of pandas has them, too
     spreads, texts = dict[str, float](), over
     if isinstance(over, Mapping):
         spreads = {str(name): float(x) for name, x in over.items() if isinstance(x, Real)}

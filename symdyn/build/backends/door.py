@@ -14,7 +14,7 @@ from symdyn.dynamics import LoopChoices
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.extras import install
-from symdyn.scene import SceneLike, bind, scene_of
+from symdyn.scene import SceneLike, bind, scene_of, with_values
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,10 @@ def load(
     if find_short_sines(accuracy) and row.package:
         raise EmitError(f"accuracy {accuracy} is for NumPy's arrays, not for those of {row.title}; leave it out")
     known = scene_of(scene)
-    bound = bind(known, parameters) if parameters else known
+    bound = with_values(known, parameters)
     values = values_of(bound, names_of("free", free))
-    if values and parameters:  # what is bound to zero is gone from formulas, and could not be given by name
+    if values and parameters is not None and bound is not known:
+        # what is bound to zero is gone from formulas, and could not be given by name
         bound = bind(known, {name: value for name, value in parameters.items() if name not in values})
     known = bound
     names = None if functions is None else names_of("functions", functions)
