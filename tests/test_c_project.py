@@ -7,6 +7,7 @@ import re
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from arms import chain
@@ -16,8 +17,9 @@ from symdyn.build import build
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.emit import beside, emit, write
+from symdyn.emit.code import worked_example
 from symdyn.errors import BuildError
-from symdyn.program import Program, lower, prepare
+from symdyn.program import Program, formulate, lower, prepare
 
 pytestmark = [pytest.mark.long(0), pytest.mark.runs("gcc", "g++")]
 
@@ -172,3 +174,19 @@ def test_what_is_no_file_is_not_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "main.c")  # whoever opened it would wait for its writer
     generated(tmp_path, "--functions", "mass_matrix")
     assert "int main" in (tmp_path / "main.c").read_text()
+
+
+def test_a_bound_that_holds_nowhere_is_not_looked_for_everywhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[int] = []
+
+    def count(*given: Any) -> Any:
+        tried.append(1)
+        return results(*given)
+
+    results = worked_example._results
+    monkeypatch.setattr(worked_example, "_results", count)
+    code = lower(formulate(chain(24), ("forward_dynamics", "inverse_dynamics"), "aba"))
+    found = worked_example.worked_example(emit(code, "c"))
+
+    assert (found.left_out, [one.name for one in found.called]) == (("forward_dynamics",), ["inverse_dynamics"])
+    assert len(tried) == worked_example.ENOUGH

@@ -90,6 +90,10 @@ SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/
 }
 
 
+class AllRoundingError(ZeroDivisionError):
+    """A divisor is not zero, and no larger than what rounding may have left in it."""
+
+
 class RunningErrors:
     """Big floats that know how far a shorter arithmetic may be off."""
 
@@ -133,9 +137,9 @@ class RunningErrors:
         return Bounded(value, abs(b.value) * a.error + abs(a.value) * b.error + self.u * abs(value))
 
     def div(self, a: Bounded, b: Bounded) -> Bounded:
-        """Return a / b; raise ZeroDivisionError where b may be zero for all that is known of it."""
+        """Return a / b; raise AllRoundingError where b may be zero for all that is known of it."""
         if not abs(b.value) > b.error:
-            raise ZeroDivisionError("a divisor is all rounding error")
+            raise (AllRoundingError if b.value else ZeroDivisionError)("a divisor is all rounding error")
         value = a.value / b.value
         return self._rounded(value, (a.error + abs(value) * b.error) / abs(b.value))
 

@@ -8,12 +8,13 @@ sign that is wrong does not.
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.big import BigFloats, Bounded
+from symdyn.algebra.big import AllRoundingError, BigFloats, Bounded
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.real import digits, find_real
 from symdyn.emit.code.short_sines import bound_of_sines
@@ -27,6 +28,8 @@ from symdyn.program.states import ALLOWED, DRAWS, ROUNDOFF, TINIEST, WIDER, roun
 DIGITS = 50
 SEED = "example"
 NO_VALUE = (ValueError, ZeroDivisionError, OverflowError)
+ENOUGH = 6
+"""States at which a divisor is all rounding error before no more are drawn: in long chains it is so everywhere."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +89,13 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
     functions = [routine.function for routine in program.routines]
     arguments = _arguments(functions)
     best: tuple[dict[str, list[Bounded]], dict[Expr, Bounded]] = {}, {}
-    rng = random.Random(SEED)
+    rng, unsure = random.Random(SEED), Counter[str]()
     for draw in range(DRAWS):
         point = _point(arguments, rng, sources.real, WIDER[draw * len(WIDER) // DRAWS])
-        results = _results(program, point, sources.real, bound_of_sines(sources.accuracy))
+        results = _results(program, point, sources.real, bound_of_sines(sources.accuracy), unsure)
         if len(results) > len(best[0]) or not draw:
             best = results, point
-        if len(results) == len(functions):
+        if all(one.name in best[0] or unsure[one.name] >= ENOUGH for one in functions):
             break
     results, point = best
     names = {one.symbols: name for name, one in arguments.items()}
@@ -134,10 +137,12 @@ def _point(arguments: Mapping[str, Argument], rng: random.Random, real: str, wid
     }
 
 
-def _results(program: Program, point: Mapping[Expr, Any], real: str, sines: float) -> dict[str, list[Bounded]]:
+def _results(
+    program: Program, point: Mapping[Expr, Any], real: str, sines: float, unsure: Counter[str]
+) -> dict[str, list[Bounded]]:
     """Return the result of every function that is real at a point; what is prepared there is handed on.
 
-    Sines may be off by `sines` beside their rounding.
+    Sines may be off by `sines` beside their rounding. Where a divisor is all rounding error the function is counted.
     """
     numbers = BigFloats(DIGITS)
     numbers.context.trap_complex = True
@@ -148,7 +153,8 @@ def _results(program: Program, point: Mapping[Expr, Any], real: str, sines: floa
     for function in sorted(functions, key=lambda one: one.name != PREPARE):
         try:
             results[function.name] = evaluate(function.entries, analysis, values)
-        except NO_VALUE:
+        except NO_VALUE as fault:
+            unsure[function.name] += isinstance(fault, AllRoundingError)
             continue
         if function.name == PREPARE:
             symbols = next((a.symbols for f in functions for a in f.arguments if a.name == PREPARED), ())
