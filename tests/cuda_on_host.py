@@ -23,6 +23,7 @@ struct dimension { unsigned x; };
 static dimension blockIdx, blockDim, threadIdx;
 enum cudaError_t { cudaSuccess };
 enum direction { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
+typedef void *cudaStream_t;
 static inline const char *cudaGetErrorString(cudaError_t) { return ""; }
 static inline cudaError_t cudaGetLastError() { return cudaSuccess; }
 static inline cudaError_t cudaMalloc(void **x, size_t n) { *x = malloc(n); return cudaSuccess; }
@@ -34,7 +35,7 @@ static inline cudaError_t cudaMemcpy(void *to, const void *from, size_t n, direc
 }
 """
 
-LAUNCH = re.compile(r"(\w+)<<<(.+?), (\d+)>>>\((.*?)\);")
+LAUNCH = re.compile(r"(\w+)<<<(.+?), (\d+)(?:, 0, .+?)?>>>\((.*?)\);")
 
 STRICT = ["-Wall", "-Wextra", "-Wdouble-promotion", "-Wfloat-conversion", "-Wshadow", "-Werror", "-Wno-unused-function"]
 

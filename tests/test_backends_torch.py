@@ -93,7 +93,7 @@ def test_arguments_are_named_as_for_numpy() -> None:
         found.mass_matrix(torch.zeros(3))
     with pytest.raises(ArgumentError, match=r"torch\.float16 is given"):
         found.mass_matrix(q.half(), torch.zeros(1).half())
-    with pytest.raises(ArgumentError, match="runs on the CPU alone, and a tensor is on meta"):
+    with pytest.raises(ArgumentError, match="runs on the CPU and on CUDA, and a tensor is on meta"):
         found.mass_matrix(q.to("meta"))
     for wrong in (None, "abc", {"x": 1}):
         with pytest.raises(ArgumentError, match="q is no array of real numbers; give 2 numbers, x, theta"):

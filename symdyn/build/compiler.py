@@ -1,4 +1,4 @@
-"""The only file that runs a compiler, of C, C++ or Rust: finding one, asking who it is, compiling a shared library."""
+"""The only file that runs a compiler, of C and its kin: finding one, asking who it is, compiling a shared library."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO
 
 from symdyn.build.commands import stop_command, waiting
-from symdyn.build.dialects import GNU, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
+from symdyn.build.dialects import GNU, NVCC, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
 from symdyn.errors import BuildError, CompilerFault, MissingCompiler
 from symdyn.extras import install
 
@@ -70,6 +70,14 @@ CPLUSPLUS = Language(
 )
 RUSTC = Language(
     "Rust", "RUSTC", ("rustc",), lambda command: RUST, "", lambda: "install one, `apt-get install rustc` for one"
+)
+CUDA = Language(
+    "CUDA",
+    "NVCC",
+    ("nvcc",),
+    lambda command: NVCC,
+    "",
+    lambda: "install NVIDIA's CUDA toolkit, or call the CPU's: x.cpu()",
 )
 
 

@@ -1,4 +1,4 @@
-"""How each kind of compiler is spoken to: a row for GCC and Clang, for both on Windows, for `cl`, `clang-cl`, `rustc`.
+"""How compilers are spoken to: a row for GCC and Clang, for both on Windows, for `cl`, `clang-cl`, `rustc`, `nvcc`.
 
 A command line is program, flags, machine, files, what the code needs, where the library goes, in the words of the row.
 """
@@ -171,6 +171,18 @@ RUST = Dialect(
     part=lambda made: ("--emit=obj", "-o", str(made)),
     object=".o",
     source=f"{CALLS}.rs",
+)
+
+NVCC = Dialect(
+    flags=("-O3", "-std=c++17", "-shared", "-Xcompiler", "-fPIC"),
+    machines={},  # it compiles for a card, which who asks names
+    version=("--version",),
+    macros=None,
+    needs=lambda needs: (),
+    library=lambda made, needs: ("-o", str(made)),
+    part=lambda made: ("-c", "-o", str(made)),
+    object=".o",
+    source=".cu",
 )
 
 BY_NAME: Mapping[str, Dialect] = {"cl": CL, "clang-cl": CLANG_CL}

@@ -1,19 +1,21 @@
 """The functions of a scene for PyTorch, over the same C: autograd of any order, torch.func, in double and in float.
 
 One autograd function calls one word (`words.py`) by the ufunc that `load` makes of it: tensors on the CPU are handed on
-where they stand, broadcast by NumPy, and the interpreter's lock is let go. What moves with what is in `rules.py`.
+where they stand, broadcast by NumPy, and the interpreter's lock is let go. Those on a card go to kernels (`card.py`).
+What moves with what is in `rules.py`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 import torch
 
 from symdyn.build.backends.backend_function import Library, is_weak, loaded_for
+from symdyn.build.backends.card import CARDS, launch
 from symdyn.build.backends.rules import Array, Arrays, all_columns, all_rows, cotangent, tangent
 from symdyn.build.backends.words import ALONG, BACK, Word, weights_of
 from symdyn.build.extension import build_extension
@@ -37,7 +39,10 @@ class Call(torch.autograd.Function):
 
     @staticmethod
     def forward(word: Word, *given: Array) -> Array:
-        """Return what the word computes, by NumPy's ufunc on the tensors' own memory."""
+        """Return what the word computes, by NumPy's ufunc on the tensors' own memory, or by a kernel on their card."""
+        card = CARDS.get(given[0].device.type)
+        if card is not None:
+            return launch(card, word, [one.detach().resolve_neg() for one in given])
         run = word.code.ready("double")[word.place]
         arrays = [one.detach().resolve_neg().numpy() for one in given]  # z.conj().imag is a view with its sign to come
         return torch.from_numpy(np.asarray(run(*arrays), arrays[0].dtype))
@@ -54,7 +59,7 @@ class Call(torch.autograd.Function):
         """Return the derivatives of the arguments that want them."""
         word, given = ctx.word, dict(zip(ctx.word.names, ctx.saved_tensors, strict=True))
         wanted = [name for name, need in zip(word.names, ctx.needs_input_grad[1:], strict=True) if need]
-        found = cotangent(ARRAYS, word, given, y, wanted)
+        found = cotangent(_arrays(y.device), word, given, y, wanted)
         return (None, *(_gathered(found[name], given[name]) if name in found else None for name in word.names))
 
     @staticmethod
@@ -62,8 +67,9 @@ class Call(torch.autograd.Function):
         """Return how the result moves."""
         word, given = ctx.word, dict(zip(ctx.word.names, ctx.saved_tensors, strict=True))
         moving = {name: d for name, d in zip(word.names, rates, strict=True) if d is not None}
-        found = tangent(ARRAYS, word, given, moving)
-        return torch.broadcast_to(found, (*ARRAYS.leading(word, given), *word.shape))
+        arrays = _arrays(ctx.saved_tensors[0].device)
+        found = tangent(arrays, word, given, moving)
+        return torch.broadcast_to(found, (*arrays.leading(word, given), *word.shape))
 
     @staticmethod
     def vmap(info: Any, places: tuple[int | None, ...], word: Word, *given: Array) -> tuple[Array, int]:
@@ -75,10 +81,11 @@ class Call(torch.autograd.Function):
         fresh = {name for name, place in zip(word.names, places[1:], strict=True) if place is not None}
         if word.way is not None and info.batch_size >= MANY and not fresh & set(word.way.of.names):
             x = {name: moved[name] for name in word.way.of.names if name in moved}
+            arrays = _arrays(given[0].device)
             if word.kind == ALONG:
-                return all_columns(ARRAYS, word.way, x, moved), 0
+                return all_columns(arrays, word.way, x, moved), 0
             if word.kind == BACK:
-                return all_rows(ARRAYS, word.way, x, moved[weights_of(word.way.of)]), 0
+                return all_rows(arrays, word.way, x, moved[weights_of(word.way.of)]), 0
         return call(word, *moved.values()), 0
 
 
@@ -95,13 +102,17 @@ def _moved(array: Array, source: int, place: int) -> Array:
 
 
 class Names:
-    """What rules ask of a library of arrays, by NumPy's names."""
+    """What rules ask of a library of arrays, by NumPy's names; what is made is on one device."""
 
-    einsum, eye, zeros, concatenate = torch.einsum, torch.eye, torch.zeros, torch.cat
-    moveaxis = staticmethod(_moved)
+    einsum, concatenate, moveaxis = map(staticmethod, (torch.einsum, torch.cat, _moved))
+
+    def __init__(self, device: Any) -> None:
+        self.eye, self.zeros = partial(torch.eye, device=device), partial(torch.zeros, device=device)
 
 
-ARRAYS = Arrays(Names, lambda word, given: call(word, *given))
+@cache
+def _arrays(device: Any) -> Arrays:
+    return Arrays(Names(device), lambda word, given: call(word, *given))
 
 
 def _gathered(array: Array, like: Array) -> Array:
@@ -118,23 +129,28 @@ def _strong(value: Any) -> Array:
         raise ValueError(str(error)) from error
 
 
-def _tensor(value: Any, dtype: Any) -> Array:
-    return value.to(dtype) if isinstance(value, torch.Tensor) else torch.as_tensor(np.asarray(value)).to(dtype)
+def _tensor(value: Any, dtype: Any, device: Any) -> Array:
+    return value.to(dtype) if isinstance(value, torch.Tensor) else torch.as_tensor(np.asarray(value)).to(device, dtype)
 
 
 def _ready(word: Word, given: Sequence[Any]) -> bool:
-    """Tell whether arguments are tensors of one type on the CPU whose leading dimensions are equal, as most are."""
+    """Tell whether arguments are tensors of one type and device whose leading dimensions are equal, as most are."""
     first = given[0] if given else None
     if not isinstance(first, torch.Tensor) or len(given) != len(word.arguments) or first.dtype not in TYPES:
         return False
     leading = first.shape[: first.ndim - len(word.arguments[0][1])]
-    return all(
+    return _computes(first.device) and all(
         isinstance(one, torch.Tensor)
         and one.dtype is first.dtype
         and one.shape == leading + core
-        and one.device.type == "cpu"
+        and one.device == first.device
         for one, (_, core) in zip(given, word.arguments, strict=True)
     )
+
+
+def _computes(device: Any) -> bool:
+    """Tell whether there is code for a device."""
+    return device.type == "cpu" or device.type in CARDS
 
 
 def placed(word: Word, *given: Any) -> Array:
@@ -142,7 +158,9 @@ def placed(word: Word, *given: Any) -> Array:
 
     Raises:
         ValueError: a last dimension of another length, leading dimensions that do not broadcast.
-        ArgumentError: a tensor on another device, numbers of another type than float32 and float64.
+        ArgumentError: tensors on several devices or on one without code, numbers of another type than float32 and
+            float64, several sets of parameters on a card.
+        BuildError: nvcc is not there, refuses the kernels, or the card refuses to run one.
     """
     if _ready(word, given):
         return call(word, *given)
@@ -159,10 +177,14 @@ def placed(word: Word, *given: Any) -> Array:
         dtype = torch.get_default_dtype()
     if dtype not in TYPES:
         raise ArgumentError(f"{name}: {dtype} is given; there is code for {' and '.join(map(str, TYPES))}")
-    for one in strong:
-        if one.device.type != "cpu":
-            raise ArgumentError(f"{name} runs on the CPU alone, and a tensor is on {one.device}; give x.cpu()")
-    arrays = [_tensor(one, dtype) for one in given]
+    devices = list(dict.fromkeys(one.device for one in strong)) or [torch.device("cpu")]
+    for device in devices:
+        if not _computes(device):
+            raise ArgumentError(f"{name} runs on the CPU and on CUDA, and a tensor is on {device}; give x.cpu()")
+    if len(devices) > 1:
+        found = " and ".join(map(str, devices))
+        raise ArgumentError(f"{name}: tensors are on {found}; give all on one device, x.to('{devices[0]}')")
+    arrays = [_tensor(one, dtype, devices[0]) for one in given]
     owns = [core for _, core in word.arguments]
     if any(tuple(a.shape[a.ndim - len(core) :]) != core for a, core in zip(arrays, owns, strict=True)):
         raise ValueError("a last dimension has another length")
@@ -184,7 +206,7 @@ def stacked(values: Sequence[Any]) -> Any:
     dtype = strong[0].dtype
     for one in strong[1:]:
         dtype = torch.promote_types(dtype, one.dtype)
-    return torch.stack(torch.broadcast_tensors(*(_tensor(one, dtype) for one in values)), -1)
+    return torch.stack(torch.broadcast_tensors(*(_tensor(one, dtype, strong[0].device) for one in values)), -1)
 
 
 def _made(compiler: str | None, machine: str, program: Program, *_: Any) -> list[Callable[..., Any]]:

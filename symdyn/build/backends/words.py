@@ -39,7 +39,7 @@ LOCK = RLock()
 
 @dataclass(frozen=True, eq=False)
 class Code:
-    """A program, and what a backend makes of it: by real type, once, when it is first called.
+    """A program, and what is made of it: by real type and by whom, once, when it is first called.
 
     `columns` are those of each argument where it returns J, () of all else.
     """
@@ -47,14 +47,14 @@ class Code:
     program: Program
     make: Callable[[Program, str, tuple[int, ...]], Any]
     columns: tuple[int, ...] = ()
-    made: dict[str, Any] = field(default_factory=dict)
+    made: dict[Any, Any] = field(default_factory=dict)
 
-    def ready(self, real: str) -> Any:
-        """Return what the backend calls, for one real type."""
+    def ready(self, real: str, make: Callable[[Program, str, tuple[int, ...]], Any] | None = None) -> Any:
+        """Return what the backend calls, for one real type; `make` makes it where it is not the backend's own."""
         with LOCK:
-            if real not in self.made:
-                self.made[real] = self.make(self.program, real, self.columns)
-            return self.made[real]
+            if (real, make) not in self.made:
+                self.made[real, make] = (make or self.make)(self.program, real, self.columns)
+            return self.made[real, make]
 
 
 @dataclass(frozen=True, eq=False)
