@@ -147,10 +147,10 @@ def test_without_casadi_it_is_said_what_to_install(monkeypatch):
     [
         ({"until": -1}, "until = -1 is no time after the start"),
         ({"until": (3, 1)}, r"until = \(3, 1\) is no time"),
-        ({"until": "soon"}, "until = soon is no time"),
+        ({"until": "soon"}, "until = 'soon': give a number or 2 values"),
         ({"intervals": 0}, "intervals = 0: they are a number of them, or rising shares"),
         ({"intervals": [0, 0.5]}, "rising shares of time from 0 to 1"),
-        ({"intervals": "many"}, "rising shares of time from 0 to 1"),
+        ({"intervals": "many"}, "intervals = 'many': give a whole number or a list of numbers"),
         ({"method": "simpson"}, "method simpson is not known; did you mean hermite_simpson"),
         ({"cost": "F**2"}, "cost: .* uses F, which is not known here"),
         ({"final_cost": "u"}, "final cost: .* uses u, which is not known here"),

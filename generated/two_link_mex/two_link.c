@@ -115,7 +115,7 @@ ALONE static void sincos_row(size_t count, const double *restrict x, double *res
         EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
         EACH y[j] = t2[j] - e2[j];
         EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
-EACH quadrant[j] = bits_of(shifted[j]);
+        EACH quadrant[j] = bits_of(shifted[j]);
         EACH z[j] = (y[j] + 6.223015277861142e-61) - 6.223015277861142e-61; /* 0 where a product would underflow: sin y = y then */
         EACH h[j] = 0.5 * (z[j] * z[j]);
         EACH sine[j] = y[j] - ((h[j] * z[j]) * (0.3333333333333326 + h[j] * (-0.03333333333328736 + h[j] * (0.0015873015863486835 + h[j] * (-4.409170166164421e-05 + h[j] * (8.016235005631851e-07 + h[j] * (-1.0173077472440148e-08)))))) + over[j]);
@@ -126,7 +126,7 @@ EACH quadrant[j] = bits_of(shifted[j]);
         EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
         EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
         EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
-}
+    }
 }
 
 /* What remains of a row of angles beyond multiples of pi/2, y and what y lacks, and which multiples these are. */
@@ -145,7 +145,7 @@ static inline void remainders(size_t count, const double *restrict x, double *re
         EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
         EACH y[j] = t2[j] - e2[j];
         EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
-EACH turns[k + (size_t)j * part] = shifted[j];
+        EACH turns[k + (size_t)j * part] = shifted[j];
         EACH s[k + (size_t)j * part] = y[j];
         EACH c[k + (size_t)j * part] = over[j];
     }
@@ -172,7 +172,7 @@ static inline void series(size_t count, const double *restrict turns, double *re
         EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
         EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
         EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
-}
+    }
 }
 
 /*

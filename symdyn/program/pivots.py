@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 
-from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.recursive.aba_loop import BESIDES, INERTIA, kinds_of, numbers_of, steps_of
 from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.errors import NoValueError
@@ -18,6 +17,8 @@ LITTLE = 1e-10
 
 def may_vanish(table: JointTable, scene: Scene) -> bool:
     """Tell whether a pivot of the mass matrix of a table is zero, or near it, at a position drawn at random."""
+    from symdyn.algebra.numeric import Floats  # NumPy, which most who print equations never need
+
     draw = random.Random(1)
     numbers = iter(table_numbers(table, scene)[len(table.ground) :])
     exact = {id(row): [float(next(numbers)) for _ in row.entries] for row in table.rows}
