@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import shutil
+import signal
 import sys
 import time
 from collections import Counter
@@ -22,6 +23,8 @@ sys.dont_write_bytecode = False
 
 os.environ.setdefault("MUJOCO_GL", "off")  # nothing is rendered, and what renders is looked for by a process
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: small matrices wait for threads on a busy machine
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a shell's background; what tests start ignored it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 gc.set_threshold(100_000, 20, 50)  # graphs are large and hold no circles: looking for some took a tenth of the time
 
