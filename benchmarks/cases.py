@@ -17,9 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Batches
-from symdyn.dynamics import derive
 from symdyn.graph import evaluate
-from symdyn.program import Program, lower
+from symdyn.program import Program, formulate, lower
 from symdyn.program.states import quaternion_places
 from symdyn.scene import Scene, body, read, revolute, scene, write_text
 from symdyn.scene.units import coordinate_units
@@ -78,7 +77,7 @@ class Case:
     @cached_property
     def programs(self) -> dict[str, Program]:
         """The program of every output, each alone."""
-        return OnDemand(lambda output: lower(derive(self.scene, (output,))))
+        return OnDemand(lambda output: lower(formulate(self.scene, (output,))))
 
     @cached_property
     def states(self) -> dict[str, Array]:
