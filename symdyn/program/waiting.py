@@ -2,8 +2,8 @@
 
 A value is made once, so what was kept once is still right when it is fetched again. Whenever there is no register
 left, the value goes whose next reader is farthest away; that is the fewest fetches there can be. Its place is free
-again when it came back for the last time. What waits is decided here and not by a
-compiler, which knows no place but its stack.
+again when it came back for the last time. What waits is decided here and not by a compiler, which knows no place but
+its stack.
 
 Reference: Belady, A study of replacement algorithms for a virtual-storage computer (IBM Systems Journal 5, 1966).
 """

@@ -1,8 +1,8 @@
 """In which order a kernel computes, and what waits in shared memory so that registers are enough.
 
-A thread has 255 registers of 32 bits, and a block 48 KiB of shared memory on every card of CUDA; what a
-compiler finds no register for goes to the stack in the memory of the device. Blocks of 128 threads with 48 KiB take no
-more of a processor's shared memory than their registers leave to others; in smaller blocks more can wait of a thread.
+A thread has 255 registers of 32 bits, and a block 48 KiB of shared memory on every card of CUDA; what a compiler finds
+no register for goes to the stack in the memory of the device. Blocks of 128 threads with 48 KiB take no more of a
+processor's shared memory than their registers leave to others; in smaller blocks more can wait of a thread.
 """
 
 from __future__ import annotations
