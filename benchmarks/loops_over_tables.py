@@ -6,12 +6,15 @@ import ctypes
 import resource
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 import numpy.typing as npt
 from bars import Bar
+from native import address
+from native import loops as clock
 
 from symdyn.build.c_module import bind_rows, build
 from symdyn.emit import emit
@@ -19,6 +22,9 @@ from symdyn.program import formulate, lower
 from symdyn.scene import read
 
 ID, FD, STATES, ROUNDS = "inverse_dynamics", "forward_dynamics", 264, 9
+
+SINGLE = 64
+"""Calls of one state in a row, from C: from Python one takes as long as 50 joints."""
 
 Array = npt.NDArray[np.float64]
 
@@ -73,7 +79,9 @@ def _loops(paths: dict[int, Path], output: str) -> list[Bar]:
     return found
 
 
-def _built(path: Path, output: str, road: str, joints: int) -> tuple[float, dict[str, tuple[Callable[[], None], int]]]:
+def _built(
+    path: Path, output: str, road: str, joints: int
+) -> tuple[float, dict[str, tuple[Callable[[], object], int]]]:
     """Return processor seconds from a file to the first result, and calls by name with the states of each."""
     before = _seconds()
     scene = read(path)
@@ -87,13 +95,15 @@ def _built(path: Path, output: str, road: str, joints: int) -> tuple[float, dict
     columns = [np.ascontiguousarray(one.T) for one in given]
     out = np.zeros((STATES, joints))
     places = {name: [*some, out] for name, some in (("rows", given), ("columns", columns))}
-    calls: dict[str, tuple[Callable[[], None], int]] = {}
+    calls: dict[str, tuple[Callable[[], object], int]] = {}
     for name, ending in (("columns", "batch"), ("rows", "rows")):
         call = bind_rows(library, f"{scene.name}_{output}_{ending}", 4)
         calls[name] = _call(call, places[name], (STATES,)), STATES
     one = getattr(library, f"{scene.name}_{output}")
-    one.argtypes = (ctypes.c_void_p,) * 4
-    calls["one state"] = _call(one, places["rows"]), 1
+    entries = (ctypes.c_long * 3)(*[joints] * 3)
+    sizes = [ctypes.c_long(SINGLE), ctypes.c_long(1)]
+    ends = [ctypes.c_long(joints), *(address(array) for array in (*given, out))]
+    calls["one state"] = partial(clock().time_states, one, 3, *sizes, entries, *ends), SINGLE
     return seconds, calls
 
 
@@ -112,7 +122,7 @@ def _seconds() -> float:
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
-def _timed(call: tuple[Callable[[], None], int]) -> float:
+def _timed(call: tuple[Callable[[], object], int]) -> float:
     """Return ns of processor time a state, of some milliseconds."""
     run, states = call
     run()
