@@ -1,14 +1,17 @@
-"""CUDA without a GPU: kernels compiled as C++, where a launch is a loop over threads."""
+"""CUDA without a GPU: kernels compiled as C++, where a launch is a loop over threads, on whatever stream."""
 
 from __future__ import annotations
 
 import ctypes
+import itertools
 import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+
+from symdyn.build.library import SUFFIX
 
 HEADER = """
 #include <math.h>
@@ -17,10 +20,13 @@ HEADER = """
 #define __global__
 #define __device__
 #define __forceinline__ inline
-#define __shared__ static
+#define __shared__ static thread_local
 #define __launch_bounds__(threads)
 struct dimension { unsigned x; };
-static dimension blockIdx, blockDim, threadIdx;
+static thread_local dimension blockIdx, blockDim, threadIdx;
+extern "C" { void *last_stream; }
+static inline void on() {}
+static inline void on(void *stream) { last_stream = stream; }
 enum cudaError_t { cudaSuccess };
 enum direction { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
 typedef void *cudaStream_t;
@@ -35,7 +41,7 @@ static inline cudaError_t cudaMemcpy(void *to, const void *from, size_t n, direc
 }
 """
 
-LAUNCH = re.compile(r"(\w+)<<<(.+?), (\d+)(?:, 0, .+?)?>>>\((.*?)\);")
+LAUNCH = re.compile(r"(\w+)<<<(.+?), (\d+)(?:, 0, \(cudaStream_t\)(\w+))?>>>\((.*?)\);")
 
 STRICT = ["-Wall", "-Wextra", "-Wdouble-promotion", "-Wfloat-conversion", "-Wshadow", "-Werror", "-Wno-unused-function"]
 
@@ -43,8 +49,8 @@ STRICT = ["-Wall", "-Wextra", "-Wdouble-promotion", "-Wfloat-conversion", "-Wsha
 def compiled(text: str, folder: Path, *flags: str, made: str = "made") -> Path:
     """Return what g++ makes of CUDA text in which every launch stands as a loop."""
     looped = (
-        "{ blockDim.x = \\3; for (blockIdx.x = 0; blockIdx.x < \\2; ++blockIdx.x)"
-        " for (threadIdx.x = 0; threadIdx.x < \\3; ++threadIdx.x) \\1(\\4); }"
+        "{ on(\\4); blockDim.x = \\3; for (blockIdx.x = 0; blockIdx.x < \\2; ++blockIdx.x)"
+        " for (threadIdx.x = 0; threadIdx.x < \\3; ++threadIdx.x) \\1(\\5); }"
     )
     (folder / "host.h").write_text(HEADER, encoding="utf-8")
     (folder / "host.cpp").write_text(LAUNCH.sub(looped, text), encoding="utf-8")
@@ -52,6 +58,26 @@ def compiled(text: str, folder: Path, *flags: str, made: str = "made") -> Path:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder / made
+
+
+class Host:
+    """A card whose kernels are compiled as C++, without products that are fused; what it compiled."""
+
+    libraries = itertools.count()
+
+    def __init__(self, folder: Path, *flags: str) -> None:
+        self.folder, self.flags, self.texts = folder, flags, list[str]()
+
+    def build(self, files: Mapping[str, str], machine: str) -> tuple[Path, ctypes.CDLL]:
+        """Return the library of one file, which no other one of this process is called like, and its path."""
+        assert machine == "host"
+        (text,) = files.values()
+        self.texts.append(text)
+        made = f"host{next(self.libraries)}{SUFFIX}"
+        folder = self.folder / made.partition(".")[0]
+        folder.mkdir()
+        path = compiled(text, folder, "-O1", "-ffp-contract=off", "-shared", "-fPIC", *self.flags, made=made)
+        return path, ctypes.CDLL(str(path))
 
 
 def launcher(

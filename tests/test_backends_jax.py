@@ -253,8 +253,8 @@ def test_threads_share_what_is_derived_and_compiled_once() -> None:
 def test_another_platform_is_refused_in_words() -> None:
     found, _ = both("pendulum", "forward_dynamics")
     given = [jnp.ones(len(x.entries)) for x in found.forward_dynamics.operands]
-    with pytest.raises(BuildError, match="runs on the CPU alone, there is no kernel for cuda"):
-        jax.jit(found.forward_dynamics).trace(*given).lower(lowering_platforms=("cuda",))
+    with pytest.raises(BuildError, match="runs on the CPU and on CUDA, there is no kernel for rocm"):
+        jax.jit(found.forward_dynamics).trace(*given).lower(lowering_platforms=("rocm",))
 
 
 def test_what_jax_keeps_on_disk_finds_the_same_code_in_another_process(tmp_path: Any) -> None:

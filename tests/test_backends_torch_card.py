@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import cuda_on_host
 import numpy as np
 import pytest
-from cuda_on_host import compiled
 from test_backends_torch import both, plain, states
 
 import symdyn
@@ -25,30 +24,20 @@ from symdyn.program import formulate, lower
 pytestmark = [pytest.mark.targets, pytest.mark.runs]
 
 torch = pytest.importorskip("torch")
-card = pytest.importorskip("symdyn.build.backends.card")
+card = pytest.importorskip("symdyn.build.backends.torch_card")
 vmap, jacfwd, jacrev = torch.func.vmap, torch.func.jacfwd, torch.func.jacrev
 
 STREAM = 7
 """What launchers are told to use here; as C++ they have none."""
 
 
-class Host:
-    """A card whose kernels are compiled as C++; what it compiled, and how often it was made the current device."""
+class Host(cuda_on_host.Host):
+    """A card for tensors on the CPU, and how often it was made the current device."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.texts, self.chosen = folder, list[str](), 0
+    chosen = 0
 
     def row(self) -> Any:
         return card.Card(lambda _: "host", self.build, self.choose, lambda _: STREAM)
-
-    def build(self, files: Mapping[str, str], machine: str) -> ctypes.CDLL:
-        assert machine == "host"
-        (text,) = files.values()
-        self.texts.append(text)
-        folder = self.folder / str(len(self.texts))
-        folder.mkdir()
-        flags = ("-O1", "-ffp-contract=off", "-shared", "-fPIC")
-        return ctypes.CDLL(str(compiled(text.replace("(void *stream,", "(void *,"), folder, *flags, made=f"m{SUFFIX}")))
 
     def choose(self, _: Any) -> Any:
         self.chosen += 1
@@ -56,7 +45,7 @@ class Host:
 
 
 @pytest.fixture
-def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
+def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Host:
     """Let tensors on the CPU go to kernels, which are compiled as C++."""
     monkeypatch.setenv("CC", "gcc -ffp-contract=off -O1 -mno-fma")
     made = Host(tmp_path)
@@ -185,17 +174,22 @@ def test_what_a_card_refuses_is_told_in_its_own_words(host: Host, monkeypatch: p
         found.mass_matrix(torch.rand(5, 2), [1.0] * 5)
 
 
+def nvidia(machine: str) -> Any:
+    row = replace(card.CARDS["cuda"], machine=lambda _: machine)
+    return card.kernels(row, torch.device("cpu"))
+
+
 @pytest.mark.skipif(shutil.which("nvcc") is None, reason="no nvcc")
 def test_nvcc_makes_a_library_that_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path))
     program = lower(formulate(symdyn.example("two_link"), ("mass_matrix",)))
-    made = card.Kernels(card.CARDS["cuda"], "sm_90")
+    made = nvidia("sm_90")
     for _ in range(2):
         (run,) = made(program, "double", ())
         assert run.restype is ctypes.c_char_p
     assert len(list(tmp_path.rglob(f"*{SUFFIX}"))) == 1
     with pytest.raises(BuildError, match="nvcc"):
-        replace(made, machine="sm_1")(program, "double", ())
+        nvidia("sm_1")(program, "double", ())
 
 
 def test_without_nvcc_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -204,4 +198,4 @@ def test_without_nvcc_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(
         BuildError, match="NVCC = no_such_nvcc: there is no such program; install NVIDIA's CUDA toolkit"
     ):
-        card.Kernels(card.CARDS["cuda"], "sm_90")(program, "double", ())
+        nvidia("sm_90")(program, "double", ())

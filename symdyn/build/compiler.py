@@ -77,7 +77,7 @@ CUDA = Language(
     ("nvcc",),
     lambda command: NVCC,
     "",
-    lambda: "install NVIDIA's CUDA toolkit, or call the CPU's: x.cpu()",
+    lambda: "install NVIDIA's CUDA toolkit, or call it with arguments on the CPU",
 )
 
 

@@ -94,7 +94,7 @@ def load(
         free: name of a parameter that stays an argument though it has a value, or names; a call that does not give it
             takes that value.
         backend: whose arrays the functions take: "numpy", or "jax" or "torch", which differentiate them. They run over
-            the same C, which they cannot do without; PyTorch's tensors on CUDA go to kernels that nvcc compiles.
+            the same C, which they cannot do without; arrays of both on CUDA go to kernels that nvcc compiles.
         at_once: whether to compile all functions now, for one state and for many, in both real types.
         accuracy: "1e-10" for shorter sines of many states in float64, which are faster; each is within 8e-12 of the
             true one. "" for all that the type allows.

@@ -1,8 +1,8 @@
 """The functions of a scene for PyTorch, over the same C: autograd of any order, torch.func, in double and in float.
 
 One autograd function calls one word (`words.py`) by the ufunc that `load` makes of it: tensors on the CPU are handed on
-where they stand, broadcast by NumPy, and the interpreter's lock is let go. Those on a card go to kernels (`card.py`).
-What moves with what is in `rules.py`.
+where they stand, broadcast by NumPy, and the interpreter's lock is let go. Those on a card go to kernels
+(`torch_card.py`). What moves with what is in `rules.py`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 import torch
 
 from symdyn.build.backends.backend_function import Library, is_weak, loaded_for
-from symdyn.build.backends.card import CARDS, launch
 from symdyn.build.backends.rules import Array, Arrays, all_columns, all_rows, cotangent, tangent
+from symdyn.build.backends.torch_card import CARDS, launch
 from symdyn.build.backends.words import ALONG, BACK, Word, weights_of
 from symdyn.build.extension import build_extension
 from symdyn.build.loaded import Loaded

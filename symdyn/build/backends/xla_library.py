@@ -1,9 +1,10 @@
-"""A program as functions that XLA calls: C with batch code and handlers, compiled, loaded and registered."""
+"""A program as functions that XLA calls: batch code or kernels, with handlers, compiled, loaded and registered."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import jax
 import jaxlib
@@ -12,9 +13,13 @@ from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load
 from symdyn.emit import emit
+from symdyn.emit.code.target import Sources
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.xla import COLUMNS, WEIGHTED, handler, handlers
 from symdyn.program import Program
+
+HEADERS, ABI = (jax.ffi.include_dir(),), ("xla", jaxlib.__version__)
+"""Where XLA's header is, and whose it is."""
 
 REGISTERED: dict[str, ctypes.CDLL] = {}
 """Libraries whose handlers XLA knows, by what they are called there: they stay loaded as long as XLA may call them."""
@@ -34,11 +39,18 @@ def register(
     """
     sources = emit(program, C.name, real, option=BATCH)
     more, symbols = handlers(sources, columns)
-    needs = Needs(headers=(jax.ffi.include_dir(),), exports=tuple(symbols))
-    kind = Kind(SUFFIX, needs, ("xla", jaxlib.__version__), ctypes.CDLL)
+    needs = Needs(headers=HEADERS, exports=tuple(symbols))
+    kind = Kind(SUFFIX, needs, ABI, ctypes.CDLL)
     path, library = load({**sources.texts, **more}, find_compiler(compiler, machine), PATIENCE, kind)
+    return hand_over("cpu", sources, symbols, path, library)
+
+
+def hand_over(
+    platform: str, sources: Sources, symbols: Sequence[str], path: Path, library: ctypes.CDLL
+) -> Mapping[tuple[str, str], str]:
+    """Return what XLA calls handlers of a library, by function and kind, when it knows them for a platform."""
     known = {}
-    for spelled, routine in zip(sources.functions, program.routines, strict=True):
+    for spelled, routine in zip(sources.functions, sources.program.routines, strict=True):
         for one in ("", COLUMNS, WEIGHTED):
             symbol = handler(sources, spelled, one)
             if symbol not in symbols:
@@ -46,5 +58,5 @@ def register(
             known[routine.function.name, one] = target = f"symdyn_{path.stem}_{symbol}"
             if target not in REGISTERED:
                 REGISTERED[target] = library
-                jax.ffi.register_ffi_target(target, jax.ffi.pycapsule(getattr(library, symbol)), platform="cpu")
+                jax.ffi.register_ffi_target(target, jax.ffi.pycapsule(getattr(library, symbol)), platform=platform)
     return known

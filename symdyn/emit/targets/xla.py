@@ -1,13 +1,15 @@
-"""What XLA calls: a handler a function over the C target's batch code, by XLA's foreign function interface in C."""
+"""What XLA calls: a handler a function, over the C target's batch code or a kernel, by XLA's interface in C."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import prod
+from typing import Any
 
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
+from symdyn.emit.targets.gpu.launchers import END, launchers
 from symdyn.program.assemble import shared
 
 TYPES = {"double": "XLA_FFI_DataType_F64", "float": "XLA_FFI_DataType_F32"}
@@ -32,7 +34,30 @@ def handlers(sources: Sources, columns: Sequence[int] = ()) -> tuple[dict[str, s
         columns: of a function that returns a matrix: columns for each argument. It gets handlers more, which take
             directions (k, columns) of each argument, or weights (k, rows), behind its own operands.
     """
-    name = stem(sources.program.scene.name)
+    values, kinds = _values(sources), ("", COLUMNS, WEIGHTED) if columns else ("",)
+    text = render("jax/handlers.c.jinja", {**values, "columns": columns})
+    return {f"{values['stem']}_xla.c": text}, _made(sources, values, kinds)
+
+
+def card_handlers(sources: Sources) -> tuple[dict[str, str], list[str]]:
+    """Return kernels for CUDA with launchers and a handler each as one file, by its name, and the handlers.
+
+    Arrays of states are columns there; parameters are one set. It includes the same header.
+
+    Args:
+        sources: of target "gpu".
+    """
+    values, ((name, text),) = _values(sources), launchers(sources)[0].items()
+    more = render("jax/card_handlers.cu.jinja", {**values, "end": END})
+    return {name: f"{text}\n{more}"}, _made(sources, values, ("",))
+
+
+def _made(sources: Sources, values: Mapping[str, Any], kinds: Sequence[str]) -> list[str]:
+    return [handler(sources, one["name"], kind) for one in values["functions"] for kind in kinds]
+
+
+def _values(sources: Sources) -> dict[str, Any]:
+    """Return what templates of handlers are told."""
     functions = []
     for spelled, routine in zip(sources.functions, sources.program.routines, strict=True):
         arguments = routine.function.arguments
@@ -51,14 +76,10 @@ def handlers(sources: Sources, columns: Sequence[int] = ()) -> tuple[dict[str, s
                 "size": prod(routine.function.shape),
             }
         )
-    values = {
-        "stem": name,
+    return {
+        "stem": stem(sources.program.scene.name),
         "real": sources.real,
         "dtype": TYPES[sources.real],
         "operands": max((len(one.function.arguments) for one in sources.program.routines), default=1),
         "functions": functions,
-        "columns": columns,
     }
-    kinds = ("", COLUMNS, WEIGHTED) if columns else ("",)
-    made = [handler(sources, str(one["name"]), kind) for one in functions for kind in kinds]
-    return {f"{name}_xla.c": render("jax/handlers.c.jinja", values)}, made
