@@ -219,6 +219,20 @@ def test_a_motion_without_bounds_ends_with_a_word():
     assert not run.complete
 
 
+@pytest.mark.parametrize(
+    ("start", "rates", "words"),
+    [
+        ("q1=1e7", "", r"^pendulum: q1 = 10000000 rad at t = 0 s is too large: .* below 2\^20 = 1048576 rad; "),
+        ("q1=1048570", "q1=100", r"^pendulum: q1 = 104857\d.* rad at t = 0.0\d* s is too large: sines of 31 digits"),
+    ],
+)
+def test_an_angle_that_is_too_large_for_its_sines_is_told(start, rates, words):
+    """It was called stiff."""
+    with pytest.warns(RuntimeWarning, match=words):
+        run = simulate(pendulum(), until=1.0, start=start, start_rates=rates, rtol=1e-28)
+    assert not run.complete
+
+
 @pytest.mark.runs("cc")
 def test_sweeps_take_31_digits_and_derivatives_of_runs_keep_to_doubles():
     cart = symdyn.example("cart_pole")

@@ -14,12 +14,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from symdyn.algebra.numeric import Array, Floats
 from symdyn.build.compiler import find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load
@@ -33,7 +35,7 @@ from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.c.dd_functions import LANES
 from symdyn.emit.targets.c.double_double import LIMIT_EXPONENT
 from symdyn.errors import BuildError
-from symdyn.graph import Op, reachable, substitute
+from symdyn.graph import Op, evaluate, reachable, substitute
 from symdyn.program import Program, cheapest, lower
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.system import StateEquations
@@ -51,6 +53,9 @@ SETTLED, AT_REST, ITERATIONS = 1e-2, 10.0, 60
 
 FINER = 2.0**-8
 """By how much the halves are taken to be nearer than the whole step; where the order is reached, they are by 2^-32."""
+
+ALMOST = 1 - 1e-6
+"""Part of the largest angle from which on a run that gets nowhere has reached it."""
 
 REACHED, PAUSED, STUCK, LOST, HALTED = range(5)
 
@@ -79,17 +84,39 @@ def run(problem: Problem) -> Iterator[Piece]:
                 problem.atol, MOST, halt.ctypes.data, counts.ctypes.data,
             )  # fmt: skip
             if why in (STUCK, LOST):
-                raise IntegrationError(
-                    f"the steps of the iteration get too short after t = {time[0]:.9g} s: the motion is stiff, leaves "
-                    f"what numbers hold, an angle goes beyond 2^{LIMIT_EXPONENT} rad, or a formula has no "
-                    "real value; give a coarser --rtol, which other methods take"
-                )
+                raise IntegrationError(_why_stuck(problem.system, float(time[0]), state[:, 0]))
             here, steps = int(why == REACHED), counts - before
             now = state.copy()
             yield Piece(
                 np.full(here, until), now[None, :, 0][:here], (), (float(time[0]), now[:, 0]), int(steps[0]),
                 int(steps[1]), low=now[None, :, 1][:here],
             )  # fmt: skip
+
+
+def _why_stuck(system: StateEquations, t: float, x: Array) -> str:
+    """Return why no step leads on from a state, shape (nx,)."""
+    function = _program(system).routines[0].function
+    place = {"q": x[: system.nq], "qd": x[system.nq :], TIME: np.array([t])}
+    values = {
+        symbol: float(number)
+        for one in function.arguments
+        for symbol, number in zip(one.symbols, place.get(one.name, ()), strict=False)
+    }
+    angles = list(dict.fromkeys(n.args[0] for n in reachable(function.entries) if n.op in (Op.SIN, Op.COS)))
+    for angle in angles:
+        with suppress(ArithmeticError, ValueError):
+            (size,) = evaluate([angle], Floats(), values)
+            if abs(size) > ALMOST * 2.0**LIMIT_EXPONENT:
+                name = angle.value if angle.op is Op.SYMBOL else "an angle"
+                return (
+                    f"{name} = {size:.9g} rad at t = {t:.9g} s is too large: sines of 31 digits are there for angles "
+                    f"below 2^{LIMIT_EXPONENT} = {2**LIMIT_EXPONENT} rad; start it whole turns nearer to zero, or give "
+                    "--rtol 1e-16 or more"
+                )
+    return (
+        f"the steps of the iteration get too short after t = {t:.9g} s: the motion is stiff, leaves what numbers "
+        "hold, or a formula has no real value; give a coarser --rtol, which other methods take"
+    )
 
 
 def _beyond(t: float) -> float:
