@@ -26,9 +26,10 @@ from symdyn.resources import template_folder
 from symdyn.scene import Scene, acceleration_name, read
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.questions import questions_of
+from symdyn.teach.student.answer import EMPTY
 from symdyn.teach.student.answers import in_words
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.derivation_check import EMPTY, check_derivation
+from symdyn.teach.student.derivation_check import check_derivation
 
 ROOT = Path(__file__).parent.parent
 LISTS = tuple(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml" for name in ("first", "second"))

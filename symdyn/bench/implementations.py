@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
 from operator import attrgetter
@@ -13,27 +12,19 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.bench.c_entries import ALONE, ENTRIES, MANY, Array, Call, Prepare, States, addressed_in, as_it_is, with_loop
 from symdyn.bench.reference import state_of
-from symdyn.build import RUNNERS, Runner, build
+from symdyn.build import RUNNERS, Runner
 from symdyn.build.extension import build_extension
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit
-from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import REALS, SINGLE
 from symdyn.emit.code.short_sines import SHORT_SINES, find_short_sines
-from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError, MissingCompiler
 from symdyn.program import Program, Routine, lower
-from symdyn.program.assemble import shared
-
-Array = npt.NDArray[Any]
-States = Mapping[str, Array]
-Call = Callable[[], object]
-Prepare = Callable[[States], tuple[Call, Callable[[], Array]]]
 
 
 @dataclass(frozen=True)
@@ -203,107 +194,21 @@ def _python(routine: Routine, function: Any, real: str) -> Prepare:
     return prepare
 
 
-def _addressed_in(
-    entries: Mapping[str, str], library: ctypes.CDLL, sources: Sources, real: str
-) -> Iterator[tuple[str, Prepare, bool]]:
-    """Yield entries of a C file: a loop over its scalar function, and with batch code those for many states."""
-    (routine,) = sources.program.routines
-    for entry, way in entries.items():
-        call = getattr(library, f"{stem(sources.program.scene.name)}_{sources.functions[0]}_{entry}")
-        call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * (len(routine.function.arguments) + 1)]
-        call.restype = None
-        yield way, _addressed(routine, call, real, columns=entry == BATCH), False
-
-
-def _compiled(sources: Sources, machine: str) -> ctypes.CDLL:
-    return ctypes.CDLL(str(build(_with_loop(sources), machine=machine).path))
-
-
-def _bare(sources: Sources, machine: str) -> ctypes.CDLL:
-    return ctypes.CDLL(str(build(sources, machine=machine).path))
-
-
-def _with_loop(sources: Sources) -> Sources:
-    """Return sources whose C file ends with a loop over states that calls the scalar function."""
-    (routine,) = sources.program.routines
-    function = routine.function
-    common = shared([argument.name for argument in function.arguments])
-
-    def code(name: str, scalar: bool, length: int) -> str:
-        return name if name == common else f"{name}[k]" if scalar else f"{name} + k * {length}"
-
-    values = {
-        "name": f"{stem(sources.program.scene.name)}_{sources.functions[0]}",
-        "real": REALS[sources.real].name,
-        "size": len(function.entries),
-        "arguments": [
-            {"name": a.name, "scalar": a.scalar, "code": code(a.name, a.scalar, len(a.symbols))}
-            for a in function.arguments
-        ],
-    }
-    (file, text), *others = sources.texts.items()
-    return replace(sources, files=((file, text + render("bench/each.c.jinja", values)), *others))
-
-
-def _addressed(routine: Routine, function: Any, real: str, columns: bool) -> Prepare:
-    """Return how an entry for many states is prepared: rows of states, or columns of entries."""
-    names = [argument.name for argument in routine.function.arguments]
-    common, dtype, size = shared(names), REALS[real].dtype, len(routine.function.entries)
-    parts = REALS[real].parts
-
-    def prepare(states: States) -> tuple[Call, Callable[[], Array]]:
-        count = next((len(states[name]) for name in names if name != common and states[name].ndim == 2), 1)
-        given = {name: _in_parts(states[name], parts) for name in names}
-        arrays = [
-            np.array(given[name].T if columns and name != common else given[name], dtype, order="C") for name in names
-        ]
-        out = np.empty((size * parts, count) if columns else (count, size * parts), dtype)
-        places = [ctypes.c_void_p(array.ctypes.data) for array in (*arrays, out)]
-
-        def call(_: Any = (arrays, out)) -> None:  # the arrays live as long as the call
-            function(count, *places)
-
-        def read() -> Array:
-            found = out.T if columns else out
-            return found if parts == 1 else found.reshape(count, size, parts)
-
-        return call, read
-
-    return prepare
-
-
-def _in_parts(values: Array, parts: int) -> Array:
-    """Return numbers as sums of so many along the last dimension, of which the first is all."""
-    if parts == 1:
-        return values
-    whole = np.zeros((*values.shape, parts))
-    whole[..., 0] = values
-    return whole.reshape(*values.shape[:-1], -1)
-
-
-ENTRIES = {"each": "C scalar", BATCH: "C batch", "rows": "C rows"}
-
-MANY = {entry: way for entry, way in ENTRIES.items() if entry != "each"}
-"""For many states alone."""
-
-ALONE = {"each": "C scalar, plain file"}
-"""Without batch code, sines are those of the C library."""
-
 BUILT = (
-    Built(C.name, BATCH, _compiled, partial(_addressed_in, ENTRIES), extra=0),
+    Built(C.name, BATCH, with_loop, partial(addressed_in, ENTRIES), extra=0),
     *(
         Built(
             C.name,
             BATCH,
-            _compiled,
-            partial(_addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in ENTRIES}),
+            with_loop,
+            partial(addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in ENTRIES}),
             accuracy=accuracy,
         )
         for accuracy in SHORT_SINES
     ),
-    Built(C.name, "", _compiled, partial(_addressed_in, ALONE), extra=2),
+    Built(C.name, "", with_loop, partial(addressed_in, ALONE), extra=2),
     *(
-        Built(C.name, BATCH, _bare, partial(_addressed_in, MANY), extra=2, real=name)
+        Built(C.name, BATCH, as_it_is, partial(addressed_in, MANY), extra=2, real=name)
         for name in REALS
         if name not in SINGLE
     ),

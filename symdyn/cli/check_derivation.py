@@ -18,7 +18,7 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import SymdynError, TeachError, printable
 from symdyn.teach import check_derivation, in_words
 from symdyn.teach.languages import languages
-from symdyn.teach.student.derivation_check import Answer
+from symdyn.teach.student.answer import Answer
 from symdyn.teach.student.statements import find_target
 
 LARGEST = 1_000_000  # bytes of a file that is opened at all

@@ -19,12 +19,12 @@ from symdyn.cli.talk import say
 from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
 from symdyn.emit import writing
 from symdyn.linear import bode, moving, over_values
+from symdyn.linear.formulas import Symbolic
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.reach import Reach, controllability, observability, shown
 from symdyn.linear.regulator import Observer, Regulator, kalman, lqr
 from symdyn.linear.sampled import Sampled, along_a_step, sampled
-from symdyn.linear.symbolic import Symbolic
 from symdyn.linear.transfer import transfers
 from symdyn.linear.weights import read_weights
 from symdyn.rounding import in_digits

@@ -14,6 +14,7 @@ from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
 from symdyn.errors import LinearizeError
 from symdyn.linear.equilibrium import equilibria
+from symdyn.linear.formulas import Symbolic
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.linearized import along, told_of
 from symdyn.linear.prepared import prepared
@@ -21,7 +22,7 @@ from symdyn.linear.record import check_record, record
 from symdyn.linear.report import as_json, latex, text
 from symdyn.linear.run_files import read_run
 from symdyn.linear.steady import at_rest, settled
-from symdyn.linear.symbolic import Symbolic, symbolic
+from symdyn.linear.symbolic import symbolic
 from symdyn.scene import Scene
 from symdyn.scene.values.formula import split_commas
 from symdyn.simulation.initial import read_start

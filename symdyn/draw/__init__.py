@@ -7,13 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from symdyn.draw.animate import animation, moving_picture
+    from symdyn.draw.animate import animation
     from symdyn.draw.films import check_film, film
     from symdyn.draw.force_arrows import Wrench
     from symdyn.draw.free_bodies import acting_on, free_body
     from symdyn.draw.pictures import Lettered, picture
     from symdyn.draw.positions import pose
     from symdyn.draw.reel import Reel
+    from symdyn.draw.smil import moving_picture
 
 _DOORS = {
     "Lettered": "pictures",
@@ -24,7 +25,7 @@ _DOORS = {
     "check_film": "films",
     "film": "films",
     "free_body": "free_bodies",
-    "moving_picture": "animate",
+    "moving_picture": "smil",
     "picture": "pictures",
     "pose": "positions",
 }

@@ -17,15 +17,17 @@ from typing import IO, Any
 import numpy as np
 
 from symdyn.arguments import check_arguments
-from symdyn.draw.animate import animation, moments, moving, moving_picture
+from symdyn.draw.animate import animation, moments, moving
 from symdyn.draw.canvas import require
 from symdyn.draw.gltf import glb
 from symdyn.draw.paint import Frame, Painter
+from symdyn.draw.palette import FRAMES, Nearest, palette_of
 from symdyn.draw.picture_files import File, write_whole
 from symdyn.draw.pictures import watched
 from symdyn.draw.places import Array, places
 from symdyn.draw.reel import Reel
 from symdyn.draw.robot_meshes import robot_solids
+from symdyn.draw.smil import moving_picture
 from symdyn.draw.standing import standing
 from symdyn.draw.svg import Drawing
 from symdyn.emit.writing import Contents
@@ -37,7 +39,6 @@ MOST_FRAMES = 18_000  # ten minutes at 30 a second
 MOST_PIXELS = 400_000_000  # of all frames of a .gif, which are held in memory
 SMALLEST, LARGEST = 16, 4096  # pixels of a side
 SHARP, LONGEST = 2.0, 1280  # pixels a unit of the picture where no size is given, and pixels of a side, at most
-PALETTE, EXACT = 9, 32  # frames that the colours of a GIF are taken from, and colours that are not mixed
 
 Told = Callable[[float], None]
 Painted = Callable[[int], Frame]
@@ -208,8 +209,8 @@ def _gif(motion: Motion, reel: Reel, fps: float) -> Contents:
     if width * height * count > MOST_PIXELS:
         told = f"{count} frames of {width}x{height} pixels are more than a .gif can be made of"
         raise DrawError(f"{motion.scene.name}: {told}; give a smaller size or fewer frames, or write an .mp4")
-    palette = _palette([frame(int(k)) for k in np.unique(np.linspace(0, count - 1, PALETTE).astype(int))])
-    nearest = _Nearest(palette)
+    palette = palette_of([frame(int(k)) for k in np.unique(np.linspace(0, count - 1, FRAMES).astype(int))])
+    nearest = Nearest(palette)
     plain = [nearest(frame(k)) for k in range(count)]
     ends = [10 * round(100 * k / fps) for k in range(count + 1)]  # ms; players know hundredths of a second
     lasting = [after - before for before, after in pairwise(ends)]
@@ -221,48 +222,6 @@ def _gif(motion: Motion, reel: Reel, fps: float) -> Contents:
         first.save(file, "GIF", save_all=True, append_images=others, duration=duration, disposal=1, **options)
 
     return fill
-
-
-def _palette(shown: Sequence[Frame]) -> Frame:
-    """Return 256 colours for all frames, taken from some of them, so that none flickers; those of faces are exact."""
-    from PIL import Image
-
-    packed, counts = np.unique(np.concatenate([_packed(one).ravel() for one in shown]), return_counts=True)
-    colours = _unpacked(packed)
-    exact = colours[np.argsort(-counts, kind="stable")[:EXACT]]
-    mixed = Image.fromarray(colours[None]).quantize(256 - EXACT, method=Image.Quantize.MEDIANCUT).getpalette() or []
-    found = np.concatenate([exact, np.array(mixed, dtype=np.uint8).reshape(-1, 3)])[:256]
-    return np.concatenate([found, np.repeat(found[:1], 256 - len(found), axis=0)])
-
-
-def _packed(frame: Frame) -> Any:
-    return frame.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
-
-
-def _unpacked(packed: Any) -> Frame:
-    return np.stack([packed >> 16, packed >> 8 & 255, packed & 255], axis=-1).astype(np.uint8)
-
-
-class _Nearest:
-    """Gives every pixel of a frame its nearest colour of a palette; Pillow looks for one that is about as near."""
-
-    def __init__(self, palette: Frame) -> None:
-        from scipy.spatial import KDTree
-
-        self.palette, self.tree = palette, KDTree(palette.astype(np.float64))
-        self.known = np.full(2**24, -1, dtype=np.int16)
-
-    def __call__(self, frame: Frame) -> Any:
-        """Return the frame as an image of Pillow."""
-        from PIL import Image
-
-        packed = _packed(frame)
-        new = np.unique(packed[self.known[packed] < 0])
-        if len(new):
-            self.known[new] = self.tree.query(_unpacked(new).astype(np.float64))[1]
-        image = Image.fromarray(self.known[packed].astype(np.uint8))
-        image.putpalette(self.palette.tobytes())
-        return image
 
 
 PLAIN = [

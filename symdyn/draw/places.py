@@ -7,24 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from symdyn.algebra.numeric import Batches
+from symdyn.draw.drawn import Key, drawn
 from symdyn.draw.outlines import Outlined, outlines
-from symdyn.dynamics.mechanism.loads import load_vectors
-from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.prescribed import at_time
-from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import FORCES, GROUND, JOINTS, Body, Contact, Element, Joint, Load, Scene, express
-from symdyn.scene.forces.contact import in_plane
-from symdyn.scene.forces.force_kind import Rim
-from symdyn.scene.joints import JointMotion, blocks
-from symdyn.spatial import Transform, apply, unit_transform
+from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.scene import GROUND, JOINTS, Contact, Element, Joint, Scene
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -206,89 +199,6 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
     }
     gathered.outlines.update(outlines(scene, parameters, seats, gathered.extent))
     return gathered
-
-
-Key = tuple[Any, ...]  # what, then whose: names, numbers, elements
-
-
-def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
-    """Return what is to be evaluated, by a key that says what it is."""
-    placed = body_placements(scene, graph)
-    wanted: dict[Key, tuple[Expr, ...]] = {("frame", name): _flat(T) for name, T in placed.items()}
-    wanted[("gravity",)] = vector(scene.gravity, graph)
-    for body in scene.bodies:
-        wanted |= _masses(body, placed[body.name], graph)
-    for joint in (*scene.joints, *scene.loops):
-        wanted |= _joint(joint, joint in scene.loops, placed, graph)
-    for point in scene.points:
-        wanted["point", point.name] = _flat(placed[point.body] @ placement(point.at, graph))
-    for one in scene.elements:
-        wanted |= _element(one, placed, graph)
-    return wanted
-
-
-def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
-    """Return where an element acts, the wrench of a load, and the plane that a wheel or a blade touches."""
-    wanted: dict[Key, tuple[Expr, ...]] = {
-        ("end", one, k): placed[end.body].point(vector(end.at, graph)) for k, end in enumerate(one.ends)
-    }
-    if isinstance(one, Load):
-        R = placed[one.place.body].R if one.frame == "body" else unit_transform(graph).R
-        force, couple = load_vectors(one, graph)
-        wanted |= {("force", one): apply(R, force), ("couple", one): apply(R, couple)}
-    elif isinstance(one, Contact):
-        if isinstance(FORCES[one.kind].mark, Rim):
-            wanted["radius", one] = (express(one.radius, graph),)
-        if one.axis:
-            wanted["axis", one] = apply(placed[one.place.body].R, vector(one.axis, graph))
-        T, normal = placed[one.plane.body], blocks.unit(one.plane.normal, graph)
-        wanted |= {("normal", one): apply(T.R, normal), ("along", one): apply(T.R, in_plane(normal))}
-        wanted["plane", one] = T.point(vector(one.plane.at, graph))
-    return wanted
-
-
-def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
-    wanted: dict[Key, tuple[Expr, ...]] = {}
-    mass = express(body.mass, graph)
-    if not mass.is_zero:
-        if body.com is not None:
-            wanted["com", body.name] = T.point(vector(body.com, graph))
-        else:
-            x, y, z = first_moment(body, graph)
-            wanted["com", body.name] = T.point((x / mass, y / mass, z / mass))
-    for k, particle in enumerate(body.particles):
-        at = T.point(vector(particle.at, graph))
-        wanted["particle", body.name, k] = (express(particle.mass, graph), *at)
-    return wanted
-
-
-def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
-    name = joint.name
-    fixed = placed[joint.parent] @ placement(joint.origin, graph)
-    moved = placed[joint.child] @ placement(joint.tip, graph).inverse()
-    wanted: dict[Key, tuple[Expr, ...]] = {("fixed", name): _flat(fixed), ("moved", name): _flat(moved)}
-    for own, way in JOINTS[joint.type].directions(joint):
-        wanted["way", name, own.name] = vector(way, graph)
-    at = fixed
-    for k, move in enumerate((_anywhere if closes else joint_motion)(joint, graph).moves):
-        at = at @ move.before
-        wanted["move", name, k, move.slides] = apply(at.R, move.axis)
-        if joint.coordinates and not move.amount.is_zero:
-            named = str(move.amount.value) if move.amount.op is Op.SYMBOL else ""
-            wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *apply(at.R, move.axis))
-        at = at @ move.placement
-    return wanted
-
-
-def _anywhere(joint: Joint, graph: Graph) -> JointMotion:
-    """Return the motion that a joint of a loop allows, at a position without meaning: directions that never change."""
-    kind = JOINTS[joint.type]
-    q = tuple(graph.constant(Fraction(1, k + 2)) for k in range(len(kind.coordinates(joint))))
-    return kind.motion(joint, graph, q, (graph.zero,) * len(kind.velocities(joint)))
-
-
-def _flat(T: Transform) -> tuple[Expr, ...]:
-    return (*T.R[0], *T.R[1], *T.R[2], *T.p)
 
 
 def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: int) -> Places:

@@ -15,9 +15,9 @@ from symdyn.algebra.numeric import Array
 from symdyn.emit.print.breaking import bmatrix
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
-from symdyn.linear.symbolic import Root, Rows, Symbolic, negated
 from symdyn.linear.verdict import ZEROS, stability
 from symdyn.rounding import asked, in_digits, showing
 from symdyn.scene.units import coordinate_units, velocity_units

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_numbers import direction_words
+from symdyn.dynamics.loops.loop_words import direction_words
 from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import velocity_name

@@ -24,7 +24,7 @@ from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import ALONG, Flow, flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
-from symdyn.simulation.forward import ready, trajectory_of
+from symdyn.simulation.forward import ready
 from symdyn.simulation.gradients import FINEST, check_smooth, starting, varied
 from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate.method import LIBRARIES_RAISE
@@ -32,6 +32,7 @@ from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import close
 from symdyn.simulation.run import Run
+from symdyn.simulation.told_run import trajectory_of
 from symdyn.simulation.trajectory import END, Trajectory
 
 RTOL = 1e-10

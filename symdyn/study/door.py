@@ -4,44 +4,27 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
-from fractions import Fraction
-from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
-from symdyn.scene import Parameter, Scene, SceneLike, bind, scene_of, with_values
-from symdyn.scene.values.formula import split_commas
+from symdyn.scene import SceneLike, scene_of, with_values
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.ensemble.measures import read_measure
-from symdyn.simulation.forward import check_run
-from symdyn.simulation.initial import Values, read_start
-from symdyn.simulation.integrate import FINEST
+from symdyn.simulation.initial import Values
 from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, words
+from symdyn.simulation.prescribed.formulas_in_time import noted
 from symdyn.study.block import block as one_block
-from symdyn.study.design import read_design
 from symdyn.study.executors import executor
-from symdyn.study.job import Job, Measured, check_names, read_measured
-from symdyn.study.measured import unit_of
+from symdyn.study.job import Job
 from symdyn.study.opened_store import check_store, opened, store_of
-from symdyn.study.over import Over, read_over
+from symdyn.study.over import Over
 from symdyn.study.places import At, at_places
+from symdyn.study.run_job import prepared
 from symdyn.study.store import SUFFIX
 from symdyn.study.study import Study
-
-LANES, LARGE, MOST = 64, 8192, 32768
-"""Runs of a block, where nothing else is said: a part of all of them, so that there is progress, in multiples of what
-compiled code takes abreast; of many, in multiples of what keeps threads busy."""
-
-PARTS = 16
 
 INTERRUPTED = "interrupted"
 
@@ -170,128 +153,6 @@ def open(path: str | Path) -> Study:
     """
     check_arguments(open, locals(), SimulateError)
     return opened(Path(path)).study()
-
-
-def prepared(
-    scene: Scene,
-    over: Over,
-    measure: str | Sequence[str],
-    until: float,
-    forces: Entries,
-    start: Values | None,
-    start_rates: Values | None,
-    every: float | None,
-    method: str | None,
-    rtol: float | None,
-    atol: float | None,
-    ignore_limits: bool,
-    design: str | None,
-    count: int | None,
-    seed: int,
-    block: int | None,
-    faults: Faults,
-) -> Job:
-    """Return what `sweep` is to make; arguments as there.
-
-    Raises:
-        SimulateError: with every fault, those that there are already among them.
-    """
-    said = [forces] if isinstance(forces, str) else forces
-    letters = _letters(said)
-    varied = read_over(scene, over, letters, faults)
-    planned = read_design(varied, design, count, seed, faults)
-    if block is not None and block < 1:
-        faults.add("block", f"{block} is no number of runs; give 1 or more")
-    names = [one.name for one in varied]
-    known = {one.name for one in scene.parameters}
-    if planned is not None and not faults.lines:
-        first = dict(zip(names, planned.values(0, 1)[0].tolist(), strict=True))
-        free = {one.name: first[one.name] for one in scene.free_parameters if one.name in first}
-        moving = {*known, *scene.coordinates, *scene.velocities}
-        more = tuple(Parameter(name) for name in names if name not in moving)
-        scene = bind(
-            replace(scene, parameters=(*scene.parameters, *more)), free | {p.name: first[p.name] for p in more}
-        )
-    parts = {
-        "values": [name for name in names if name in {one.name for one in scene.parameters}],
-        "start": [name for name in names if name in scene.coordinates],
-        "start_rates": [name for name in names if name in scene.velocities],
-    }
-    given = {"start": _given(start, "start", faults), "start_rates": _given(start_rates, "start rates", faults)}
-    for part, table in given.items():
-        for name in set(table) & set(parts[part]):
-            faults.add(part.replace("_", " "), f"{name} is varied; leave it out here")
-    measures = tuple(_checked(scene, one, faults) for one in read_measured(measure, faults))
-    check_names(measures, names, faults)
-    read = Forces()
-    if not scene.free_parameters or not faults.lines:
-        with noted(faults):
-            check_run(scene, until, every, rtol, atol, (), method, finest=FINEST)
-        with noted(faults):
-            read = read_forces(scene, forces)
-        with noted(faults):
-            read_start(scene, given["start"], given["start_rates"])
-    faults.lines[:] = dict.fromkeys(faults.lines)
-    close(faults)
-    assert planned is not None, "what is missing is a fault"
-    asked = {
-        "until": until, **given, "forces": read, "every": every, "method": method, "rtol": rtol, "atol": atol,
-        "ignore_limits": ignore_limits,
-    }  # fmt: skip
-    plain = asked | {"forces": _said(forces)}
-    told = tuple((key, str(value)) for key, value in plain.items() if value not in (None, (), [], {}, False, ""))
-    size = block or usual_block(planned.count)
-    return Job("runs", scene, planned, measures, asked | {"varied": parts}, told, size)
-
-
-def usual_block(count: int) -> int:
-    """Return how many runs a block has of so many.
-
-    >>> usual_block(100), usual_block(10_000), usual_block(10**5), usual_block(10**9)
-    (64, 640, 8192, 32768)
-    """
-    share = -(-count // PARTS)
-    unit = LANES if share <= LARGE // 2 else LARGE
-    return min(MOST, max(unit, -(-share // unit) * unit))
-
-
-def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
-    """Return a measure with its unit; what is wrong with it is among the faults."""
-    read = read_measure(scene, one.formula, faults)
-    return one if read is None else replace(one, unit=unit_of(read, scene))
-
-
-def _letters(forces: Any) -> tuple[str, ...]:
-    """Return what words formulas of forces have."""
-    several = forces if isinstance(forces, Sequence) else [forces]  # a function, for one, has no formulas
-    texts = forces.values() if isinstance(forces, Mapping) else [str(one).partition("=")[2] for one in several]
-    return tuple(dict.fromkeys(word for text in texts for word in re.findall(r"[A-Za-z]\w*", str(text))))
-
-
-def _said(forces: Entries) -> str:
-    """Return what decides forces, as text: formulas, and what files hold."""
-    if isinstance(forces, str | Path):
-        return _said([forces])
-    if isinstance(forces, Mapping):
-        return "; ".join(f"{name}={_text(one)}" for name, one in forces.items())
-    return "; ".join(map(_text, forces)) if isinstance(forces, Sequence) else _text(forces)
-
-
-def _text(one: Any) -> str:
-    if isinstance(one, str | Path) and "=" not in str(one):
-        with suppress(OSError):
-            return f"{Path(one).name} {sha256(Path(one).read_bytes()).hexdigest()}"
-    if isinstance(one, str | int | float | Fraction):
-        return "".join(str(one).split())
-    if isinstance(one, Mapping):
-        return _said(one)
-    with suppress(TypeError, ValueError):
-        return sha256(np.asarray(one, dtype=np.float64).tobytes()).hexdigest()
-    return getattr(one, "__qualname__", type(one).__qualname__)
-
-
-def _given(said: Values | None, what: str, faults: Faults) -> dict[str, Any]:
-    return words(split_commas(said), what, faults) if isinstance(said, str) else dict(said or {})
 
 
 def made(

@@ -27,12 +27,12 @@ from symdyn.dynamics import (
 from symdyn.emit.code.real import SINGLE
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.errors import VerifyError
-from symdyn.graph import Expr, growing, reachable, substitute
+from symdyn.graph import growing
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.formulation import chosen, known_road
-from symdyn.program.prepare import PREPARE, is_prepared
-from symdyn.scene import Scene, SceneLike, express, scene_of
+from symdyn.program.prepare import is_prepared
+from symdyn.scene import SceneLike, scene_of
 from symdyn.shown import Shown
 from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
@@ -42,6 +42,7 @@ from symdyn.verify.in_rows import InRows
 from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
 from symdyn.verify.laws_in_numbers import LOOKS
+from symdyn.verify.program_claims import composed_claims, loop_claim, program_claims
 from symdyn.verify.quaternions import on_unit_sphere
 from symdyn.verify.texts import written_of
 from symdyn.verify.written import Written
@@ -153,7 +154,7 @@ def certify(
         progress("writing files")
         building.begin(targets, WAYS if asked else ())
         progress("deriving once more, by other roads")
-        claims = _claims(workspace, outputs, preferred, program) + _composed_claims(program, code)
+        claims = _claims(workspace, outputs, preferred, program) + composed_claims(program, code)
         progress("proving over finite fields")
         there = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
         claims = on_unit_sphere(scene, there)
@@ -211,7 +212,7 @@ def _claims(
         for other in roads_of(name, workspace.scene)
         if other != one.formulation
     ]
-    return [*roads, *laws(workspace, outputs), *_program_claims(workspace.scene, preferred, program)]
+    return [*roads, *laws(workspace, outputs), *program_claims(workspace.scene, preferred, program)]
 
 
 def _agreement(w: Workspace, request: str, one: Function, other: Function) -> Claim:
@@ -239,53 +240,11 @@ def of_files(
     """
     scene = equations.scene
     plain = lower(equations)
-    claims = _program_claims(scene, equations.functions, plain) + _composed_claims(plain, program)
-    claims += [_loop_claim(function) for function in equations.functions if function.loop]
+    claims = program_claims(scene, equations.functions, plain) + composed_claims(plain, program)
+    claims += [loop_claim(function) for function in equations.functions if function.loop]
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     return Certificate(scene.name, fields, tuple(findings), (), tuple(notes), "", tuple(written))
-
-
-def _program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:
-    """Return that each routine of the program computes its function, parameters with values bound."""
-    values = {p.name: p.value for p in scene.parameters if p.value is not None}
-    entries = [entry for function in functions for entry in function.entries]
-    bound: dict[Expr, Expr] = {
-        node: express(value, node.graph)
-        for node in reachable(entries)
-        if isinstance(node.value, str) and (value := values.get(node.value)) is not None
-    }
-    return [
-        Claim(
-            routine.function.name,
-            "program",
-            "equations",
-            routine.function.entries,
-            tuple(substitute(function.entries, bound)),
-        )
-        for function, routine in zip(functions, program.routines, strict=True)
-    ]
-
-
-def _loop_claim(function: Function) -> Claim:
-    """Return that a loop over the table of a function computes its entries."""
-    assert function.loop is not None, "there is a table"
-    (compute,) = (road.loop for road in row_of(function.request)[0].roads.values() if road.loop)
-    found = compute(function.loop.table, *(argument.symbols for argument in function.arguments))
-    return Claim(function.name, "loop over a table", function.formulation, tuple(found), function.entries)
-
-
-def _composed_claims(program: Program, prepared: Program) -> list[Claim]:
-    """Return that each routine of a prepared program, after `prepare`, is the routine of the program."""
-    if not is_prepared(prepared):
-        return []
-    first, *rest = prepared.routines
-    claims = []
-    for after, before in zip(rest, program.routines, strict=True):
-        values = dict(zip(after.function.arguments[-1].symbols, first.function.entries, strict=True))
-        composed = tuple(substitute(after.function.entries, values))
-        claims.append(Claim(after.function.name, f"after {PREPARE}", "program", composed, before.function.entries))
-    return claims
 
 
 class _Composed:

@@ -16,7 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers, unbound
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.loop_words import unbound
 from symdyn.dynamics.loops.newton import (
     CLOSED,
     NEGLIGIBLE,

@@ -26,7 +26,8 @@ import numpy as np
 
 from symdyn.dynamics.loops import sparse_rows
 from symdyn.dynamics.loops.assembly import Assembly, witness
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers, spoken
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.loop_words import spoken
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, dimensionless
 from symdyn.dynamics.loops.partition import (
     LoopChoices,

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers, missed
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.loop_words import missed
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
 

@@ -26,7 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers, in_words
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.loops.newton import generic_places, lever_of, newton, seen_closed
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import at_time

@@ -10,7 +10,7 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.loops.loop_numbers import in_words
+from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.reactions.dalembert import Equilibrium, Unknown, equilibrium
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate

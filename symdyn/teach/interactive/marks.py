@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from symdyn.draw.drawn import drawn
 from symdyn.draw.force_arrows import from_zero, mark_of
 from symdyn.draw.outlines import Formed
-from symdyn.draw.places import drawn
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Load, Scene, Strut

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from symdyn.draw.places import Key, drawn
+from symdyn.draw.drawn import Key, drawn
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism.kinematics import body_motion, tree_placements
 from symdyn.dynamics.mechanism.loads import declared_forces, joint_rates, joint_resistance, pull

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from symdyn.algebra.form import Form, Number
 from symdyn.emit.print.formula_text import text_of
 from symdyn.teach.languages import language_of
-from symdyn.teach.student.derivation_check import EMPTY, HOLDS, ROUNDED, Answer
+from symdyn.teach.student.answer import EMPTY, HOLDS, ROUNDED, Answer
 from symdyn.teach.student.differences import Difference
 from symdyn.verify.equality import PROVED, UNDEFINED
 

@@ -20,7 +20,7 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.loops.loop_numbers import in_words
+from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.loops.reduction import solve_normal
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.mechanism.state import State

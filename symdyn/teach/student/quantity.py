@@ -1,0 +1,89 @@
+"""A formula of a student's beside that of one quantity: equal by value, or in which terms it differs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    ZERO,
+    Form,
+    express_form,
+    form_of,
+    in_place,
+    product_of,
+    sum_of,
+    symbols_of,
+)
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Scene, express
+from symdyn.teach.student.answer import EQUAL, ROUNDED, Answer
+from symdyn.teach.student.differences import differences
+from symdyn.verify import DIFFERENT, PROVED, Claim, Finding, prove
+
+MANY = 400  # differences, which no answer lists
+
+
+def minus(form: Form) -> Form:
+    """Return -form."""
+    return sum_of([product_of((MINUS_ONE, form))])
+
+
+def less(a: Form, b: Form) -> Form:
+    """Return a - b."""
+    return sum_of((a, product_of((MINUS_ONE, b))))
+
+
+def judged(line: int, name: str, found: Form, right: Form, scene: Scene, kind: str) -> Answer:
+    """Return the answer to a formula of a quantity, or of a row."""
+    finding = equality(name, found, right, scene)
+    if finding.verdict != DIFFERENT:
+        return Answer(line, name, finding.verdict, finding.error_log10)
+    if kind.startswith(("P", "L")) and (constant := _free(less(found, right), scene)) is not None:
+        return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
+    values = _values(found, right, scene)
+    if values and equality(name, found, in_place(right, values), scene).verdict in EQUAL:
+        return Answer(line, name, PROVED, valued=tuple(values))
+    if equality(name, found, minus(right), scene).verdict in EQUAL:
+        return Answer(line, name, DIFFERENT, turned=True)
+    try:
+        listed = differences(found, right, scene)
+    except DerivationError:
+        listed = []
+    if listed and all(d.kind == "rounded" for d in listed):
+        return Answer(line, name, ROUNDED, differences=tuple(listed))
+    return Answer(line, name, DIFFERENT, differences=tuple(listed[:MANY]))
+
+
+def _values(found: Form, right: Form, scene: Scene) -> dict[str, Form]:
+    """Return the numbers of parameters that only the right formula names."""
+    absent = set(symbols_of(right)) - set(symbols_of(found))
+    values = {p.name: p.value for p in scene.parameters if p.name in absent and p.value is not None}
+    return {name: form_of(express(value, Graph())) for name, value in values.items()}
+
+
+def equality(name: str, found: Form, right: Form, scene: Scene) -> Finding:
+    """Return whether two forms are the same function."""
+    graph = Graph()
+    return same_value(name, express_form(found, graph), express_form(right, graph), scene)
+
+
+def same_value(name: str, found: Expr, right: Expr, scene: Scene) -> Finding:
+    """Return whether two nodes of one graph are the same function."""
+    return findings([Claim(name, "found", "scene", (found,), (right,))], scene)[0]
+
+
+def findings(claims: Sequence[Claim], scene: Scene) -> list[Finding]:
+    """Return what becomes of claims about a scene."""
+    return prove(claims, positive=[p.name for p in scene.parameters if p.positive])[1]
+
+
+def _free(form: Form, scene: Scene) -> Form | None:
+    """Return the value of a form if it depends on parameters only: it is looked at term by term."""
+    try:
+        left = [d.found or product_of((MINUS_ONE, d.right or ZERO)) for d in differences(form, ZERO, scene)]
+    except DerivationError:
+        return None
+    moving = {*scene.coordinates, *scene.velocities}
+    return sum_of(left) if not any(moving & set(symbols_of(term)) for term in left) else None

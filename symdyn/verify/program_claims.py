@@ -1,0 +1,54 @@
+"""What is claimed of programs: each routine computes its function, prepared or by a loop over a table, too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.dynamics import Function, row_of
+from symdyn.graph import Expr, reachable, substitute
+from symdyn.program import Program
+from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.scene import Scene, express
+from symdyn.verify.equality import Claim
+
+
+def program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:
+    """Return that each routine of the program computes its function, parameters with values bound."""
+    values = {p.name: p.value for p in scene.parameters if p.value is not None}
+    entries = [entry for function in functions for entry in function.entries]
+    bound: dict[Expr, Expr] = {
+        node: express(value, node.graph)
+        for node in reachable(entries)
+        if isinstance(node.value, str) and (value := values.get(node.value)) is not None
+    }
+    return [
+        Claim(
+            routine.function.name,
+            "program",
+            "equations",
+            routine.function.entries,
+            tuple(substitute(function.entries, bound)),
+        )
+        for function, routine in zip(functions, program.routines, strict=True)
+    ]
+
+
+def loop_claim(function: Function) -> Claim:
+    """Return that a loop over the table of a function computes its entries."""
+    assert function.loop is not None, "there is a table"
+    (compute,) = (road.loop for road in row_of(function.request)[0].roads.values() if road.loop)
+    found = compute(function.loop.table, *(argument.symbols for argument in function.arguments))
+    return Claim(function.name, "loop over a table", function.formulation, tuple(found), function.entries)
+
+
+def composed_claims(program: Program, prepared: Program) -> list[Claim]:
+    """Return that each routine of a prepared program, after `prepare`, is the routine of the program."""
+    if not is_prepared(prepared):
+        return []
+    first, *rest = prepared.routines
+    claims = []
+    for after, before in zip(rest, program.routines, strict=True):
+        values = dict(zip(after.function.arguments[-1].symbols, first.function.entries, strict=True))
+        composed = tuple(substitute(after.function.entries, values))
+        claims.append(Claim(after.function.name, f"after {PREPARE}", "program", composed, before.function.entries))
+    return claims
