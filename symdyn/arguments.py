@@ -11,6 +11,7 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
 from dataclasses import dataclass
 from functools import cache
+from operator import index
 from types import UnionType
 from typing import Any
 
@@ -34,7 +35,10 @@ class Kind:
 
 
 def _single(value: Any) -> bool:
-    return not isinstance(value, str | bytes) and getattr(value, "ndim", 0) == 0
+    if isinstance(value, str | bytes) or getattr(value, "ndim", 0) != 0:
+        return False
+    hidden = getattr(value, "mask", False)  # of NumPy's masked arrays; others have a method of this name
+    return callable(hidden) or not hidden
 
 
 def _number(value: Any) -> bool:
@@ -44,16 +48,24 @@ def _number(value: Any) -> bool:
         return False
     try:
         return isinstance(float(value), float)
-    except (TypeError, ValueError):  # a symbol of SymPy, for one
+    except (TypeError, ValueError, OverflowError):  # a symbol of SymPy, or more than a double holds
         return False
 
 
 def _whole(value: Any) -> bool:
-    return _single(value) and not isinstance(value, bool) and hasattr(type(value), "__index__")
+    if not _single(value) or isinstance(value, bool):
+        return False
+    try:
+        return isinstance(index(value), int)
+    except TypeError:  # an array has the method, whatever it holds
+        return False
 
 
 def _flag(value: Any) -> bool:
-    return _single(value) and hasattr(type(value), "__bool__") and value in (0, 1)
+    try:
+        return _single(value) and hasattr(type(value), "__bool__") and value in (0, 1)
+    except ArithmeticError:  # a decimal that signals
+        return False
 
 
 KINDS = {
@@ -78,7 +90,10 @@ def _several(inside: Sequence[Kind | None]) -> Kind:
     def takes(value: Any) -> bool:
         if isinstance(value, bytes) or not isinstance(value, Iterable) or getattr(value, "ndim", 1) == 0:
             return False
-        return one is None or not isinstance(value, Sequence | Set) or all(map(one.takes, value))
+        entries: Iterable[Any] = value if isinstance(value, Sequence | Set) else ()
+        if hasattr(value, "strides") and hasattr(value, "__getitem__"):
+            entries = value[:1]  # all of an array are of one kind
+        return one is None or all(map(one.takes, entries))  # all of an array are of one kind
 
     return Kind((f"a list of {one.words[1]}" if one else "a list", "lists"), takes)
 
@@ -88,6 +103,8 @@ def _one_each(inside: Sequence[Kind | None]) -> Kind:
 
     def takes(value: Any) -> bool:
         if isinstance(value, str | bytes | Mapping) or not (isinstance(value, Sized) and isinstance(value, Iterable)):
+            return False
+        if getattr(value, "ndim", 1) == 0:  # an array has the methods, whatever its shape
             return False
         return len(value) == len(inside) and all(k is None or k.takes(x) for k, x in zip(inside, value, strict=True))
 
@@ -132,6 +149,15 @@ def doubles(*numbers: float | None) -> tuple[Any, ...]:
     (1.0, None)
     """
     return tuple(None if one is None else float(one) for one in numbers)
+
+
+def wholes(*numbers: int | None) -> tuple[Any, ...]:
+    """Return whole numbers that a door takes, of any library, as Python's own, and None as None.
+
+    >>> wholes(1, None)
+    (1, None)
+    """
+    return tuple(None if one is None else index(one) for one in numbers)
 
 
 @cache

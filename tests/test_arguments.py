@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import math
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +20,7 @@ import sympy
 
 import symdyn
 from symdyn.arguments import _read, check_arguments
-from symdyn.errors import ArgumentError, IdentifyError, SimulateError, SymdynError, VerifyError
+from symdyn.errors import ArgumentError, DrawError, IdentifyError, SimulateError, SymdynError, VerifyError
 from symdyn.scene import bind
 
 CART = symdyn.example("cart_pole")
@@ -25,7 +28,7 @@ CART = symdyn.example("cart_pole")
 T = [0.0, 0.1]
 CALLS: dict[str, dict[str, Any]] = {
     "animation": {"scene": CART, "times": T, "positions": [[0, 0], [0, 0.1]]},
-    "film": {"scene": CART, "times": T, "positions": [[0, 0], [0, 0.1]], "file": "run.gif"},
+    "film": {"scene": CART, "times": T, "positions": [[0, 0], [0, 0.1]], "file": "run.svg"},
     "picture": {"scene": CART},
     "simulate": {"scene": CART, "until": 0.01},
     "ensemble": {"scene": CART, "until": 0.01},
@@ -36,7 +39,8 @@ CALLS: dict[str, dict[str, Any]] = {
     "linearize": {"scene": CART},
     "identify": {"scene": CART, "data": {}},
     "output_error": {"scene": CART, "data": {"t": [0, 0.1, 0.2], "x": [0, 0, 0]}, "parameters": "mc"},
-    "excite": {"scene": CART, "box": {"x": (-1, 1)}},
+    "excite": {"scene": CART, "box": {"x": (-1, 1)}, "terms": 1, "starts": 1},
+    "collocation": {"scene": CART, "until": 1, "intervals": 2},
 }
 """What is in order but for the argument that a test is about."""
 
@@ -62,6 +66,12 @@ JUDGED = [
     for argument in single(door)
     if argument in _read(door) and (name, argument) not in SILENT
 ]
+
+
+def kind_of(name: str, argument: str) -> str:
+    return _read(doors()[name])[argument].words[0]
+
+
 READ = [
     (name, argument)
     for name in CALLS
@@ -81,6 +91,51 @@ def test_a_door_tells_an_argument_of_another_kind(name: str, argument: str) -> N
 def test_a_door_tells_what_it_cannot_read(name: str, argument: str) -> None:
     with pytest.raises(SymdynError):
         doors()[name](**{**CALLS[name], argument: object()})
+
+
+ODD: tuple[Any, ...] = (
+    *(Decimal("1.5"), Decimal("NaN"), Decimal("sNaN"), Decimal("1e400"), Fraction(3, 2), 10**400, Fraction(10**400)),
+    *(sympy.Rational(3, 2), sympy.Integer(2), sympy.Symbol("z"), np.float32(1.5), np.int64(2), np.bool_(True)),
+    *(np.array(2), np.array(1.5), np.array([1.5]), np.ma.masked, np.timedelta64(3, "s"), np.datetime64("2026")),
+    *(True, "1.5", 1 + 0j, math.nan, math.inf, -1, [], {}, int),
+)
+
+AMONG: list[tuple[str, str, Callable[[Any], Any]]] = [
+    *((name, "start", lambda odd: {"x": odd}) for name in ("simulate", "ensemble", "sweep", "collocation")),
+    *((name, "values", lambda odd: {"mc": odd}) for name in ("simulate", "sensitivity", "linearize", "identify")),
+    ("ensemble", "values", lambda odd: {"mc": [odd, odd]}),
+    ("simulate", "forces", lambda odd: {"F": odd}),
+    ("inverse", "times", lambda odd: [0, odd]),
+    ("sweep", "over", lambda odd: {"mc": [odd, 2]}),
+    ("uncertainty", "over", lambda odd: {"mc": odd}),
+    ("collocation", "bounds", lambda odd: {"x": (odd, None)}),
+    ("collocation", "intervals", lambda odd: [0, odd, 1]),
+    ("collocation", "until", lambda odd: (0.5, odd)),
+    ("excite", "box", lambda odd: {"x": (odd, 3)}),
+    ("picture", "parameters", lambda odd: {"mc": odd}),
+    ("animation", "times", lambda odd: [0, odd]),
+    ("film", "size", lambda odd: (odd, 300)),
+]
+"""Where numbers stand among others: door, argument, and what holds one."""
+
+NUMBERS = [
+    *((name, at, lambda odd: odd) for name, at in JUDGED if name in CALLS and "number" in kind_of(name, at)),
+    *AMONG,
+]
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+@pytest.mark.filterwarnings("ignore")  # NumPy's, on what it makes a number of
+@pytest.mark.parametrize(("name", "argument", "holding"), NUMBERS, ids=[f"{name}-{at}" for name, at, _ in NUMBERS])
+def test_a_number_of_any_library_is_taken_or_told(
+    name: str, argument: str, holding: Callable[[Any], Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`film(fps=Decimal(24))` and some forty others raised what Python or NumPy raise."""
+    monkeypatch.chdir(tmp_path)
+    for odd in ODD:
+        with suppress(SymdynError):
+            doors()[name](**{**CALLS[name], argument: holding(odd)})
 
 
 def _flown(
@@ -113,6 +168,12 @@ def test_numbers_and_lists_of_any_library_are_taken(given: dict[str, Any]) -> No
         ({"height": np.array("1")}, r"height = array\('1', .*: give a number"),
         ({"height": np.complex128(1)}, "height = .*: give a number"),
         ({"height": sympy.Symbol("h")}, "height = h: give a number"),
+        ({"height": 10**400}, "height = 1000.*: give a number"),
+        ({"height": np.ma.masked}, "height = masked: give a number"),
+        ({"seats": np.array(2.0)}, r"seats = array\(2.\): give a whole number"),
+        ({"steep": Decimal("sNaN")}, r"steep = Decimal\('sNaN'\): give True or False"),
+        ({"view": np.array(2.0)}, r"view = array\(2.\): give 2 values or None"),
+        ({"crew": np.ones(2)}, r"crew = array\(\[1., 1.\]\): give text or a list of texts"),
         ({"height": np.zeros(3)}, r"height = array\(\[0., 0., 0.\]\): give a number"),
         ({"crew": 3}, "crew = 3: give text or a list of texts"),
         ({"crew": ["a", 3]}, "crew = .*: give text or a list of texts"),
@@ -149,6 +210,20 @@ def test_a_series_of_pandas_holds_values_by_name() -> None:
     over, motion = {"mc": 0.01}, {"x": "t**2", "theta": "0"}
     spreads = [symdyn.uncertainty(CART, one, motion=motion, times=T) for one in (over, pandas.Series(over))]
     np.testing.assert_array_equal(spreads[1]["F"], spreads[0]["F"])
+
+
+def test_a_picture_that_moves_takes_numbers_of_any_library(tmp_path: Path) -> None:
+    given = {"scene": CART, "times": (x for x in (0, 1)), "positions": [[0, 0], [Fraction(1, 5), 1]]}
+    path = symdyn.film(**given, file=tmp_path / "cart.svg", fps=Decimal(24), size=[np.int64(400), 300])
+    assert ' width="400" height="300">' in path.read_text(encoding="utf-8")
+    with pytest.raises(DrawError, match=r"^cart_pole: nan moments a second; give a number above 0, such as 30$"):
+        symdyn.animation(CART, T, [[0, 0], [0, 0]], fps=math.nan)
+    with pytest.raises(DrawError, match=r"^cart_pole: times or positions are no numbers: "):
+        symdyn.animation(CART, np.array(["a", "b"]), [[0, 0], [0, 0]])
+    with pytest.raises(DrawError, match=r"^cart_pole: mc = nan: give a finite number$"):
+        symdyn.picture(CART, parameters={"mc": math.nan})
+    with pytest.raises(DrawError, match=r'^colour scheme "1" is unknown; known are auto, light, dark$'):
+        symdyn.film(CART, T, [[0, 0], [0, 0]], tmp_path / "cart.gif", scheme="1")
 
 
 def test_all_are_told_at_once() -> None:

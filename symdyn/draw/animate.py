@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.draw.corner import with_corner
 from symdyn.draw.label_places import Put, put
 from symdyn.draw.pictures import body_names, lines, mechanism, watched
@@ -64,10 +64,11 @@ def animation(
         loop: whether it begins again at its end.
 
     Raises:
-        DrawError: shapes that do not fit, times that do not increase, or no real value at a position.
+        DrawError: shapes that do not fit, times that do not increase, a rate that is none, or no real value at a
+            position.
     """
     check_arguments(animation, locals(), DrawError)
-    scene = scene_of(scene)
+    (fps,), scene = doubles(fps), scene_of(scene)
     drawing, t = moving(scene, times, positions, parameters, view, fps)
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}
@@ -95,6 +96,8 @@ def moving(
     most: int = MOST,
 ) -> tuple[Drawing, Array]:
     """Return a motion as a drawing at the moments that are kept, and their times; see `animation`."""
+    if not 0 < fps < np.inf:
+        raise DrawError(f"{scene.name}: {fps:g} moments a second; give a number above 0, such as {RATE:g}")
     fine, ways, values = moments(scene, times, positions, parameters, max(fps, FINE), most)
     kept = _kept(fine, fps, most)
     t, q = fine[kept], ways[kept]
@@ -121,8 +124,7 @@ def moments(
     most: int = MOST,
 ) -> tuple[Array, Array, dict[str, float]]:
     """Return the moments of a motion that are kept, the positions there, and values of all parameters."""
-    t, q = np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64)
-    _checked(scene, t, q)
+    t, q = as_arrays(scene, times, positions)
     kept, given = _kept(t, fps, most), dict(parameters or {})
     values = values_of(scene, given)
     if scene.loops and any(parameter.name not in given for parameter in scene.free_parameters):
@@ -130,7 +132,18 @@ def moments(
     return t[kept], q[kept], values
 
 
-def _checked(scene: Scene, t: Array, q: Array) -> None:
+def as_arrays(
+    scene: Scene, times: Sequence[float] | Array, positions: Sequence[Sequence[float]] | Array
+) -> tuple[Array, Array]:
+    """Return times and positions as arrays, shapes (N,) and (N, nq).
+
+    Raises:
+        DrawError: as of `animation`.
+    """
+    try:
+        t, q = (np.asarray(x if hasattr(x, "__array__") else list(x), np.float64) for x in (times, positions))
+    except (TypeError, ValueError, OverflowError) as fault:
+        raise DrawError(f"{scene.name}: times or positions are no numbers: {fault}") from None
     if t.ndim != 1 or len(t) == 0 or q.ndim != 2 or len(q) != len(t):
         raise DrawError(
             f"{scene.name}: times have shape {t.shape} and positions {q.shape}; give (N,) and (N, "
@@ -141,6 +154,7 @@ def _checked(scene: Scene, t: Array, q: Array) -> None:
     if not np.isfinite(q).all():
         row = int(np.argmin(np.isfinite(q).all(axis=1)))
         raise DrawError(f"{scene.name}: the position at t = {t[row]:.6g} is not finite; cut the motion before it")
+    return t, q
 
 
 def _kept(t: Array, fps: float, most: int) -> Indices:

@@ -11,13 +11,14 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import index
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
-from symdyn.draw.animate import animation, moments, moving
+from symdyn.arguments import check_arguments, doubles, wholes
+from symdyn.draw.animate import animation, as_arrays, moments, moving
 from symdyn.draw.canvas import require
 from symdyn.draw.gltf import glb
 from symdyn.draw.paint import Frame, Painter
@@ -121,15 +122,25 @@ def film(
     cart.svg True
     """
     check_arguments(film, locals(), DrawError)
-    reel = Reel(fps, size, loop)
+    (fps,), scene = doubles(fps), scene_of(scene)
+    reel = Reel(fps, _sides(size), loop)
     path = check_film(file, reel)
     kind = FILMS[path.suffix.lower()]
-    shown = Motion(
-        scene_of(scene), np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64),
-        parameters, view, scheme, told or (lambda share: None), note or (lambda line: None),
-    )  # fmt: skip
+    told, note = told or (lambda share: None), note or (lambda line: None)
+    shown = Motion(scene, *as_arrays(scene, times, positions), parameters, view, scheme, told, note)
     write_whole(path, kind.write(shown, reel, fps or kind.fps))
     return path
+
+
+def _sides(size: int | tuple[int, int] | None) -> int | tuple[int, int] | None:
+    """Return a size, whatever library its numbers are of."""
+    if size is None:
+        return None
+    try:
+        return index(size)  # type: ignore[arg-type]
+    except TypeError:
+        width, height = wholes(*size)  # type: ignore[misc]
+        return width, height
 
 
 def check_film(file: File, reel: Reel | None = None) -> Path:

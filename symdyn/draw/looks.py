@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-from symdyn.draw.style import style
+from symdyn.draw.style import plain, style
 
 Look = dict[str, str]
 
@@ -42,11 +42,6 @@ def rules(scheme: str = "light") -> tuple[Rule, ...]:
             tag, *classes = selector.split()[-1].split(".")
             found.append(Rule(tag, frozenset(classes), look))
     return tuple(found)
-
-
-def plain(scheme: str) -> str:
-    """Return the scheme that stands for one where there is no reader whose preference it could follow."""
-    return "light" if scheme == "auto" else scheme
 
 
 def look_of(tag: str, classes: str, scheme: str = "light", **own: str) -> Look:

@@ -14,10 +14,10 @@ from symdyn.draw.curves import Curve, curves, ellipse
 from symdyn.draw.glyphs import outlined
 from symdyn.draw.label_places import Put
 from symdyn.draw.lettering import lowered
-from symdyn.draw.looks import look_of, plain
+from symdyn.draw.looks import look_of
 from symdyn.draw.places import Array
 from symdyn.draw.shapes import Shape
-from symdyn.draw.style import SCHEMES
+from symdyn.draw.style import SCHEMES, plain
 from symdyn.draw.svg import Drawing, order
 
 UNIT = 0.75  # points a unit of the picture: the size that browsers give it

@@ -28,7 +28,7 @@ def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> di
     """Return values of all parameters: those given, the declared ones, and 1 for what has none.
 
     Raises:
-        DrawError: a name that is no parameter.
+        DrawError: a name that is no parameter, or a value that is no finite number.
     """
     given = dict(parameters or {})
     names = [parameter.name for parameter in scene.parameters]
@@ -38,8 +38,18 @@ def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> di
     values = {}
     for parameter in scene.parameters:
         declared = None if parameter.value is None else value_of(parameter.value, {})
-        values[parameter.name] = float(given.get(parameter.name, 1.0 if declared is None else declared))
-    return values
+        values[parameter.name] = float(1.0 if declared is None else declared)
+    return values | {name: _finite(scene, name, value) for name, value in given.items()}
+
+
+def _finite(scene: Scene, name: str, value: float) -> float:
+    try:
+        found = float(value)
+    except (TypeError, ValueError, OverflowError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise DrawError(f"{scene.name}: {name} = {' '.join(repr(value).split()):.60}: give a finite number")
+    return found
 
 
 def pose(

@@ -71,6 +71,17 @@ HALO = """\
 """Letters stand out of lines by an edge, where it is painted behind them; other programs would paint it over them."""
 
 
+def plain(scheme: str) -> str:
+    """Return the scheme that stands for one where there is no reader whose preference it could follow.
+
+    Raises:
+        DrawError: another scheme.
+    """
+    if scheme not in ("auto", *SCHEMES):
+        raise DrawError(f'colour scheme "{scheme}" is unknown; known are auto, light, dark')
+    return "light" if scheme == "auto" else scheme
+
+
 def style(scheme: str) -> str:
     """Return the style sheet.
 
@@ -80,10 +91,8 @@ def style(scheme: str) -> str:
     Raises:
         DrawError: another scheme.
     """
-    if scheme not in ("auto", *SCHEMES):
-        raise DrawError(f'colour scheme "{scheme}" is unknown; known are auto, light, dark')
     if scheme != "auto":
-        return _coloured(SCHEMES[scheme])
+        return _coloured(SCHEMES[plain(scheme)])
     dark = "\n".join(line for line in _coloured(DARK).splitlines() if "fill:" in line or "stroke:" in line)
     return (
         f"{_coloured(LIGHT)}{HALO.replace('[paper]', LIGHT['paper'])}"

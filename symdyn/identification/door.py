@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Motion, choose_band, motions
 from symdyn.identification.fitting import Fitted, fitted
@@ -70,6 +70,7 @@ def identify(
         DerivationError: the scene has no driving forces.
     """
     check_arguments(identify, locals(), IdentifyError)
+    band, hold_back = doubles(band, hold_back)
     scene = scene_of(scene)
     scene = with_values(scene, values)
     faults = []

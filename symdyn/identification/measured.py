@@ -63,7 +63,7 @@ def read_measured(
         tables += said.tables
         if said.texts or said.functions:
             faults.add("data", "formulas and functions measure nothing; give a .csv file, arrays by name, or a table")
-    if not logs:
+    if not tables and not faults.lines:
         faults.add("data", "there is no log; give a .csv file, arrays by name with t, or a table")
     close(faults)
     for name in measured or ():

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification.identification import Identification
 from symdyn.identification.named import Named, fit_names, inertial_names
@@ -83,6 +83,7 @@ def identified(
         SceneError: parameters of the geometry without a value; or parameters were found that bodies cannot have.
     """
     check_arguments(identified, locals(), IdentifyError)
+    total_mass, spread = doubles(total_mass, spread)
     told = told_combinations(found)
     scene = found.model.scene
     declared = {parameter.name for parameter in found.scene.parameters}

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import Equilibria, equilibria
@@ -63,7 +63,7 @@ def linearize(
         DerivationError: loops cannot be closed, or friction is ideal.
     """
     check_arguments(linearize, locals(), SimulateError)
-    scene = scene_of(scene)
+    (t,), scene = doubles(t), scene_of(scene)
     scene = with_values(scene, values)
     asked = prepared(scene, forces, outputs, independent)
     start = read_start(scene, at, rates)

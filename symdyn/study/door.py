@@ -9,7 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, doubles, wholes
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of, with_values
 from symdyn.scene.values.table import Faults
@@ -115,6 +115,7 @@ def sweep(
     """
     check_arguments(sweep, locals(), SimulateError)
     until, every, rtol, atol = doubles(until, every, rtol, atol)
+    (count, seed, workers, block), ignore_limits = wholes(count, seed, workers, block), bool(ignore_limits)
     bound = scene_of(scene)
     bound = with_values(bound, values)
     path = None if output is None else Path(output)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, SceneLike, bind, scene_of, with_values
 from symdyn.scene.values.table import Faults
@@ -91,6 +91,7 @@ def uncertainty(
         DerivationError: there are no such dynamics.
     """
     check_arguments(uncertainty, locals(), SimulateError)
+    until, every = doubles(until, every)
     scene = scene_of(scene)
     scene = with_values(scene, values)
     faults = Faults("")

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, doubles, wholes
 from symdyn.errors import SimulateError
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI
@@ -91,6 +91,7 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
         UnknownNameError: there is no such column.
     """
     check_arguments(indices, locals(), SimulateError)
+    (level,), (resamples, seed) = doubles(level), wholes(resamples, seed)
     if study.about.get("design") != SALTELLI:
         raise SimulateError(
             f"{study.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "

@@ -149,7 +149,7 @@ def _listed(name: str, said: Any, faults: Faults) -> Distribution | None:
     """Return numbers of Python as a list."""
     try:
         numbers = np.asarray(said, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         faults.add(f"over {name}", f"{shorten(repr(said))} is no list of numbers; {FORM}")
         return None
     if numbers.ndim > 1 or not numbers.size or not np.all(np.isfinite(numbers)):

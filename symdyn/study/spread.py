@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import KINDS
 from symdyn.scene import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, shorten
@@ -106,8 +106,8 @@ def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, fa
     over = dict(over.items()) if hasattr(over, "items") else over  # a series of pandas has them, too
     spreads, texts = dict[str, float](), over
     if isinstance(over, Mapping):
-        spreads = {str(name): float(x) for name, x in over.items() if isinstance(x, Real)}
-        texts = {str(name): x for name, x in over.items() if not isinstance(x, Real)}
+        spreads = {str(name): float(x) for name, x in over.items() if KINDS["float"].takes(x)}
+        texts = {str(name): x for name, x in over.items() if str(name) not in spreads}
     for name, spread in spreads.items():
         if not (np.isfinite(spread) and spread >= 0):
             faults.add(f"over {name}", f"{spread:g} is no standard deviation; give one that is not negative")
@@ -122,7 +122,7 @@ def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, fa
 def _covariance(given: npt.ArrayLike, faults: Faults) -> Array:
     try:
         found = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         faults.add("covariance", f"{shorten(repr(given))} is no matrix of numbers")
         return np.zeros((0, 0))
     if found.ndim != 2 or found.shape[0] != found.shape[1] or not np.all(np.isfinite(found)):

@@ -44,7 +44,7 @@ def ends_of(given: Range, where: str, faults: Faults) -> tuple[float, float]:
     try:
         first, last = given
         least, most = (-np.inf if first is None else float(first)), (np.inf if last is None else float(last))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         faults.add(where, f"{given!r} is not a smallest and a largest value, such as (-1, 1) or (None, 5)")
         return -np.inf, np.inf
     if not least <= most:

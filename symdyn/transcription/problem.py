@@ -136,7 +136,7 @@ def _mesh(intervals: int | Sequence[float], faults: Faults) -> Array:
         return np.linspace(0.0, 1.0, count + 1)
     try:
         mesh = np.asarray(intervals, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         mesh = np.zeros(0)
     if mesh.ndim == 1 and 2 <= len(mesh) <= MOST and mesh[0] == 0 and mesh[-1] == 1 and np.all(np.diff(mesh) > 0):
         return mesh

@@ -18,6 +18,8 @@ from collections.abc import Callable, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral
+from operator import index
+from typing import SupportsIndex
 
 from symdyn.graph import Op
 from symdyn.scene.values import folding
@@ -93,8 +95,8 @@ def quantity(value: object) -> Quantity:
         if not value.is_finite():
             raise FormulaError(f"{value} is not a finite number; give one such as 9.81")
         return folding.constant(_exact(str(value).removeprefix("-")) * (-1 if value.is_signed() else 1))
-    if isinstance(value, Integral) and not isinstance(value, bool):  # of NumPy
-        return folding.constant(Fraction(int(value)))
+    if isinstance(value, SupportsIndex) and isinstance(value, Integral) and not isinstance(value, bool):  # of NumPy
+        return folding.constant(Fraction(index(value)))
     raise FormulaError(f'is {_kind(value)}; give a number or a formula such as "m1*h1**2/12"')
 
 

@@ -169,7 +169,7 @@ def _array(raw: object, where: str, faults: Faults) -> Array | None:
     """Return a number for every run; None after a fault."""
     try:
         found = np.array(raw, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         faults.add(where, "is no array of numbers; give a number for every run")
         return None
     if found.ndim != 1:
