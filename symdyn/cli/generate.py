@@ -82,7 +82,8 @@ def run(options: argparse.Namespace) -> int:
             program = tunable(scene, outputs, options.formulation, closing)
         else:
             program = lower(equations_of(options, scene, outputs, closing, lines=not target.loops))
-        if target.loops and not options.formulation and (told := kept_in_lines(scene, outputs)):
+        looped = any(routine.function.loop for routine in program.routines)  # so a table holds the scene
+        if target.loops and not (options.formulation or looped) and (told := kept_in_lines(scene, outputs)):
             say(f"symdyn: {told}")
         if options.prepare:
             program = prepare(program)

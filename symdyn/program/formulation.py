@@ -80,8 +80,9 @@ def choose(
 ) -> tuple[Function, ...]:
     """Return the outputs on the workspace's graph; see `formulate`."""
     known_road(workspace.scene, outputs, road)
-    lines = lines or not all(looped(workspace, request, road) for request in outputs)
-    return tuple(chosen(workspace, request, road, lines) for request in outputs)
+    loops = [looped(workspace, request, road) for request in outputs]
+    lines = lines or not all(loops)
+    return tuple(_chosen(workspace, *one, road, lines) for one in zip(outputs, loops, strict=True))
 
 
 def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
@@ -97,9 +98,12 @@ def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
         )
 
 
-def chosen(workspace: Workspace, request: str, road: str | None = None, lines: bool = True) -> Function:
-    """Return an output by the road that was asked for, if it has that, else by the one that costs least."""
-    loop = looped(workspace, request, road)
+def chosen(workspace: Workspace, request: str, road: str | None = None) -> Function:
+    """Return an output by the road that was asked for, if it has that, else by the one that costs least, in lines."""
+    return _chosen(workspace, request, looped(workspace, request, road), road, lines=True)
+
+
+def _chosen(workspace: Workspace, request: str, loop: str, road: str | None, lines: bool) -> Function:
     if loop and not lines:
         alone = loop_alone(workspace, request, loop)
         if not (TABLE_LOOPS[loop].divides and may_vanish(workspace.joint_table, workspace.scene)):

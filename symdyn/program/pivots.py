@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import random
 
-from symdyn.dynamics.recursive.aba_loop import BESIDES, INERTIA, kinds_of, numbers_of, steps_of
+from symdyn.dynamics.recursive.aba_loop import BESIDES, INERTIA, forward_sweeps
+from symdyn.dynamics.recursive.joint_kinds import kinds_of, names_of
 from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.errors import NoValueError
 from symdyn.graph import evaluate
@@ -25,17 +26,15 @@ def may_vanish(table: JointTable, scene: Scene) -> bool:
     held = {i: [0.0] * INERTIA for i in range(len(table.rows) + 1)}
     pivots, algebra = [], Floats()
     for i, (row, kind) in reversed(list(enumerate(zip(table.rows, kinds_of(table), strict=True), 1))):
-        steps = steps_of(kind)
-        names = numbers_of(row)
-        value = dict(zip(row.entries, exact[id(row)], strict=True))
+        (inward,) = (one for one in forward_sweeps(kind) if one.inward)
         x, y = draw.uniform(-1, 1), draw.uniform(-1, 1)
-        known = {name: value[entry] for name, entry in names.items()}
+        known = dict(zip(names_of(row), exact[id(row)], strict=True))
         known |= {"cosine": x, "sine": (1 - x * x) ** 0.5, "q": y, "tau": 1.0}
         known |= {f"inertia{k}": one for k, one in enumerate(held[i])} | {f"bias{k}": 0.0 for k in range(6)}
         known |= {f"inertia{k}": 0.0 for k in range(INERTIA - 6, INERTIA)}
-        values = {steps.graph.symbol(name): one for name, one in known.items()}
+        values = {inward.handed[0].graph.symbol(name): one for name, one in known.items()}
         try:
-            found = evaluate((steps.share[BESIDES], *steps.inertia), algebra, values)
+            found = evaluate((inward.kept[BESIDES], *inward.handed), algebra, values)
         except NoValueError:
             return True
         pivots.append(abs(1 / found[0]) if found[0] else float("inf"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from symdyn.algebra.big import BigFloats, LooseErrors, RunningErrors
 from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS
 from symdyn.graph import Expr
+
+if TYPE_CHECKING:
+    from symdyn.algebra.midpoints import Midpoints
 
 FUNCTION_ULPS = 4.0  # what NumPy's vectorised sines are allowed
 ALLOWED = 2.0  # times the bound, which is of first order
@@ -28,7 +31,7 @@ TINIEST = {"double": 2.0**-1022, "float": 2.0**-126, "dd": 2.0**-960}  # below, 
 Array = np.ndarray[Any, Any]
 
 
-def rounding(numbers: BigFloats, real: str, sines: float = 0.0) -> RunningErrors:
+def rounding(numbers: BigFloats | Midpoints, real: str, sines: float = 0.0) -> RunningErrors:
     """Return the analysis of what rounding may leave in a real type, and in sines that are off by so much beside it."""
     kind = LooseErrors if real == "dd" else RunningErrors
     return kind(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real], sines)

@@ -1,10 +1,16 @@
-"""Functions that code may compute by a loop over a table of joints: one row each."""
+"""Functions that code may compute by a loop over a table of joints: one row each.
+
+A road of `OUTPUTS` that goes over a table has its row here, by its name, and nowhere else.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symdyn.dynamics.recursive.aba_loop import forward_sweeps
 from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.rnea_loop import inverse_sweeps
+from symdyn.dynamics.recursive.sweeps import Sweeps
 
 
 @dataclass(frozen=True)
@@ -27,14 +33,16 @@ class TableLoop:
 
 @dataclass(frozen=True)
 class LoopAlgorithm:
-    """When a loop is taken, and what for.
+    """What a loop does, when it is taken, and what for.
 
     Attributes:
+        sweeps: what it does at a joint of a kind.
         fewest: joints from which code is a loop unless it is asked for otherwise.
         why: what is gained from there on, in words.
         divides: whether it divides by pivots of the mass matrix, and does not exist where that is singular.
     """
 
+    sweeps: Sweeps
     fewest: int
     why: str
     divides: bool = False
@@ -42,7 +50,9 @@ class LoopAlgorithm:
 
 TABLE_LOOPS = {
     # About where blocks of states in lines leave the stack, so that many states take four times as long.
-    "rnea_loop": LoopAlgorithm(400, "faster over many states, and compiled at once"),
+    "rnea_loop": LoopAlgorithm(inverse_sweeps, 400, "faster over many states, and compiled at once"),
     # About where lines of one state, which are fetched anew at every call, take longer than they wait for each other.
-    "aba_loop": LoopAlgorithm(48, "faster, as its code stays in the nearest cache, and compiled at once", True),
+    "aba_loop": LoopAlgorithm(
+        forward_sweeps, 48, "faster, as its code stays in the nearest cache, and compiled at once", divides=True
+    ),
 }

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import cache
 
 from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS, operations
-from symdyn.dynamics.recursive.aba_loop import JointKind, kinds_of, steps_of
-from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.joint_kinds import kinds_of
+from symdyn.dynamics.recursive.sweeps import Sweep
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Expr, reachable
@@ -66,30 +66,19 @@ def count(function: Function) -> Counts:
     return sum(count_by_binding(function).values(), Counts())
 
 
-TURN, SLIDE = Counts(92, 80, sincos=1), Counts(88, 72)
-"""What a joint costs in a loop over a table."""
-
-GENERAL, FROM_ZERO = Counts(25, 20), Counts(4, 2)
-"""What a fixed turn costs besides that is not about x, and that of a turn which is not zero where q is."""
+FROM_ZERO = Counts(4, 2)
+"""What a turn that is not zero where q is costs besides in a loop over a table."""
 
 
-def count_table(table: JointTable) -> Counts:
-    """Return the operations of one call of inverse dynamics as a loop: zeros are multiplied by."""
-    found = Counts()
-    for row in table.rows:
-        found += SLIDE if row.slides else TURN
-        found += GENERAL if len(row.fixed) > 2 else Counts()
-        found += Counts() if row.at_zero or row.slides else FROM_ZERO
-    return found
-
-
-def count_forward_table(table: JointTable) -> Counts:
-    """Return the operations of one call of forward dynamics as a loop; what several hand to one joint is added."""
+def count_loop(loop: TableLoop) -> Counts:
+    """Return the operations of one call of a loop over a table; what several hand to one joint is added."""
+    sweeps = loop.algorithm.sweeps
     found, handed = Counts(), set[int]()
-    for row, kind in zip(table.rows, kinds_of(table), strict=True):
-        found += _count_steps(kind)
+    for row, kind in zip(loop.table.rows, kinds_of(loop.table), strict=True):
+        found += _count_sweeps(sweeps(kind))
         if row.parent in handed:
-            found += Counts(additions=sum(not x.is_zero for x in steps_of(kind).inertia))
+            inward = (one for one in sweeps(kind) if one.inward)
+            found += Counts(additions=sum(not x.is_zero for one in inward for x in one.handed))
         handed.add(row.parent)
         found += Counts(sincos=1) if not row.slides else Counts()
         found += Counts() if row.at_zero or row.slides else FROM_ZERO
@@ -97,24 +86,12 @@ def count_forward_table(table: JointTable) -> Counts:
 
 
 @cache
-def _count_steps(kind: JointKind) -> Counts:
-    """Return the operations at a joint of a kind, as they are printed."""
-    steps, found = steps_of(kind), Counts()
-    for results in (  # each step is a function of its own
-        (*steps.motion, *steps.bias),
-        (*steps.share, *steps.inertia),
-        (steps.qdd, *steps.besides),
-    ):
-        found += Counts(**Counter(name for node in reachable(results) if (name := CATEGORY[node.op])))
+def _count_sweeps(sweeps: tuple[Sweep, ...]) -> Counts:
+    """Return the operations of sweeps at a joint, as they are printed: each is a function of its own."""
+    found = Counts()
+    for one in sweeps:
+        found += Counts(**Counter(name for node in reachable(one.results) if (name := CATEGORY[node.op])))
     return found
-
-
-LOOP_COUNTS = {"rnea_loop": count_table, "aba_loop": count_forward_table}
-
-
-def count_loop(loop: TableLoop) -> Counts:
-    """Return the operations of one call of a loop over a table."""
-    return LOOP_COUNTS[loop.road](loop.table)
 
 
 def count_by_binding(function: Function) -> dict[str, Counts]:

@@ -14,16 +14,18 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.big import AllRoundingError, BigFloats, Bounded
+from symdyn.algebra.big import AllRoundingError, Bounded, RunningErrors
+from symdyn.algebra.midpoints import Midpoints
 from symdyn.dynamics import Argument, Function
+from symdyn.dynamics.recursive.sweeps import values_over_table
 from symdyn.emit.code.real import digits, find_real
 from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.emit.code.target import Sources
 from symdyn.graph import Expr, evaluate
-from symdyn.program import Program, in_lines
 from symdyn.program.assemble import PREPARED
 from symdyn.program.prepare import PREPARE
 from symdyn.program.states import ALLOWED, DRAWS, ROUNDOFF, TINIEST, WIDER, rounding, sample
+from symdyn.program.table_numbers import table_numbers
 
 DIGITS = 50
 SEED = "example"
@@ -85,18 +87,26 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
 
     Numbers are the nearest of the type, and end as the language's literals do: on `suffix`.
     """
-    program = in_lines(sources.program)
+    program = sources.program
     functions = [routine.function for routine in program.routines]
     arguments = _arguments(functions)
     best: tuple[dict[str, list[Bounded]], dict[Expr, Bounded]] = {}, {}
     rng, unsure = random.Random(SEED), Counter[str]()
-    for draw in range(DRAWS):
-        point = _point(arguments, rng, sources.real, WIDER[draw * len(WIDER) // DRAWS])
-        results = _results(program, point, sources.real, bound_of_sines(sources.accuracy), unsure)
-        if len(results) > len(best[0]) or not draw:
-            best = results, point
-        if all(one.name in best[0] or unsure[one.name] >= ENOUGH for one in functions):
-            break
+    numbers = Midpoints(DIGITS)
+    with numbers:
+        analysis = rounding(numbers, sources.real, bound_of_sines(sources.accuracy))
+        tables = {
+            one.name: [analysis.constant(x) for x in table_numbers(one.loop.table, program.scene)]
+            for one in functions
+            if one.loop
+        }
+        for draw in range(DRAWS):
+            point = _point(arguments, rng, sources.real, WIDER[draw * len(WIDER) // DRAWS])
+            results = _results(functions, tables, point, analysis, unsure)
+            if len(results) > len(best[0]) or not draw:
+                best = results, point
+            if all(one.name in best[0] or unsure[one.name] >= ENOUGH for one in functions):
+                break
     results, point = best
     names = {one.symbols: name for name, one in arguments.items()}
     given = [
@@ -138,21 +148,26 @@ def _point(arguments: Mapping[str, Argument], rng: random.Random, real: str, wid
 
 
 def _results(
-    program: Program, point: Mapping[Expr, Any], real: str, sines: float, unsure: Counter[str]
+    functions: Sequence[Function],
+    tables: Mapping[str, Sequence[Bounded]],
+    point: Mapping[Expr, Any],
+    analysis: RunningErrors,
+    unsure: Counter[str],
 ) -> dict[str, list[Bounded]]:
     """Return the result of every function that is real at a point; what is prepared there is handed on.
 
-    Sines may be off by `sines` beside their rounding. Where a divisor is all rounding error the function is counted.
+    One that is a loop over a table finds it as that does. Where a divisor is all rounding error it is counted.
     """
-    numbers = BigFloats(DIGITS)
-    numbers.context.trap_complex = True
-    analysis = rounding(numbers, real, sines)
-    values = {symbol: analysis.exact(numbers.number(value)) for symbol, value in point.items()}
-    functions = [routine.function for routine in program.routines]
+    values = {symbol: analysis.exact(analysis.numbers.number(value)) for symbol, value in point.items()}
     results: dict[str, list[Bounded]] = {}
     for function in sorted(functions, key=lambda one: one.name != PREPARE):
         try:
-            results[function.name] = evaluate(function.entries, analysis, values)
+            if function.loop:
+                given = {one.name: [values[symbol] for symbol in one.symbols] for one in function.arguments}
+                loop = function.loop.table, function.loop.algorithm.sweeps
+                results[function.name] = values_over_table(*loop, tables[function.name], given, analysis)
+            else:
+                results[function.name] = evaluate(function.entries, analysis, values)
         except NO_VALUE as fault:
             unsure[function.name] += isinstance(fault, AllRoundingError)
             continue
@@ -173,11 +188,11 @@ def _texts(values: Sequence[Any], real: str, suffix: str) -> tuple[str, ...]:
 
 
 def _fraction(value: Any) -> Fraction:
-    """Return a double, or a number of mpmath, exactly."""
+    """Return a double, or the middle of a ball, exactly."""
     if isinstance(value, float):
         return Fraction(value)
-    sign, mantissa, exponent, _ = value._mpf_
-    return Fraction((-1) ** sign * int(mantissa)) * Fraction(2) ** int(exponent)
+    mantissa, exponent = (int(part) for part in value.mid().man_exp())
+    return mantissa * Fraction(2) ** exponent
 
 
 def _allowed(found: Sequence[Bounded], sources: Sources, suffix: str) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ BATCH, HEADER_ONLY = "batch", "header-only"
 SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
 """Functions of our own in the source file, written there when they are called."""
 
-LOOPED = ("ground", "joint", "joints", "matrices", "fetch", "store", "loop", "one")
+LOOPED = ("ground", "joint", "joints", "matrices", "fetch", "store", "one")
 """What all functions that are loops are made of, behind their names."""
 
 FLAT = {"double": -708, "float": -87}
@@ -95,7 +95,9 @@ def _write(draft: Draft) -> dict[str, str]:
     wide = real.name == "double" and draft.sines is None
     codes = batches(program, page, printer, real, wide) if batch else cuts(program, page, printer)
     values["codes"] = [
-        loop_text(text.loop, program.scene, printer, 4 if real.suffix else 8) if text.loop else code
+        loop_text(text.loop, [one.name for one in text.arguments], program.scene, printer, 4 if real.suffix else 8)
+        if text.loop
+        else code
         for text, code in zip(page.functions, codes, strict=True)
     ]
     values["loops"] = any(function.loop for function in page.functions)

@@ -1,0 +1,167 @@
+"""What the template of a loop over a table is given: its sweeps at a joint of each kind, printed from expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.recursive.joint_kinds import kinds_of
+from symdyn.dynamics.recursive.sweeps import Sweep
+from symdyn.dynamics.recursive.table_loops import TableLoop
+from symdyn.emit.code.operators import Printer
+from symdyn.emit.targets.c.loops.rows import Room, Rows, room, rows_of
+from symdyn.graph import Op, reachable
+from symdyn.graph.ops import SYMBOL
+from symdyn.program.constants import constants
+from symdyn.program.table_numbers import MOMENTS
+from symdyn.scene import Scene
+
+ROW = ("joint", "matrix")
+"""How numbers begin that are the same for all states."""
+
+
+@dataclass(frozen=True)
+class StepText:
+    """A step at a joint as C: lines that give names their values, and places with what is written there.
+
+    A line is a name, what it stands for, and whether that is one number for all states.
+    """
+
+    lines: tuple[tuple[str, str, bool], ...]
+    written: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class SweepText:
+    """One sweep.
+
+    Attributes:
+        name: of the sweep.
+        inward: whether it goes from the tips to the ground.
+        steps: at a joint of every kind.
+        rows: how many rows are handed on.
+        ground: where it starts with the acceleration of the ground, rows and entries of that.
+        reads: arguments that it reads.
+        finds: whether it writes entries of the result.
+    """
+
+    name: str
+    inward: bool
+    steps: tuple[StepText, ...]
+    rows: int
+    ground: tuple[tuple[int, int], ...]
+    reads: tuple[str, ...]
+    finds: bool
+
+
+@dataclass(frozen=True)
+class LoopText:
+    """A loop over a table.
+
+    Attributes:
+        rows, room: the tables and the work space.
+        given: names of the arguments.
+        sweeps: in order.
+        turns: how many kinds are turns, which come first.
+        kinds: how many kinds of joints there are.
+        width: bytes of a number.
+        place: rows of work space of a place, where what is handed on waits for others.
+        own: rows that a joint keeps from sweep to sweep.
+        sincos, parts: as of functions in stages: it takes sines by a routine of our own, and is not in parts.
+    """
+
+    rows: Rows
+    room: Room
+    given: tuple[str, ...]
+    sweeps: tuple[SweepText, ...]
+    turns: int
+    kinds: int
+    width: int
+    place: int
+    own: int
+    sincos: bool = True
+    parts: tuple[()] = ()
+
+    def lanes(self, line: int) -> int:
+        """Return how many states a vector of so many bytes holds, as far as there is room."""
+        return min(self.room.lanes, line // self.width)
+
+    @property
+    def slides(self) -> bool:
+        """Whether a joint slides."""
+        return self.turns < self.kinds
+
+    @property
+    def made_of(self) -> tuple[str, ...]:
+        """Endings of the functions that are its own."""
+        steps = [f"{one.name}{k}" for one in self.sweeps for k in range(self.kinds)]
+        moves = [f"{one.name}_{what}" for one in self.sweeps for what in ("copy", "add")]
+        return ("vec", *(f"{at}_{way}" for at in ("one", "vec") for way in (*steps, *moves, "none", "loop")))
+
+
+def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Printer, width: int) -> LoopText:
+    """Return what the template needs of a loop over a table of a scene; a number takes `width` bytes."""
+    table, kinds = loop.table, kinds_of(loop.table)
+    known = sorted(set(kinds))
+    last = {row.parent: i for i, row in enumerate(table.rows) if row.parent != i}  # of children that do not follow
+    more = [(int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)]
+    rows = rows_of(table, scene, printer, [known.index(one) for one in kinds], more)
+    steps = list(zip(*(loop.algorithm.sweeps(kind) for kind in known), strict=True))
+    at = {
+        **{name: f"*{name}" for name in ("cosine", "sine", *given)},
+        **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "rise", "rotor")},
+        **{f"b{k}": f"joint->b[{k}]" for k in range(MOMENTS)},
+        **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
+        **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},
+    }
+    sweeps = tuple(_sweep(given, ways, printer, at) for ways in steps)
+    place, own = max(one.rows for one in sweeps), max(len(ways[0].kept) for ways in steps)
+    space = room(len(kinds), width, own * len(kinds) + place * (rows.places + 1))
+    turns = sum(not one.slides for one in known)
+    return LoopText(rows, space, tuple(given), sweeps, turns, len(known), width, place, own)
+
+
+def _sweep(given: Sequence[str], ways: Sequence[Sweep], printer: Printer, at: Mapping[str, str]) -> SweepText:
+    """Return a sweep; of what might be handed on only what a joint of any kind reads is."""
+    first = ways[0]
+    reads = set[str]().union(*(one.reads for one in ways))
+    handed = [k for k in range(len(first.handed)) if f"{first.takes}{k}" in reads]
+    here = {**at, **{f"{first.takes}{k}": _row("now", place) for place, k in enumerate(handed)}}
+    start = [] if first.ground is None else [(first.ground + k, k) for k in range(3)]
+    return SweepText(
+        first.name,
+        first.inward,
+        tuple(_step(one, handed, printer, here) for one in ways),
+        len(handed),
+        tuple((handed.index(row), k) for row, k in start if row in handed),
+        tuple(name for name in given if name in reads),
+        first.result is not None,
+    )
+
+
+def _row(of: str, place: int) -> str:
+    return f"{of}[{place}]"
+
+
+def _step(sweep: Sweep, handed: Iterable[int], printer: Printer, at: Mapping[str, str]) -> StepText:
+    """Return a step: places, and what is written there."""
+    results = [(_row("now", place), sweep.handed[k]) for place, k in enumerate(handed)]
+    results += [(_row("kept", k), x) for k, x in enumerate(sweep.kept)]
+    results += [] if sweep.result is None else [("*result", sweep.result)]
+    nodes = reachable([entry for _, entry in results])
+    known = constants([node for node in nodes if node.op is Op.CONSTANT])
+    symbols = {node: str(node.value) for node in nodes if node.op is SYMBOL}
+    work = [node for node in nodes if node.args and node.op is not Op.NEG]
+    names = {node: f"{name}1" if at[name].startswith("*") else name for node, name in symbols.items()}
+    names |= {node: f"x{k}" for k, node in enumerate(work, 1)}
+    whole = {node for node, name in symbols.items() if at[name].startswith(ROW)} | set(known)
+    for node in nodes:
+        if node.args and whole.issuperset(node.args):
+            whole.add(node)
+    lines = [(names[node], at[name], node in whole) for node, name in symbols.items()]
+    lines += [(names[node], printer.definition(node, names, known), node in whole) for node in work]
+    written = [
+        (place, "nothing" if x.is_zero else "nothing + " * (x in whole) + printer.code(x, names, known))
+        for place, x in results
+    ]
+    return StepText(tuple(lines), tuple(written))
