@@ -127,14 +127,16 @@ def compiled(nvcc: str, robot: str, real: str, arch: str) -> list[Compiled]:
 def table(found: list[Compiled]) -> str:
     """Return all kernels, a line each."""
     lines = [
-        "| kernel | type | for | registers | bytes spilled | threads a block | values that wait | shared bytes |",
-        "|---|---|---|--:|--:|--:|--:|--:|",
+        "| kernel | type | for | registers | bytes spilled | threads a block | values that wait | shared bytes | parts "
+        "| operations | of all parts |",
+        "|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for one in found:
-        places, block = one.room.plan.places, one.room.block
+        places, block = one.room.places, one.room.block
         lines.append(
             f"| {one.robot}, {one.kernel.replace('_', ' ')} | {one.real} | {one.arch} | {one.registers} "
-            f"| {one.spilled:,} | {block} | {places} | {places * block * SIZES[one.real]:,} |"
+            f"| {one.spilled:,} | {block} | {places} | {places * block * SIZES[one.real]:,} "
+            f"| {len(one.room.plans)} | {one.room.once:,} | {one.room.operations:,} |"
         )
     return "\n".join(lines) + "\n"
 
@@ -157,7 +159,7 @@ def times(case: Case, nvcc: str, real: str, arch: str) -> Said:
     listed = []
     for name, routine, run in zip(sources.functions, program.routines, runs, strict=True):
         places = ", ".join(f"a[{NUMBERS.index(one.name)}]" for one in routine.function.arguments)
-        listed.append(f"T({TIMED}_{name}, {run.block}, {len(routine.function.entries)}, {places})")
+        listed.append(f"T({TIMED}_{name}, {run.block}, {len(run.plans)}, {len(routine.function.entries)}, {places})")
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         given(case, folder)

@@ -1,6 +1,6 @@
 /* Times of kernels, included before: a line each, "name states seconds", and what comes out at known states. KERNELS(T)
- * is a T(name, block, entries, arguments) for each of them, where arguments are among a[0], ..., a[3]: q, qd, qdd, tau;
- * REAL is their type, AXES the length of an argument. */
+ * is a T(name, block, parts, entries, arguments) for each of them, where arguments are among a[0], ..., a[3]: q, qd,
+ * qdd, tau; REAL is their type, AXES the length of an argument. */
 #include "gpu_clock.cuh"
 
 const int CHAINS = 8, TURNS = 4096;
@@ -64,17 +64,18 @@ int main()
         CHECK(cudaMemcpy(a[i], host, KNOWN * AXES * sizeof(REAL), cudaMemcpyHostToDevice));
     }
     CHECK(cudaMalloc(&out, MOST * sizeof(REAL)));
-#define T(name, block, entries, ...)                                      \
-    name<<<(KNOWN + block - 1) / block, block>>>(KNOWN, __VA_ARGS__, out); \
+#define T(name, block, parts, entries, ...)                                             \
+    name<<<dim3((KNOWN + block - 1) / block, parts), block>>>(KNOWN, __VA_ARGS__, out); \
     tell(#name, out, KNOWN * (entries));
     KERNELS(T)
 #undef T
     CHECK(cudaFree(out));
-#define T(name, block, entries, ...)                                                                         \
-    CHECK(cudaMalloc(&out, MOST *(entries) * sizeof(REAL)));                                                 \
-    for (size_t n = 16; n <= MOST; n = n == 262144 ? MOST : n * 4) {                                         \
-        printf(#name " %zu %.9g\n", n, seconds([&] { name<<<(n + block - 1) / block, block>>>(n, __VA_ARGS__, out); })); \
-    }                                                                                                        \
+#define T(name, block, parts, entries, ...)                                                                      \
+    CHECK(cudaMalloc(&out, MOST *(entries) * sizeof(REAL)));                                                     \
+    for (size_t n = 16; n <= MOST; n = n == 262144 ? MOST : n * 4) {                                             \
+        const dim3 grid((n + block - 1) / block, parts);                                                         \
+        printf(#name " %zu %.9g\n", n, seconds([&] { name<<<grid, block>>>(n, __VA_ARGS__, out); }));            \
+    }                                                                                                            \
     CHECK(cudaFree(out));
     KERNELS(T)
     return 0;

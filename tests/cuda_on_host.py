@@ -22,8 +22,8 @@ HEADER = """
 #define __forceinline__ inline
 #define __shared__ static thread_local
 #define __launch_bounds__(threads)
-struct dimension { unsigned x; };
-static thread_local dimension blockIdx, blockDim, threadIdx;
+struct dim3 { unsigned x, y; dim3(unsigned a = 1, unsigned b = 1) : x(a), y(b) {} };
+static thread_local dim3 blockIdx, blockDim, threadIdx, gridDim;
 extern "C" { void *last_stream; }
 static inline void on() {}
 static inline void on(void *stream) { last_stream = stream; }
@@ -49,7 +49,8 @@ STRICT = ["-Wall", "-Wextra", "-Wdouble-promotion", "-Wfloat-conversion", "-Wsha
 def compiled(text: str, folder: Path, *flags: str, made: str = "made") -> Path:
     """Return what g++ makes of CUDA text in which every launch stands as a loop."""
     looped = (
-        "{ on(\\4); blockDim.x = \\3; for (blockIdx.x = 0; blockIdx.x < \\2; ++blockIdx.x)"
+        "{ on(\\4); blockDim.x = \\3; gridDim = \\2; for (blockIdx.y = 0; blockIdx.y < gridDim.y; ++blockIdx.y)"
+        " for (blockIdx.x = 0; blockIdx.x < gridDim.x; ++blockIdx.x)"
         " for (threadIdx.x = 0; threadIdx.x < \\3; ++threadIdx.x) \\1(\\5); }"
     )
     (folder / "host.h").write_text(HEADER, encoding="utf-8")

@@ -14,6 +14,7 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Container, Hashable, Sequence
 from dataclasses import dataclass, replace
 from heapq import heappop, heappush
+from itertools import count
 
 
 @dataclass(frozen=True)
@@ -95,37 +96,51 @@ def _moves(lines: Sequence[Line], order: Sequence[int], registers: int) -> list[
     for time, number in enumerate(order):
         for value in lines[number].reads:
             readers[value].append(time)
-    held: dict[Hashable, None] = {}
+    held: dict[Hashable, int] = {}
     kept: set[Hashable] = set()
     moves: list[Move] = []
+    heap: list[tuple[int, int, Hashable]] = []  # by next reader, the farthest first; what is no longer so is skipped
 
-    def leave(count: int, needed: Container[Hashable]) -> None:
+    def hold(value: Hashable, since: int) -> None:
+        held[value] = since
+        heappush(heap, (-readers[value][0], since, value))
+
+    def leave(free: int, needed: Container[Hashable]) -> None:
         """Let values wait, but those that are needed, until so many registers are free."""
-        while len(held) + count > registers:
-            away = [one for one in held if one not in needed]
-            if not away:
-                break
-            farthest = max(away, key=lambda one: readers[one][0])
+        passed = []
+        while len(held) + free > registers and heap:
+            entry = heappop(heap)
+            time, since, farthest = entry
+            if held.get(farthest) != since or -time != readers[farthest][0]:
+                continue
+            if farthest in needed:
+                passed.append(entry)
+                continue
             del held[farthest]
             if farthest not in kept:
                 kept.add(farthest)
                 moves.append(Move(value=farthest, place=WAITED, kept=True))
+        for entry in passed:
+            heappush(heap, entry)
 
+    since = count()
     for number in order:
         line = lines[number]
         for value in line.reads:
             if value not in held:
                 leave(1, line.reads)
-                held[value] = None
+                hold(value, next(since))
                 moves.append(Move(value=value, place=WAITED if value in kept else -1))
         leave(line.spare, line.reads)
         moves.append(Move(line=number))
         for value in line.reads:
             readers[value].popleft()
-            if not readers[value]:
+            if readers[value]:
+                hold(value, held[value])
+            else:
                 del held[value]
         for value in line.makes:
             if readers[value]:
                 leave(1, line.makes)
-                held[value] = None
+                hold(value, next(since))
     return moves

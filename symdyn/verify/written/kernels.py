@@ -51,6 +51,13 @@ OWN = {
 """Where those of a thread begin."""
 
 
+PARTS = {
+    CUDA_GRAMMAR: re.compile(r"for \(unsigned part = blockIdx\.y; part < (\d+); part \+= gridDim\.y\)"),
+    C: re.compile(r"for \(uint part = get_group_id\(1\); part < (\d+); part \+= get_num_groups\(1\)\)"),
+}
+"""Every part is computed by one row of blocks, however many rows there are."""
+
+
 def plain(source: bytes) -> bytes:
     """Return kernels of OpenCL as a grammar of C takes them: spaces in place of what it does not know."""
     return UNKNOWN.sub(lambda found: b" " * len(found[0]), source)
@@ -86,11 +93,14 @@ class KernelStatements(Statements):
     waiting: set[str] = field(default_factory=set)
     threads: int = 0
     size: int = 0
+    divided: bool = False
 
     def statement(self, node: Node) -> None:
         """Read one statement."""
         if self.begun == len(BEGINNING):
-            if not self.places(node):
+            if node.type == "for_statement":
+                self.parts(node)
+            elif not self.places(node):
                 super().statement(node)
             return
         expected = (STARTS[self.file.grammar], BEYOND)[self.begun]
@@ -112,6 +122,24 @@ class KernelStatements(Statements):
             self.names["waiting"] = Pointer(Places(self.size, self.threads))
             return True
         return False
+
+    def parts(self, node: Node) -> None:
+        """Read parts, each a block of its own that finds nothing in the names and places of another one."""
+        body = node.children[-1]
+        found = PARTS[self.file.grammar].fullmatch(" ".join(said(node).partition("{")[0].split()))
+        if self.divided or not found or body.type != "compound_statement" or len(body.children) != int(found[1]) + 2:
+            raise unread(node, "is no loop over the parts of a kernel")
+        self.divided, before = True, dict(self.names)
+        for number, part in enumerate(body.children[1:-1]):
+            kinds = [one.type for one in part.children]
+            words = " ".join(said(part).partition("{")[0].split())
+            if kinds[::2] != ["if", "compound_statement"] or words != f"if (part == {number})":
+                raise unread(part, f"is not part {number} of the kernel")
+            if self.threads:
+                before["waiting"] = Pointer(Places(self.size, self.threads))
+            self.names = dict(before)
+            self.block(part.children[2])
+        self.names = before
 
     def bounded(self, node: Node) -> None:
         """Refuse a kernel whose values wait, if its blocks may have more threads than there are places for."""

@@ -20,13 +20,13 @@ from symdyn.emit.targets.c.stages import (
     Constants,
     Stage,
     complete,
-    needs_of,
     place_outputs,
     stages_of,
 )
 from symdyn.graph import Expr
 from symdyn.program import Routine, Step
 from symdyn.program.assemble import shared
+from symdyn.program.operands import operands
 from symdyn.program.schedule import schedule
 
 
@@ -109,7 +109,7 @@ def plan(routine: Routine, known: Constants, short: bool = False, longest: int =
     """
     steps = complete(routine, known, short)
     named = {step.node: step.name for step in (*routine.inputs, *steps)}
-    needs = {step.node: needs_of(step.node.args, named, known) for step in steps}
+    needs = {step.node: operands(step.node.args, named, known) for step in steps}
     common = shared([argument.name for argument in routine.function.arguments])
     everywhere = {s for a in routine.function.arguments if a.name == common for s in a.symbols}
     for step in steps:
@@ -117,7 +117,7 @@ def plan(routine: Routine, known: Constants, short: bool = False, longest: int =
             everywhere.add(step.node)
     varying = [step for step in steps if step.node not in everywhere]
     stages = stages_of(varying, needs, named, known, longest)
-    entries = [needs_of((entry,), named, known) for entry in routine.function.entries]
+    entries = [operands((entry,), named, known) for entry in routine.function.entries]
     place_outputs(stages, entries)
     return _finish(routine, steps, stages, needs, entries, everywhere, named)
 

@@ -6,7 +6,7 @@ compiler.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
@@ -14,6 +14,7 @@ from math import prod
 
 from symdyn.graph import Expr, Op
 from symdyn.program import Routine, Step
+from symdyn.program.operands import standing
 from symdyn.program.schedule import schedule
 
 Constants = Mapping[Expr, Fraction]
@@ -111,28 +112,9 @@ def complete(routine: Routine, known: Constants, short: bool = False) -> list[St
     return steps
 
 
-def needs_of(nodes: Iterable[Expr], named: Mapping[Expr, str], known: Constants) -> tuple[Expr, ...]:
-    """Return the named nodes that stand in the text of `nodes`."""
-    found: dict[Expr, None] = {}
-    stack = list(nodes)[::-1]
-    while stack:
-        node = stack.pop()
-        if node in named:
-            found[node] = None
-        elif node not in known:
-            stack += node.args[::-1]
-    return tuple(found)
-
-
 def _operations(step: Step, named: Mapping[Expr, str], known: Constants) -> int:
     """Return how many operations one line holds."""
-    total, stack = 1, list(step.node.args)
-    while stack:
-        node = stack.pop()
-        if node not in named and node not in known:
-            total += 1
-            stack += node.args
-    return total
+    return 1 + sum(node not in named for node in standing(step.node.args, named, known))
 
 
 def stages_of(

@@ -81,6 +81,7 @@ def _write(draft: Draft) -> dict[str, str]:
         page = compose(program, printer, draft.page.command, draft.page.first, GPU.keywords)
         values["kernels"] = made = kernels(program, page.functions, runs, printer)
         values["many"] = any(kernel.again for kernel in made)
+        values["divided"] = next((kernel for kernel in made if len(kernel.parts) > 1), None)
         values["zero"], values["one"] = _literal(real, Fraction(0)), _literal(real, Fraction(1))
         files[f"{draft.stem}{ending}"] = render(f"gpu/kernels{ending}.jinja", values)
     return files

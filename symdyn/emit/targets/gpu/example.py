@@ -27,6 +27,7 @@ class Launched:
         single: whether it runs for one state, since what the others have in common is all that it takes.
         kept: whether other kernels read what comes out.
         block: threads of a block.
+        parts: rows of blocks.
         required: whether a group must have so many.
     """
 
@@ -34,6 +35,7 @@ class Launched:
     single: bool
     kept: bool
     block: int
+    parts: int
     required: bool
 
 
@@ -64,7 +66,7 @@ def _launched(call: Called, room: Room) -> Launched:
     names = [_plain(name) for name in call.arguments]
     common = {PARAMS, PREPARED}.intersection(names)
     single = bool(common) and not shared(names)
-    return Launched(call, single, kept=call.name == PREPARE, block=room.block, required=room.plan.places > 0)
+    return Launched(call, single, call.name == PREPARE, room.block, len(room.plans), required=room.places > 0)
 
 
 def _plain(name: str) -> str:

@@ -11,15 +11,17 @@ from __future__ import annotations
 import itertools
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
+from weakref import finalize
 
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.targets.gpu.room import MANY, SPARE, Room, room
+from symdyn.emit.targets.gpu.room import MANY, SPARE, Room, Task, room
 from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine
 from symdyn.program.assemble import shared
-from symdyn.program.waiting import Line
+from symdyn.program.operands import operands, standing
+from symdyn.program.waiting import Line, Plan
 
 WAITING = "waiting"
 """Where values wait."""
@@ -58,7 +60,7 @@ class KernelText:
         block: threads of a block at most.
         places: of values of a thread that wait in shared memory.
         again: whether addresses are computed again each time, so that none is held.
-        lines: in running order.
+        parts: the lines of each part, which computes its share of the results by itself, in running order.
     """
 
     function: FunctionText
@@ -66,7 +68,7 @@ class KernelText:
     block: int
     places: int
     again: bool
-    lines: tuple[LineText, ...]
+    parts: tuple[tuple[LineText, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -77,12 +79,21 @@ class _Line:
     makes: tuple[Expr, ...]
     reads: tuple[Expr, ...]
     spare: int
+    operations: int
     place: int = -1
+
+
+ROOMS: dict[tuple[int, str], tuple[Room, ...]] = {}
+"""What was found for a program and a type, as long as the program is there: launchers and examples ask again."""
 
 
 def rooms(program: Program, real: Real) -> tuple[Room, ...]:
     """Return how the kernel of every function of a program runs."""
-    return tuple(_room(program, routine, real) for routine in program.routines)
+    key = (id(program), real.name)
+    if key not in ROOMS:
+        ROOMS[key] = tuple(_room(program, routine, real) for routine in program.routines)
+        finalize(program, ROOMS.pop, key, None)
+    return ROOMS[key]
 
 
 def kernels(
@@ -97,52 +108,67 @@ def kernels(
 
 def _room(program: Program, routine: Routine, real: Real) -> Room:
     lines, shape = _lines(program, routine), routine.function.shape
-    joints = max(len(program.scene.velocities), 1)
-    groups: list[list[int]] = [[] for _ in range(joints)]
+    columns: list[list[int]] = [[] for _ in range((shape or (1,))[-1])]
     for number, line in enumerate(lines):
         if not line.makes:
-            groups[line.place % (shape or (1,))[-1] % joints].append(number)
-    return room([Line(line.makes, line.reads, line.spare) for line in lines], groups[::-1], real)
+            columns[line.place % len(columns)].append(number)
+    plain = [Line(line.makes, line.reads, line.spare) for line in lines]
+    weights = [line.operations for line in lines]
+    return room(Task(plain, weights, columns, max(len(program.scene.velocities), 1), real))
 
 
 def _kernel(program: Program, routine: Routine, text: FunctionText, room: Room, printer: Printer) -> KernelText:
-    lines, names = _lines(program, routine), routine.names
     common = shared([argument.name for argument in routine.function.arguments])
-    places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
-    taken = set(names.values())
     again = len(routine.function.entries) > MANY
-    count = AGAIN if again else "n"
-    found: list[LineText] = []
-    for move in room.plan.moves:
-        if move.line >= 0:
-            found.append(_text(lines[move.line], names, count, program, printer))
-            continue
-        value = move.value
-        assert isinstance(value, Expr)
-        waiting = f"{WAITING}[{move.place} * {room.block}]"
-        if move.kept:
-            found.append(LineText(waiting, names[value], stored=True))
-        elif move.place >= 0:
-            names[value] = _fresh(names[value], taken)
-            found.append(LineText(names[value], waiting))
-        else:
-            name, place = places[value]
-            found.append(
-                LineText(names[value], f"{name}[{place}]" if name == common else f"{name}[{place} * {count} + k]")
-            )
-    return KernelText(text, common, room.block, room.plan.places, again, tuple(found))
+    page = _Page(program, routine, _lines(program, routine), printer, common, AGAIN if again else "n", room.block)
+    return KernelText(text, common, room.block, room.places, again, tuple(page.part(one) for one in room.plans))
 
 
-def _text(line: _Line, names: Mapping[Expr, str], count: str, program: Program, printer: Printer) -> LineText:
-    """Return a line in a printer's language, values by the names that they have now."""
-    if not line.makes:
-        return LineText(
-            f"out[{line.place} * {count} + k]", printer.code(line.node, names, program.constants), stored=True
-        )
-    first, *cosine = line.makes
-    if cosine:
-        return LineText(names[first], printer.code(line.node, names, program.constants), names[cosine[0]])
-    return LineText(names[first], printer.definition(line.node, names, program.constants))
+@dataclass(frozen=True)
+class _Page:
+    """What all parts of a kernel are written with; `count` is the number of states, `block` that of threads."""
+
+    program: Program
+    routine: Routine
+    lines: tuple[_Line, ...]
+    printer: Printer
+    common: str
+    count: str
+    block: int
+
+    def part(self, plan: Plan) -> tuple[LineText, ...]:
+        """Return what runs by a plan, with names of its own."""
+        places = {symbol: (a.name, i) for a in self.routine.function.arguments for i, symbol in enumerate(a.symbols)}
+        names = self.routine.names
+        taken = set(names.values())
+        found: list[LineText] = []
+        for move in plan.moves:
+            if move.line >= 0:
+                found.append(self._text(self.lines[move.line], names))
+                continue
+            value = move.value
+            assert isinstance(value, Expr)
+            waiting = f"{WAITING}[{move.place} * {self.block}]"
+            if move.kept:
+                found.append(LineText(waiting, names[value], stored=True))
+            elif move.place >= 0:
+                names[value] = _fresh(names[value], taken)
+                found.append(LineText(names[value], waiting))
+            else:
+                name, place = places[value]
+                column = f"{place}" if name == self.common else f"{place} * {self.count} + k"
+                found.append(LineText(names[value], f"{name}[{column}]"))
+        return tuple(found)
+
+    def _text(self, line: _Line, names: Mapping[Expr, str]) -> LineText:
+        """Return a line in the printer's language, values by the names that they have now."""
+        known, code = self.program.constants, self.printer.code
+        if not line.makes:
+            return LineText(f"out[{line.place} * {self.count} + k]", code(line.node, names, known), stored=True)
+        first, *cosine = line.makes
+        if cosine:
+            return LineText(names[first], code(line.node, names, known), names[cosine[0]])
+        return LineText(names[first], self.printer.definition(line.node, names, known))
 
 
 def _fresh(name: str, taken: set[str]) -> str:
@@ -173,16 +199,7 @@ def _lines(program: Program, routine: Routine) -> tuple[_Line, ...]:
 
 def _needs(
     nodes: Sequence[Expr], named: Container[Expr], known: Container[Expr], *operations: Op
-) -> tuple[tuple[Expr, ...], int]:
-    """Return the named nodes that stand in the text of `nodes`, once each, in order, and what `SPARE` says of it."""
-    found: dict[Expr, None] = {}
-    spare = [SPARE.get(op, 0) for op in operations]
-    stack = list(nodes)[::-1]
-    while stack:
-        node = stack.pop()
-        if node in named:
-            found[node] = None
-        elif node not in known:
-            spare.append(SPARE.get(node.op, 0))
-            stack += node.args[::-1]
-    return tuple(found), max(spare, default=0)
+) -> tuple[tuple[Expr, ...], int, int]:
+    """Return the named nodes in the text of `nodes`, what `SPARE` says of it, and how many operations stand there."""
+    alone = [*operations, *(node.op for node in standing(nodes, named, known) if node not in named)]
+    return operands(nodes, named, known), max((SPARE.get(op, 0) for op in alone), default=0), len(alone)

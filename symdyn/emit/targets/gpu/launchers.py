@@ -20,7 +20,12 @@ def launchers(sources: Sources) -> tuple[dict[str, str], list[str]]:
     """
     name = stem(sources.program.scene.name)
     listed = [
-        {"name": f"{name}_{spelled}", "arguments": len(routine.function.arguments), "block": room.block}
+        {
+            "name": f"{name}_{spelled}",
+            "arguments": len(routine.function.arguments),
+            "block": room.block,
+            "parts": len(room.plans),
+        }
         for spelled, routine, room in zip(
             sources.functions, sources.program.routines, rooms(sources.program, find_real(sources.real)), strict=True
         )

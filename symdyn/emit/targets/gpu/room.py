@@ -10,8 +10,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 from symdyn.emit.code.real import Real
+from symdyn.emit.targets.gpu.parts import needed_by, shares
 from symdyn.graph import Op
 from symdyn.program.schedule import most_alive, schedule, schedule_backwards, schedule_in_turn
 from symdyn.program.waiting import Line, Plan, plan
@@ -39,45 +41,128 @@ WORD = 4
 """Bytes of a register."""
 
 
+TWICE = 2
+"""Operations that may be computed twice to save a byte that would be spilled: cards that are made for doubles compute
+2 to 5 while they move a byte to their memory, and more of floats."""
+
+
 @dataclass(frozen=True)
 class Room:
-    """How a kernel runs: its lines and what waits, in places of which each thread of a block has its own."""
+    """How a kernel runs.
 
-    plan: Plan
+    Attributes:
+        plans: of each part, which lines run and what waits, in places of which each thread of a block has its own.
+        block: threads of a block.
+        operations: of all parts.
+        once: of these, how many there would be if nothing were computed twice.
+    """
+
+    plans: tuple[Plan, ...]
     block: int
+    operations: int
+    once: int
+
+    @property
+    def places(self) -> int:
+        """Of one thread, as many as the part needs that needs most."""
+        return max(plan.places for plan in self.plans)
 
 
-def room(lines: Sequence[Line], groups: Sequence[Sequence[int]], real: Real) -> Room:
-    """Return the order in which the fewest values wait, and among those the fewest are alive at once.
+@dataclass(frozen=True)
+class Task:
+    """What a kernel computes.
 
-    Args:
+    Attributes:
         lines: in the order of the derivation; those that make nothing write results; `spare` in registers of 32 bits.
-        groups: places of the lines that write results, by joint, the last one first.
+        weights: operations of each line.
+        columns: places of the lines that write results, by column of the result.
+        joints: after how many columns the same joint comes again.
         real: the type.
     """
-    merged = {value: line.makes[0] for line in lines for value in line.makes}
+
+    lines: Sequence[Line]
+    weights: Sequence[int]
+    columns: Sequence[Sequence[int]]
+    joints: int
+    real: Real
+
+    @property
+    def most(self) -> int:
+        """Places in the shared memory of a block."""
+        return SHARED // SIZES[self.real.name]
+
+
+def room(task: Task) -> Room:
+    """Return how a kernel runs: whole, or in parts where all that it holds at once has no room.
+
+    What is too much even so, or cheaper to spill than to compute twice, the compiler has to put somewhere.
+    """
+    registers = REGISTERS[task.real.name]
+    whole = _plan(task, range(len(task.lines)), registers)
+    if whole.places * BLOCKS[-1] <= task.most:
+        return _room([whole], task)
+    needs = needed_by(task.lines, task.columns)
+
+    @cache
+    def planned(share: int) -> Plan:
+        return _plan(task, [place for place, need in enumerate(needs) if need & share], registers)
+
+    def fits(share: int) -> bool:
+        return planned(share).places * BLOCKS[-1] <= task.most
+
+    found = shares(needs, task.weights, len(task.columns), fits)
+    parts = _room([planned(one) for one in found] or [whole], task)
+    spilled = sum(move.place * BLOCKS[-1] >= task.most for move in whole.moves) * SIZES[task.real.name]
+    if found and parts.operations - parts.once <= TWICE * spilled:
+        return parts
+    order = [move.line for move in whole.moves if move.line >= 0]
+    while whole.places * BLOCKS[-1] > task.most:
+        registers += whole.places - task.most // BLOCKS[-1]
+        whole = plan(_scaled(task), order, registers)
+    return _room([whole], task)
+
+
+def _room(plans: Sequence[Plan], task: Task) -> Room:
+    """Return plans with the largest block that has places for all of them."""
+    places = max(plan.places for plan in plans)
+    block = next((threads for threads in BLOCKS if places * threads <= task.most), BLOCKS[-1])
+    operations = sum(task.weights[move.line] for plan in plans for move in plan.moves if move.line >= 0)
+    return Room(tuple(plans), block, operations, sum(task.weights))
+
+
+def _scaled(task: Task) -> list[Line]:
+    """Return lines that say in values of the type what they need on the way."""
+    return [replace(line, spare=line.spare * WORD // SIZES[task.real.name]) for line in task.lines]
+
+
+def _plan(task: Task, numbers: Sequence[int], registers: int) -> Plan:
+    """Return the order of some lines in which the fewest values wait, and among those the fewest are alive at once."""
+    lines = _scaled(task)
+    merged = {value: lines[number].makes[0] for number in numbers for value in lines[number].makes}
     some = [
-        (line.makes[0] if line.makes else None, list(dict.fromkeys(merged.get(value, value) for value in line.reads)))
-        for line in lines
+        (
+            lines[number].makes[0] if lines[number].makes else None,
+            list(dict.fromkeys(merged.get(value, value) for value in lines[number].reads)),
+        )
+        for number in numbers
     ]
     orders = [list(range(len(some))), schedule(some), schedule_backwards(some)]
     alive = [most_alive(some, order) for order in orders]
-    registers, size = REGISTERS[real.name], SIZES[real.name]
-    most = SHARED // size
-    lines = [replace(line, spare=line.spare * WORD // size) for line in lines]
     if min(alive) <= registers:
-        return Room(plan(lines, orders[alive.index(min(alive))], sys.maxsize), BLOCKS[0])
-    turn = schedule_in_turn(some, groups)
-    orders += [turn, [turn[number] for number in schedule([some[number] for number in turn])]]
-    orders = [_sines_first(lines, order) for order in orders]
-    plans = [plan(lines, order, registers) for order in orders]
-    best = min(range(len(orders)), key=lambda number: (plans[number].places, len(plans[number].moves)))
-    found = plans[best]
-    while found.places * BLOCKS[-1] > most:  # what is too much even so, the compiler has to put somewhere
-        registers += found.places - most // BLOCKS[-1]
-        found = plan(lines, orders[best], registers)
-    block = next(threads for threads in BLOCKS if found.places * threads <= most)
-    return Room(found, block)
+        return plan(lines, [numbers[place] for place in orders[alive.index(min(alive))]], sys.maxsize)
+    turn = schedule_in_turn(some, _groups(task, numbers))
+    orders += [turn, [turn[place] for place in schedule([some[place] for place in turn])]]
+    plans = [plan(lines, _sines_first(lines, [numbers[place] for place in order]), registers) for order in orders]
+    return min(plans, key=lambda one: (one.places, len(one.moves)))
+
+
+def _groups(task: Task, numbers: Sequence[int]) -> list[list[int]]:
+    """Return where among `numbers` the lines are that write results, joint by joint, the last one first."""
+    where = {number: place for place, number in enumerate(numbers)}
+    groups: list[list[int]] = [[] for _ in range(task.joints)]
+    for number, column in enumerate(task.columns):
+        groups[number % task.joints] += [where[place] for place in column if place in where]
+    return [sorted(group) for group in reversed(groups)]
 
 
 def _sines_first(lines: Sequence[Line], order: Sequence[int]) -> list[int]:
