@@ -98,8 +98,8 @@ def test_the_five_bar_keeps_to_its_line_and_its_loop_closes():
     assert end.monitors["loops"] < 1e-10
 
 
+@pytest.mark.targets
 def test_the_cost_goes_to_that_of_the_minimum_principle_with_the_order():
-    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
     off = [solve(swing_up(intervals, tol_method)).objective - PONTRYAGIN for intervals, tol_method in MESHES]
 
     assert np.log2(off[0] / off[1]) == pytest.approx(2, abs=0.1)
@@ -109,8 +109,8 @@ def test_the_cost_goes_to_that_of_the_minimum_principle_with_the_order():
 MESHES = ((100, "trapezoidal"), (200, "trapezoidal"), (60, "hermite_simpson"))
 
 
+@pytest.mark.targets
 def test_second_derivatives_and_none_lead_to_the_same_motion():
-    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
     problem = swing_up(15)
     near = solve(problem, max_iter=100).z
 
@@ -122,8 +122,8 @@ def test_second_derivatives_and_none_lead_to_the_same_motion():
     assert newton.violation < 1e-9
 
 
+@pytest.mark.targets
 def test_contradictions_and_wrong_options_are_told():
-    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
     with pytest.raises(SimulateError, match=r"given at t = 0 s contradicts itself.*a formula of the path is missed"):
         solve(symdyn.collocation(FIVE, 1, 4, path={"point_tool_y": (1, 1)}))
     with pytest.raises(SimulateError, match=r"given at t = 1 s contradicts itself.*loops do not close"):
@@ -184,9 +184,9 @@ def test_limits_of_joints_are_bounds():
     assert (set(problem.lower[rate]), set(problem.upper[rate])) == ({-np.inf}, {9.0})
 
 
+@pytest.mark.targets
 @pytest.mark.long(0)
 def test_the_page_of_collocation_says_what_its_examples_print(tmp_path, monkeypatch, capsys):
-    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
     text = (ROOT / "docs" / "collocation.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n((?:[^`].*\n|\n)*)```\n\n((?:    .*\n)+)", text)
     script = tmp_path / "page.py"

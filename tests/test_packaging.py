@@ -71,6 +71,23 @@ def test_every_extra_is_one_that_pip_knows_and_brings_what_is_imported() -> None
     assert set(declared) - set(EXTRAS) == {"all", "docs", "bench", "targets", "dev"}
 
 
+def test_the_table_of_dependencies_is_that_of_the_package() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    needed = [
+        *project["dependencies"],
+        *(entry for extra in project["optional-dependencies"].values() for entry in extra),
+    ]
+    packages = {re.split(r"[\[<>=]", entry)[0] for entry in needed} - {"symdyn"}
+    text = (
+        (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("## Dependencies")[2].partition("## Style")[0]
+    )
+    listed = {name for row in re.findall(r"^\| ([^|]+) \|", text, re.MULTILINE) for name in re.findall(r"[\w-]+", row)}
+
+    assert {name for name in packages if name not in listed and not name.startswith("tree-sitter-")} == set()
+    firsts = re.findall(r"^\| ([\w, -]+?)(?: and its grammars)? ?[(|]", text, re.MULTILINE)
+    assert {name for first in firsts for name in first.split(", ")} - packages == {"package"}
+
+
 def test_no_message_names_an_extra_that_is_not_there() -> None:
     named = {
         (file.name, extra)
