@@ -9,17 +9,20 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
-from formulas import every_op, held, one
+from formulas import argument, every_op, function, held, one
 
 from symdyn.build import RUNNERS, Runner
 from symdyn.cli import main
+from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import TARGETS, Target, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError
 from symdyn.graph import ARITY, Graph, Op
 from symdyn.program import Program, lower
+from symdyn.scene import Scene
 
 PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"
+KEYWORDS = sorted({word for target in TARGETS.values() for word in target.keywords})
 OPTIONS = tuple(dict.fromkeys(option for target in TARGETS.values() for option in target.options))
 
 pytestmark = pytest.mark.parametrize("name", [name for name, row in TARGETS.items() if row.functions is None])
@@ -120,3 +123,18 @@ def test_files_may_be_bytes_and_are_what_the_row_says(
     assert tmp_path / "bits" / "x.bin" in write(emit(program, name), tmp_path)
     assert (tmp_path / "bits" / "x.bin").read_bytes() == bytes(3)
     assert "bits/x.bin" not in emit(program, name).texts
+
+
+def named(names: list[str]) -> Equations:
+    g = Graph()
+    q = g.symbol("q1")
+    arguments = [argument("q", [q])]
+    functions = [function(word, arguments, (1,), [q + k]) for k, word in enumerate(names, 1)]
+    return Equations(Scene("hand"), g, tuple(functions))
+
+
+def test_a_function_that_is_called_like_a_word_of_the_language_has_another_name(name: str) -> None:
+    sources = emit(lower(named(KEYWORDS)), name)
+    assert [legal for word, legal in zip(KEYWORDS, sources.functions, strict=True) if legal != word] == [
+        f"{word}_" for word in KEYWORDS if word in TARGETS[name].keywords
+    ]
