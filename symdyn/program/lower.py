@@ -175,6 +175,7 @@ def at_rest(equations: Equations) -> Equations:
             arguments=tuple(a for a in function.arguments if a.name != VELOCITIES),
             entries=tuple(next(entries) for _ in function.entries),
             loop=function.loop if all(a.name != VELOCITIES for a in function.arguments) else None,
+            solve=function.solve if all(a.name != VELOCITIES for a in function.arguments) else None,
         )
         for function in equations.functions
     )

@@ -70,6 +70,7 @@ def prepare(program: Program) -> Program:
                 for argument in function.arguments
             ),
             entries=tuple(substitute(function.entries, values, graph)),
+            solve=None,
         )
         for function in functions
     )

@@ -1,4 +1,4 @@
-"""What is claimed of programs: each routine computes its function, prepared or by a loop over a table, too."""
+"""Claims about programs: each computes its equations, whichever way code goes over them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from symdyn.dynamics import Function, row_of
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program
 from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.program.row_loop import RowLoop, row_loop
 from symdyn.scene import Scene, express
 from symdyn.verify.equality import Claim
 
@@ -21,7 +22,7 @@ def program_claims(scene: Scene, functions: Sequence[Function], program: Program
         for node in reachable(entries)
         if isinstance(node.value, str) and (value := values.get(node.value)) is not None
     }
-    return [
+    claims = [
         Claim(
             routine.function.name,
             "program",
@@ -31,6 +32,12 @@ def program_claims(scene: Scene, functions: Sequence[Function], program: Program
         )
         for function, routine in zip(functions, program.routines, strict=True)
     ]
+    return claims + [_row_claim(one.function, rows) for one in program.routines if (rows := row_loop(one.function))]
+
+
+def _row_claim(function: Function, rows: RowLoop) -> Claim:
+    """Return that a loop over rows, after the lines before it, computes the entries of a function."""
+    return Claim(function.name, "solved in rows", "program", tuple(rows.composed(rows.entries)), function.entries)
 
 
 def loop_claim(function: Function) -> Claim:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.mechanism.row_solve import RowStep
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -72,6 +73,20 @@ class Factored:
             for j in _path(self.parent, self.parent[i]):
                 x[i - 1] = self._less(x[i - 1], i, j, x[j - 1])
         return x
+
+    def steps(self) -> tuple[RowStep, ...]:
+        """Return the steps of `solve`, each row with all that is taken from it."""
+        n, one = range(1, len(self.reciprocal) + 1), self.graph.one
+        up = {j: [(i, j) for i in reversed(n) if j in _path(self.parent, self.parent[i])] for j in n}
+        down = {i: [(i, j) for j in _path(self.parent, self.parent[i])] for i in n}
+        above = (RowStep(j - 1, one, self._terms(up[j], 0)) for j in reversed(n))
+        below = (RowStep(i - 1, self.reciprocal[i - 1], self._terms(down[i], 1)) for i in n)
+        return (*(step for step in above if step.terms), *below)
+
+    def _terms(self, pairs: Sequence[tuple[int, int]], other: int) -> tuple[tuple[Expr, int], ...]:
+        """Return the factors at pairs of places, and which row each multiplies."""
+        factors = ((self.L[pair[0] - 1][pair[1] - 1], pair[other] - 1) for pair in pairs)
+        return tuple((factor, row) for factor, row in factors if not factor.is_zero)
 
     def _less(self, row: list[Expr], i: int, j: int, other: list[Expr]) -> list[Expr]:
         factor = self.L[i - 1][j - 1]

@@ -16,8 +16,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
+from typing import Any
 
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
+from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.roads import parameter_outputs as parameters
 from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads import result_labels as labels
@@ -124,6 +126,21 @@ JACOBIANS: dict[str, dict[str, Callable[[Workspace, Sequence[str]], Sequence[Exp
 """Roads to J of an output beside differentiation, by its name and theirs: each takes the arguments along which J is
 wanted, some of the output's in their order, and returns J row by row."""
 
+SOLVES: dict[tuple[str, str], Callable[[Workspace, Sequence[str]], RowSolve | None]] = {
+    ("forward_dynamics", "recursive"): recursive_derivatives.forward_solve,
+}
+"""What J is solved from, by the names of an output and of a road to J."""
+
+
+def _along(along: tuple[str, ...], jacobian: Callable[[Workspace, Sequence[str]], Any], w: Workspace) -> Any:
+    return jacobian(w, along)
+
+
+def _solve(
+    along: tuple[str, ...], solve: Callable[[Workspace, Sequence[str]], RowSolve | None] | None
+) -> Callable[[Workspace], RowSolve | None] | None:
+    return partial(_along, along, solve) if solve else None
+
 
 # Rows of the table
 
@@ -171,7 +188,7 @@ def derivatives(name: str, row: Output, only: str = "") -> Output:
     blocks = " | ".join(f"d{row.result}/d{one}" for one in along)
     way = f", by {ALONE[only]} alone" if only in ALONE else ", along the directions of the velocities" * ("q" in along)
     by_hand = {
-        road: Road(partial(lambda jacobian, w: jacobian(w, along), jacobian))
+        road: Road(partial(_along, along, jacobian), solve=_solve(along, SOLVES.get((name, road))))
         for road, jacobian in JACOBIANS.get(name, {}).items()
         if only not in BESIDE
     }

@@ -112,7 +112,9 @@ def _named(workspace: Workspace, request: str, row: Output, place: str, road: st
     text = made.text + (row.remark(workspace, *([place] if row.place else [])) if row.remark else "")
     text += _chosen(workspace, row) + _loose(made.labels, unique)
     loop = TableLoop(road, workspace.joint_table) if row.roads[road].loop else None
-    return replace(made, text=text, entries=tuple(entries), formulation=road, unique=unique, loop=loop)
+    solve = row.roads[road].solve
+    rows = solve(workspace) if solve else None
+    return replace(made, text=text, entries=tuple(entries), formulation=road, unique=unique, loop=loop, solve=rows)
 
 
 def _called(workspace: Workspace, request: str, row: Output, place: str, timed: tuple[str, ...] = ()) -> Function:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
+from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import UnknownNameError
@@ -61,6 +62,7 @@ class Function:
         unique: which entries rigid bodies determine, row-major; () for all. The others are one choice among many.
         labels: what its rows stand for, then its columns; () where nobody says.
         loop: the table that code may go over in a loop; None where it is lines. With it, entries may be left out.
+        solve: what entries are solved from, as equations have it; None where code has nothing to go over in rows.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Function:
     unique: tuple[bool, ...] = ()
     labels: tuple[tuple[str, ...], ...] = ()
     loop: TableLoop | None = None
+    solve: RowSolve | None = None
 
     @property
     def is_loop_alone(self) -> bool:

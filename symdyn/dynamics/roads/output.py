@@ -8,6 +8,7 @@ from enum import IntEnum
 from math import inf
 from typing import Literal, get_args
 
+from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr
@@ -54,6 +55,7 @@ class Road:
         apart: whether it is derived on a graph of its own for that.
         loop: what computes the entries for a table of joints and the arguments, where it goes over one, as code can in
             a loop; None otherwise. Only scenes that a table holds have it.
+        solve: the right sides and steps that the entries are solved by, which code may take in rows; None otherwise.
     """
 
     derive: Callable[..., Sequence[Expr]]
@@ -61,6 +63,7 @@ class Road:
     up_to: float = inf
     apart: bool = False
     loop: Callable[..., Sequence[Expr]] | None = None
+    solve: Callable[[Workspace], RowSolve | None] | None = None
 
 
 def by_loop(compute: Callable[..., Sequence[Expr]]) -> Road:

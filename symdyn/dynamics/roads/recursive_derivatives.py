@@ -25,11 +25,13 @@ Reference: Carpentier and Mansard, Analytical derivatives of rigid body dynamics
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
 from itertools import chain, product
 from operator import mul
 
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.ldl import Factored, Singular, factored
+from symdyn.dynamics.mechanism.row_solve import RowSolve, RowStep
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, Pair, halves_by_rate, rnea_derivatives
 from symdyn.dynamics.roads.workspace import Matrix, Workspace
@@ -49,7 +51,32 @@ def inverse(w: Workspace, along: Sequence[str]) -> list[Expr]:
 
 def forward(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of forward dynamics along "q", "qd" or "tau", row by row."""
-    return _beside(w.once(_forward), along)
+    return _beside(w.once(_forward).slopes, along)
+
+
+def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
+    """Return what the derivatives of forward dynamics are solved from; None where no right side is asked for."""
+    found: Forward = w.once(_forward)
+    n, free = w.state.n, w.prescribed.free
+    columns = [k * n + j for k, name in enumerate(RIGHT_SIDES) if name in along for j in range(n)]
+    if not (columns and free):
+        return None
+    rows = [tuple(row[c] for c in columns) for row in found.rows]
+    if found.by_inverse:
+        sides = [(n + k, tuple(-entry for entry in row)) for k, row in enumerate(rows)]
+        terms = [tuple((one, n + k) for k, one in enumerate(row) if not one.is_zero) for row in found.inverse]
+        steps = [RowStep(i, w.graph.one, some) for i, some in zip(free, terms, strict=True)]
+    else:
+        sides = list(zip(free, rows, strict=True))
+        steps = [
+            RowStep(free[step.row], step.scale, tuple((factor, free[k]) for factor, k in step.terms))
+            for step in found.factors.steps()
+        ]
+    beside = tuple(
+        tuple(None if i in free and name in RIGHT_SIDES else entry for name in along for entry in found.slopes[name][i])
+        for i in range(n)
+    )
+    return RowSolve(w.scene, tuple(sides), n + len(free) if found.by_inverse else n, tuple(steps), beside)
 
 
 def coriolis_matrix(w: Workspace) -> list[Expr]:
@@ -182,7 +209,30 @@ def _rotors(w: Workspace, qdd: Sequence[Expr]) -> list[Expr]:
 # Forward dynamics
 
 
-def _forward(w: Workspace) -> Slopes:
+RIGHT_SIDES = ("q", "qd")
+"""Arguments along which derivatives of forward dynamics are solved for."""
+
+
+@dataclass(frozen=True)
+class Forward:
+    """Derivatives of forward dynamics, and what they are solved from, of velocities whose motion is not prescribed.
+
+    Attributes:
+        slopes: the derivatives.
+        factors: of M.
+        rows: right sides -X τ, a column for each of `RIGHT_SIDES`.
+        inverse: M⁻¹.
+        by_inverse: whether rows are multiplied by it.
+    """
+
+    slopes: Slopes
+    factors: Factored
+    rows: Matrix
+    inverse: Matrix
+    by_inverse: bool
+
+
+def _forward(w: Workspace) -> Forward:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
     slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free
@@ -193,19 +243,20 @@ def _forward(w: Workspace) -> Slopes:
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
         accelerations[i] = value
     moving = dict(zip(w.state.qdd, accelerations, strict=True))
-    rows = [substitute([-entry for name in ("q", "qd") for entry in slopes[name][i]], moving) for i in free]
+    rows = [substitute([-entry for name in RIGHT_SIDES for entry in slopes[name][i]], moving) for i in free]
     inverse = factors.inverse()
-    solved = factors.solve(rows)
+    solved, by_inverse = factors.solve(rows), False
     if n <= COUNTED:
         state, columns = (*w.state.q, *w.state.qd, *w.state.tau), list(zip(*rows, strict=True))
-        by_inverse = [[w.graph.total(map(mul, row, column)) for column in columns] for row in inverse]
-        solved = min((solved, by_inverse), key=lambda one: cost(chain(*one, *inverse), state))
+        multiplied = [[w.graph.total(map(mul, row, column)) for column in columns] for row in inverse]
+        by_inverse = cost(chain(*multiplied, *inverse), state) < cost(chain(*solved, *inverse), state)
+        solved = multiplied if by_inverse else solved
     found = {name: [[w.graph.zero] * n for _ in range(n)] for name in ("q", "qd", "tau")}
     for i, row, by_force in zip(free, solved, inverse, strict=True):
         found["q"][i], found["qd"][i] = row[:n], row[n:]
         for j, value in zip(free, by_force, strict=True):
             found["tau"][i][j] = value
-    return found
+    return Forward(found, factors, rows, inverse, by_inverse)
 
 
 def _factored(w: Workspace, slopes: Slopes) -> Factored:

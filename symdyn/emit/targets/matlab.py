@@ -136,7 +136,7 @@ def by_columns(program: Program) -> Program:
         function = routine.function
         places = np.arange(len(function.entries)).reshape(function.shape).ravel(order="F")
         entries = tuple(function.entries[place] for place in places)
-        functions.append(replace(function, shape=function.shape[::-1], entries=entries))
+        functions.append(replace(function, shape=function.shape[::-1], entries=entries, solve=None))
     return assemble(program.scene, program.graph, tuple(functions))
 
 

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symdyn.verify.written.c_rows import copy_part, run_steps
 from symdyn.verify.written.c_statements import Statements, declared_name, finished, opened, parameters, takes
 from symdyn.verify.written.c_tables import read_table
 from symdyn.verify.written.c_values import File
@@ -42,6 +43,12 @@ GROUP = 8
 
 ABREAST = 8
 """`sincos_rows` uses so many rows more, or as many as it has angles."""
+
+TABLE_OF_STEPS = "steps"
+"""What the table of a loop over rows is called, behind the function's name."""
+
+PART = re.compile(r"([0-9]+)\*sizeof\*([a-z]+)")
+"""How much of a local array is copied, without its spaces."""
 
 UNKNOWN = re.compile(
     rb'\b(ALIGNED|ALONE|PART|EACH|SHOWN|INLINED)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
@@ -185,6 +192,8 @@ class CStatements(Statements):
             self._copy(node, self.arguments(node))
         elif name == CLEAR:
             self._clear(node, self.arguments(node))
+        elif name == f"{self.wanted.name}_solved" and name in self.file.functions:
+            self._solved(node, self.arguments(node))
         elif name == SINES and SINES in self.file.functions:
             self._sines(node, self.arguments(node))
         elif name == ROWS and ROWS in self.file.functions:
@@ -215,8 +224,19 @@ class CStatements(Statements):
     def _copy(self, node: Node, arguments: list[Node]) -> None:
         if len(arguments) != 3:
             raise unread(node, "is no copy that is read here")
+        part = PART.fullmatch("".join(said(arguments[2]).split()))
+        if part is not None:
+            to, source = (self.value(one) for one in arguments[:2])
+            copy_part(node, to, source, int(part[1]), self.names.get(part[2]))
+            return
         self._whole(arguments[1], arguments[2])
         self.copy(self.value(arguments[0]), self.value(arguments[1]), node)
+
+    def _solved(self, node: Node, arguments: list[Node]) -> None:
+        table = _places(self.file, f"{self.wanted.name}_{TABLE_OF_STEPS}")
+        if len(arguments) != 1 or table is None:
+            raise unread(node, "is no loop over rows")
+        run_steps(node, table, self.value(arguments[0]))
 
     def _clear(self, node: Node, arguments: list[Node]) -> None:
         if len(arguments) != 3 or said(arguments[1]) != "0":

@@ -10,7 +10,9 @@ from pathlib import PurePath
 
 from symdyn.algebra.finite_field import Redraw
 from symdyn.algebra.many_points import Residues
-from symdyn.program import Program, in_lines
+from symdyn.graph import Expr
+from symdyn.program import Program, Routine, in_lines
+from symdyn.program.row_loop import row_loop
 from symdyn.program.table_numbers import table_in_order
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
@@ -55,6 +57,14 @@ class Written:
 
 
 @dataclass(frozen=True)
+class Computed:
+    """What code computes: values of its entries, or of its table, at all points, and its operations at the first."""
+
+    values: tuple[Residues, ...]
+    operations: frozenset[Operation]
+
+
+@dataclass(frozen=True)
 class Printed:
     """A program as it is printed: every constant is the nearest number of the type.
 
@@ -63,16 +73,15 @@ class Printed:
         real: the type.
         graph: of its entries, and of what is read of files: what stands in several of them is one node.
         places: points of fields.
-        values: of the entries of each function there, or of its table.
-        operations: all operations of each function, by what they are of at the first point.
+        computed: of each function, what its lines compute, and what its rows do where it may be solved so: constants
+            that lines fold are rounded after it.
     """
 
     program: Program
     real: str
     graph: Verbatim
     places: Everywhere
-    values: tuple[tuple[Residues, ...], ...]
-    operations: tuple[frozenset[Operation], ...]
+    computed: tuple[tuple[Computed, ...], ...]
 
     def wanted(self, names: Sequence[str]) -> tuple[Wanted, ...]:
         """Return the functions that files must hold, called `names`; entries of arguments are symbols of the graph."""
@@ -101,10 +110,21 @@ def printed(program: Program, real: str, seed: int = 1, loops: bool = False) -> 
         else verbatim(one.function.entries, rounded, graph)
         for one in program.routines
     ]
-    places = everywhere([entry for some in read for entry in some], seed)
-    found = [tuple(places.values(some)) for some in read]
-    operations = [places.operations(some) for some in read]
-    return Printed(program, real, graph, places, tuple(found), tuple(operations))
+    ways = [[some, *_in_rows(one, real, graph)] for some, one in zip(read, program.routines, strict=True)]
+    places = everywhere([entry for all_ways in ways for some in all_ways for entry in some], seed)
+    computed = [
+        tuple(Computed(tuple(places.values(some)), places.operations(some)) for some in all_ways) for all_ways in ways
+    ]
+    return Printed(program, real, graph, places, tuple(computed))
+
+
+def _in_rows(routine: Routine, real: str, graph: Verbatim) -> list[list[Expr]]:
+    """Return the entries of a function that is solved in rows; none of any other."""
+    rows = row_loop(routine.function)
+    if rows is None:
+        return []
+    rounded = {node: graph.constant(nearest(value, real)) for node, value in rows.program.constants.items()}
+    return [rows.composed(verbatim(rows.entries, rounded, graph))]
 
 
 @dataclass(frozen=True)
@@ -194,18 +214,21 @@ def read_text(program: Printed, files: Files, source: bytes, language: Language 
 
 def _difference(program: Printed, files: Files, read: Read) -> str:
     """Return where a function of a file is another one than that of the program, "" if nowhere."""
-    number = files.functions.index(read.function)
-    if len(read.entries) != len(program.values[number]):
-        return f"{read.name}, line {min(read.lines, default=0)}: is a table of {len(read.entries)} numbers"
+    ways = program.computed[files.functions.index(read.function)]
+    first = f"{read.name}, line {min(read.lines, default=0)}"
+    if len(read.entries) != len(ways[0].values):
+        return f"{first}: is a table of {len(read.entries)} numbers"
     try:
         values = program.places.values(read.entries)
     except Redraw:
-        return f"{read.name}, line {min(read.lines, default=0)}: divides by zero"
-    for place, (mine, theirs) in enumerate(zip(values, program.values[number], strict=True)):
-        if mine != theirs:
-            return f"{read.name}, entry {place}, line {read.lines[place]}: is another function"
-    if program.places.operations(read.entries) != program.operations[number]:
-        return f"{read.name}, line {min(read.lines, default=0)}: is the same function by other operations"
+        return f"{first}: divides by zero"
+    apart = [[k for k, pair in enumerate(zip(values, way.values, strict=True)) if pair[0] != pair[1]] for way in ways]
+    if all(apart):
+        place = min(apart, key=len)[0]
+        return f"{read.name}, entry {place}, line {read.lines[place]}: is another function"
+    operations = program.places.operations(read.entries)
+    if all(other or operations != way.operations for other, way in zip(apart, ways, strict=True)):
+        return f"{first}: is the same function by other operations"
     return ""
 
 

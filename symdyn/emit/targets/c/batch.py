@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
 
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
+from symdyn.emit.targets.c.cuts import by_address, handed_on, length_of, parts_of, up_to_rows, writer_of
 from symdyn.emit.targets.c.gathered import LANES, gathered
-from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
+from symdyn.emit.targets.c.plan import SineCosine
+from symdyn.emit.targets.c.row_solve import RowSolveText
 from symdyn.emit.targets.c.sincos import ABREAST
 from symdyn.emit.targets.c.stages import LONGEST, longest_loop
-from symdyn.emit.targets.c.writer import LANED, SINGLE, PassText, ScalarStage, Writer
+from symdyn.emit.targets.c.writer import LANED, PassText, ScalarStage
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
 from symdyn.program.assemble import PARAMS, shared
@@ -35,22 +37,6 @@ ALIAS = 2048
 
 FEW = 3
 """Angles of one state from which they are taken together."""
-
-SPLIT = 2
-"""Scalar functions of more loops are cut into parts, too: compilers take more than linear time."""
-
-
-@dataclass(frozen=True)
-class CutText:
-    """One function of a file without batch code, in stages; the attributes are those of `BatchText`."""
-
-    size: int
-    kept: int
-    scalar: tuple[ScalarStage, ...]
-    parts: tuple[PassText, ...]
-    results: tuple[str, ...] = ()
-    sincos: bool = False
-    cleared: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,6 +68,7 @@ class BatchText:
         columns, later, block, row, state: what is handed on: where block k starts among columns, and the one j states
             later, in a block of our own, where state k stands among rows, in a state of our own.
         sincos: whether it takes sines and cosines by a routine of our own.
+        solve: what follows the parts in a loop over rows; None where they are all there is.
     """
 
     function: FunctionText
@@ -111,6 +98,7 @@ class BatchText:
     row: str
     state: str
     sincos: bool
+    solve: RowSolveText | None
 
 
 def batches(program: Program, page: Page, printer: Printer, real: Real, abreast: bool) -> tuple[BatchText | None, ...]:
@@ -126,68 +114,6 @@ def batches(program: Program, page: Page, printer: Printer, real: Real, abreast:
         None if text.loop else _batch(routine, text, program, printer, 4 if real.suffix else 8, abreast)
         for routine, text in zip(program.routines, page.functions, strict=True)
     )
-
-
-def cuts(
-    program: Program, page: Page, printer: Printer, few: int | None = None, address: str = "&{}"
-) -> tuple[CutText | None, ...]:
-    """Return every function of the page in stages, None for one that stays as it is.
-
-    Long ones are cut into parts. Where one state has `few` angles or more, they are taken together, else one by one.
-    `address` is how a part is handed a number.
-    """
-    return tuple(
-        _cut(routine, text, program, printer, few, address)
-        for routine, text in zip(program.routines, page.functions, strict=True)
-    )
-
-
-def _cut(
-    routine: Routine, text: FunctionText, program: Program, printer: Printer, few: int | None, address: str
-) -> CutText | None:
-    together, long = few is not None, length_of(routine) > LONGEST
-    if text.loop or not (long or together):
-        return None
-    writer = writer_of(routine, text, program, printer, LONGEST, short=together and long)
-    angles = sum(isinstance(stage, SineCosine) for stage in writer.plan.stages)
-    parts, size = _parts(writer, cleared=few is None), prod(text.shape)
-    if parts:
-        calls = writer.scalar_calls(_by_address(text, address), together)
-        cleared = any(map(writer.zero, range(size)))
-        return CutText(size, writer.plan.rows, calls, parts, sincos=together and angles > 0, cleared=cleared)
-    if few is not None and angles >= few:
-        results = tuple(writer.entry(place) for place in range(size))
-        return CutText(size, 0, writer.scalar(), (), results, sincos=True)
-    return None
-
-
-def length_of(routine: Routine) -> int:
-    """Return how many products and sums a routine has."""
-    return routine.counts.multiplications + routine.counts.additions
-
-
-def writer_of(
-    routine: Routine, text: FunctionText, program: Program, printer: Printer, longest: int, short: bool
-) -> Writer:
-    """Return what prints one routine, in passes of at most `longest` operations; as to `short` see `plan`."""
-    places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
-    made = plan(routine, program.constants, short, longest)
-    if len(made.names) == len(routine.inputs) + len(routine.steps):  # no name was added
-        printed = {line.target: line.code for line in text.steps}
-    else:
-        lines = ((name, node) for node, name in made.names.items() if node not in places)
-        printed = {name: printer.definition(node, made.names, program.constants) for name, node in lines}
-    return Writer(routine, program, printer, made, places, printed)
-
-
-def _parts(writer: Writer, cleared: bool) -> tuple[PassText, ...]:
-    """Return the parts of a scalar function, () for a short one; where the result is `cleared` they write no zeros."""
-    loops = [stage for stage in writer.plan.stages if isinstance(stage, Pass)]
-    if not writer.routine.function.entries or sum(stage.plain for stage in loops) <= SPLIT:
-        return ()
-    entries = range(len(writer.routine.function.entries))
-    written = {place: place for place in entries if not (cleared and writer.zero(place))}
-    return tuple(writer.loop(stage, number, SINGLE, written) for number, stage in enumerate(loops, 1))
 
 
 def _check_names(names: Sequence[str]) -> None:
@@ -229,10 +155,12 @@ def _batch(
         else:
             passes.append(writer.loop(stage, len(passes) + 1, LANED, result.written))
             work = "w" if rows else "0"
-            calls.append(f"{text.name}_pass{len(passes)}(stride, reach, {_handed(text, {})}{work}, out);")
-    parts = _parts(single, cleared=True)
+            calls.append(f"{text.name}_pass{len(passes)}(stride, reach, {handed_on(text, {})}{work}, out);")
+    before = up_to_rows(routine, printer, True)
+    single = before.writer if before else single
+    parts = before.parts if before else parts_of(single, cleared=True)
     if parts:
-        scalar = single.scalar_calls(_by_address(text), together=True)
+        scalar = single.scalar_calls(by_address(text), together=True)
     else:
         angles = sum(isinstance(stage, SineCosine) for stage in single.plan.stages)
         scalar = single.scalar() if angles >= FEW else ()
@@ -255,27 +183,18 @@ def _batch(
         kept=single.plan.rows,
         scalar=scalar,
         parts=parts,
-        cleared=any(map(single.zero, range(size))),
-        results=tuple(single.entry(place) for place in range(size)),
+        cleared=any(map(single.zero, range(len(single.routine.function.entries)))),
+        results=() if parts else tuple(single.entry(place) for place in range(size)),
         aliased=ALIAS // width if result.wide else 0,
         single=lanes // 8,
-        columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
-        later=_handed(text, {a.name: f"{a.name} + k + j" for a, _ in states}),
-        block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
-        row=_handed(text, {a.name: f"{a.name}[k]" if a.scalar else f"{a.name} + k * {a.length}" for a, _ in states}),
-        state=_handed(text, {a.name: f"b[{row}]" if a.scalar else f"b + {row}" for a, row in states}),
+        columns=handed_on(text, {a.name: f"{a.name} + k" for a, _ in states}),
+        later=handed_on(text, {a.name: f"{a.name} + k + j" for a, _ in states}),
+        block=handed_on(text, {a.name: f"b + {row * lanes}" for a, row in states}),
+        row=handed_on(text, {a.name: f"{a.name}[k]" if a.scalar else f"{a.name} + k * {a.length}" for a, _ in states}),
+        state=handed_on(text, {a.name: f"b[{row}]" if a.scalar else f"b + {row}" for a, row in states}),
         sincos=bool(scalar) or rowwise,
+        solve=before.solve if before else None,
     )
-
-
-def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
-    """Return what a call is given before its last argument; what all states have in common as it is."""
-    return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
-
-
-def _by_address(function: FunctionText, address: str = "&{}") -> str:
-    """Return what a scalar function hands on to its parts, which take single numbers by address."""
-    return _handed(function, {name: address.format(name) for name in function.scalars})
 
 
 def _lanes(copied: int, work: int) -> int:

@@ -25,7 +25,8 @@ from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import dd_functions, double_double
-from symdyn.emit.targets.c.batch import batches, cuts
+from symdyn.emit.targets.c.batch import batches
+from symdyn.emit.targets.c.cuts import cuts
 from symdyn.emit.targets.c.gathered import LANES, LINE
 from symdyn.emit.targets.c.loops import loop_text
 from symdyn.emit.targets.c.sincos import sincos_values
@@ -93,7 +94,7 @@ def _write(draft: Draft) -> dict[str, str]:
         "lone": draft.option == HEADER_ONLY,
     }
     wide = real.name == "double" and draft.sines is None
-    codes = batches(program, page, printer, real, wide) if batch else cuts(program, page, printer)
+    codes = batches(program, page, printer, real, wide) if batch else cuts(program, page, printer, solving=True)
     values["codes"] = [
         loop_text(text.loop, [one.name for one in text.arguments], program.scene, printer, 4 if real.suffix else 8)
         if text.loop
@@ -104,6 +105,7 @@ def _write(draft: Draft) -> dict[str, str]:
     values["cut"] = values["loops"] or any(many and many.parts for many in values["codes"])
     values["columns"] = batch and not all(function.loop for function in page.functions)
     lined = [many for many, text in zip(values["codes"], page.functions, strict=True) if not text.loop]
+    values["solves"] = any(many and many.solve for many in lined)
     values["spread"] = batch and any(many.places for many in lined)
     values["drained"] = batch and not all(many.places for many in lined)
     values["sincos"] = any(many and many.sincos for many in values["codes"])
@@ -120,20 +122,14 @@ def _write(draft: Draft) -> dict[str, str]:
 
 def _private(values: Mapping[str, Any]) -> list[str]:
     """Return names of functions that are not for callers: two headers in one file must not share them."""
+    codes = list(zip(values["page"].functions, values["codes"], strict=True))
     helpers = [name for name, used in ((SIGN_HELPER, "uses_sign"), (EXP_HELPER, "uses_exp")) if values[used]]
-    parts = [
-        f"{function.name}_part{part.number}"
-        for function, many in zip(values["page"].functions, values["codes"], strict=True)
-        for part in (many.parts if many else ())
-    ]
+    parts = [f"{function.name}_part{part.number}" for function, many in codes for part in (many.parts if many else ())]
+    solving = [one.name for one, many in codes if many and not one.loop and many.solve]
+    rows = [f"{name}_{what}" for name in solving for what in ("steps", "solved")] + ["columns8"] * bool(solving)
     sines = ["bits_of", "double_of", "any_large", "sincos_row"] if values["sincos"] else []
-    loops = [
-        f"{one.name}_{what}"
-        for one, many in zip(values["page"].functions, values["codes"], strict=True)
-        if one.loop
-        for what in LOOPED + many.made_of
-    ]
-    return helpers + sines + parts + loops
+    loops = [f"{one.name}_{what}" for one, many in codes if one.loop for what in LOOPED + many.made_of]
+    return helpers + sines + rows + parts + loops
 
 
 def _beside(sources: Sources) -> dict[str, str]:

@@ -7,7 +7,8 @@ from math import prod
 
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.source_text import FunctionText, Page
-from symdyn.emit.targets.c.batch import STACK, length_of, writer_of
+from symdyn.emit.targets.c.batch import STACK
+from symdyn.emit.targets.c.cuts import length_of, writer_of
 from symdyn.emit.targets.c.plan import SineCosine
 from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
 from symdyn.emit.targets.c.writer import Layout, PassText

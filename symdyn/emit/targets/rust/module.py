@@ -25,7 +25,7 @@ from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH
-from symdyn.emit.targets.c.batch import cuts
+from symdyn.emit.targets.c.cuts import cuts
 from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.emit.targets.rust.blocks import blocks
 from symdyn.emit.targets.rust.fused import FusedPrinter

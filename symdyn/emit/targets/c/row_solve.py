@@ -1,0 +1,58 @@
+"""The loop over rows of a function that solves, as its template is given it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+from symdyn.program.row_loop import ABREAST, RowLoop
+
+LARGEST = 1 << 16
+"""Numbers of tables, which are short ones, are smaller."""
+
+AT_ONCE = 8
+"""Vectors of a row that are under way at once."""
+
+
+@dataclass(frozen=True)
+class RowSolveText:
+    """A loop over rows.
+
+    Attributes:
+        size: entries of what lines leave for it.
+        panels: vectors of a row that are taken together, and the column where they start.
+        table: how many columns of a row it goes over, then of every step row, scale, how many terms, and factor and row
+            of each.
+        copies: (to, from, count) of entries that stand side by side in the result and where it is found.
+    """
+
+    size: int
+    panels: tuple[tuple[int, int], ...]
+    table: tuple[int, ...]
+    copies: tuple[tuple[int, int, int], ...]
+
+
+def fits(rows: RowLoop) -> bool:
+    """Tell whether a table can hold the numbers of a solve."""
+    return len(rows.entries) < LARGEST
+
+
+def row_solve_text(rows: RowLoop) -> RowSolveText:
+    """Return the loop over rows."""
+    table = [rows.width] + [
+        number
+        for step in rows.steps
+        for number in (step.row, step.scale, len(step.terms), *(one for term in step.terms for one in term))
+    ]
+    copies: list[list[int]] = []
+    for to, place in enumerate(rows.places):
+        if copies and place == copies[-1][1] + copies[-1][2]:
+            copies[-1][2] += 1
+        else:
+            copies.append([to, place, 1])
+    told = tuple((to, place, count) for to, place, count in copies)
+    vectors = rows.width // ABREAST
+    count = -(-vectors // AT_ONCE)
+    cuts = [vectors * k // count for k in range(count + 1)]
+    panels = tuple((b - a, ABREAST * a) for a, b in pairwise(cuts))
+    return RowSolveText(len(rows.entries), panels, tuple(table), told)
