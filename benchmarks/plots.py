@@ -1,4 +1,4 @@
-"""Time against the number of joints, and operations against time, as SVG and PNG."""
+"""Time against the number of joints, and operations against time, as SVG."""
 
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ def draw(found: Found, folder: Path) -> None:
 def _save(figure: Any, path: Path) -> None:
     figure.tight_layout()
     figure.savefig(path.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(path.with_suffix(".png"), metadata={"Software": None})
     plt.close(figure)
 
 
