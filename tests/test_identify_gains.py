@@ -137,8 +137,8 @@ def test_a_drive_in_newton_metres_tells_the_gain_of_one_beside_it() -> None:
         ({"M1": "390*mA", "M2": "A"}, True, r"^gain M1=390\*A does not fit: left free, M1 is 65\d.* N m/A"),
         (
             {"M1": "0.39*A", "M2": "2*A"}, False,
-            r"^gains M1=0.39\*A and M2=2\*A do not fit together: left free, M1 is 0.6\d* .* or M2 is 1.2\d* .*; the "
-            "data do not tell which one is wrong",
+            r"^gain M1=0.39\*A and gain M2=2\*A do not fit together: left free, M1 is 0.6\d* .* or M2 is 1.2\d* .*; "
+            "the data do not tell which one is wrong",
         ),
         ({"M1": "0.39*A", "M2": "A"}, False, r"masses and inertias are all 0.6\d* .* if M1=0.39\*A ought to be 1.6"),
     ],
@@ -150,6 +150,25 @@ def test_a_gain_that_was_said_wrongly_is_told(units: dict[str, str], loaded: boo
     found = found_of(TWO, logs, units=units, payloads=payloads)
 
     assert [one for one in found.notes if re.search(words, one)], found.notes
+
+
+@pytest.mark.parametrize(("wrong", "right"), [(0, 1), (1, 0)])
+@pytest.mark.parametrize("loaded", [True, False])
+def test_a_column_of_forces_that_is_off_is_told_and_not_the_gain_beside_it_alone(
+    wrong: int, right: int, loaded: bool
+) -> None:
+    """The gain that was said rightly was blamed."""
+    names = list(TWO.units)
+    logs = TWO.logs(3) if loaded else TWO.logs(3)[:1]
+    off = [one | {names[wrong]: 1.5 * TWO.gains[wrong] * one[names[wrong]]} for one in logs]
+    units = {names[right]: f"{TWO.gains[right]}*A"}
+
+    found = found_of(TWO, off, units=units, payloads=TWO.given if loaded else ())
+
+    (note,) = (one for one in found.notes if " fit" in one)
+    assert re.search(rf"{names[wrong]} is 0.66\d* times as much with a standard error of 0.00", note), note
+    assert note.startswith(f"{names[wrong]} in N m does not fit: ") is loaded
+    assert ("the data do not tell which one is wrong" in note and f"gain {names[right]}=" in note) is not loaded
 
 
 @pytest.mark.parametrize("units", [{"M1": "0.65*A", "M2": "2*A"}, {"M1": "0.65*A", "M2": "A"}])

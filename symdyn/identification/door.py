@@ -97,10 +97,12 @@ def identify(
     said = said_in(units or {}, [drive or "" for drive in scene.drives])
 
     def freed(j: int) -> Fitted:
-        return fitted(model, moved, load, {**shown, j: said[j].unit}, band, hold_back, outliers)
+        unit = said[j].unit if j in said else "force"
+        return fitted(model, moved, load, {**shown, j: unit}, band, hold_back, outliers)
 
+    forces = [j for j in model.rows if scene.drives[j] and j not in shown and j not in said]
     alone = not payloads and all(j in shown or j in said for j in model.rows if scene.drives[j]) and len(said) == 1
-    doubted = doubts(model, said, found, freed, alone)
+    doubted = doubts(model, said, forces, found, freed, alone)
     gains = told_gains(scene, shown, found.regression, found.gains)
     notes = [note for log, (_, told) in zip(logs, parts, strict=True) for note in (*log.notes, *told)]
     notes += [*_expected(model, logs, moved, load, shown), *found.notes]

@@ -1,11 +1,12 @@
 """Gains that were said, held against the data: whether forces fit better where one of them is left free.
 
-A wrong one does not stay with its drive: all that this drive tells, masses and gains of others, is scaled with it.
+A wrong one does not stay with its drive: all that this drive tells, masses and gains of others, is scaled with it. So
+it may as well be that a column of forces is off, which a gain that was said rightly contradicts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -35,49 +36,62 @@ FEW = 3
 
 
 def doubts(
-    model: LinearModel, said: Mapping[int, Said], found: Fitted, again: Callable[[int], Fitted], alone: bool
+    model: LinearModel,
+    said: Mapping[int, Said],
+    forces: Sequence[int],
+    found: Fitted,
+    again: Callable[[int], Fitted],
+    alone: bool,
 ) -> list[str]:
     """Return a note on the gain that was said and does not fit, or on what all of them have in common; or nothing.
 
     Args:
         model: the mechanism.
         said: gains by the number of their velocity.
+        forces: numbers of velocities whose drives show forces; columns of these may be what is off.
         found: the fit with them.
-        again: fits once more with the gain of this velocity free.
+        again: fits once more with the gain of this velocity free, what its drive shows taken for a force so far.
         alone: whether nothing else is of known size: no payload, and no other drive that shows its force.
     """
     if alone:
         return _by_one_factor(model, said, found.regression)
+    units = ["N m" if kind == "rad" else "N" for kind in velocity_units(model.scene)]
     freed: list[tuple[float, int, str, Fitted]] = []
-    for j, one in said.items():
+    for j in (*said, *(forces if said else ())):
         try:
             other = again(j)
         except IdentifyError:  # the data do not tell it
             continue
         error, part = float(other.regression.errors[-1]), float(other.gains[j])
         if abs(part - 1) > max(SURE * error, OFF):  # NaN: not told
-            kind = f"{'N m' if velocity_units(model.scene)[j] == 'rad' else 'N'}/{one.unit}"
-            value = f"{part * one.value:.4g} {kind} with a standard error of {error * abs(one.value):.2g}"
+            value = f"{part:.4g} times as much with a standard error of {error:.2g}"
+            if (one := said.get(j)) is not None:
+                kind = f"{units[j]}/{one.unit}"
+                value = f"{part * one.value:.4g} {kind} with a standard error of {error * abs(one.value):.2g}"
             freed.append((sum(fit.percent**2 for fit in other.fits), j, value, other))
     freed.sort(key=lambda one: one[0])
     alike = sorted((one for one in freed if one[0] < LEVEL * freed[0][0]), key=lambda one: one[1])
     if not alike:
         return []
     names = drive_names(model.scene)
-    given = [f"{names[j]}={said[j].value:.4g}*{said[j].unit}" for _, j, _, _ in alike]
+    given = [
+        f"gain {names[j]}={said[j].value:.4g}*{said[j].unit}" if j in said else f"{names[j]} in {units[j]}"
+        for _, j, _, _ in alike
+    ]
     free = [f"{names[j]} is {value}" for _, j, value, _ in alike]
     pairs = list(zip(found.fits, alike[0][3].fits, strict=True))
     before, after = max(pairs, key=lambda pair: pair[0].percent - pair[1].percent)
     fit = f"{before.drive} is off by {after.percent:.3g} % in place of {before.percent:.3g} %"
     if len(alike) == 1:
+        ((_, j, _, _),) = alike
+        unit = said[j].unit if j in said else "A"
         return [
-            f"gain {given[0]} does not fit: left free, {free[0]}, and {fit}; what was found with it is off, too. Look "
-            f"it up again, or let the data tell it, with --units {names[alike[0][1]]}={said[alike[0][1]].unit}"
+            f"{given[0]} does not fit: left free, {free[0]}, and {fit}; what was found with it is off, too. Look it up "
+            f"again, or let the data tell it, with --units {names[j]}={unit}"
         ]
-    both = " and ".join(given)
     return [
-        f"gains {both} do not fit together: left free, {' or '.join(free)}, and {fit}; the data do not tell which one "
-        "is wrong, and what was found with them is off, too. A payload of known mass tells"
+        f"{' and '.join(given)} do not fit together: left free, {' or '.join(free)}, and {fit}; the data do not tell "
+        "which one is wrong, and what was found with them is off, too. A payload of known mass tells"
     ]
 
 
