@@ -54,3 +54,14 @@ def test_commands_and_examples_of_a_page_do_what_stands_there(
         found = printed(command, capsys)
         assert found == shown if shown else True, command
     assert doctest.testfile(str(page), module_relative=False).failed == 0
+
+
+def test_the_examples_of_every_page_are_run() -> None:
+    """Those that `make doctest` leaves out are run by tests of their own."""
+    makefile = (pages.ROOT / "Makefile").read_text(encoding="utf-8")
+    tests = "".join(path.read_text(encoding="utf-8") for path in (pages.ROOT / "tests").glob("test_docs_*.py"))
+    asked = [page for page in pages.DOCS.glob("*.md") if re.search(r"(?m)^ *>>> ", page.read_text(encoding="utf-8"))]
+
+    assert len(asked) > 10
+    for page in asked:
+        assert f"docs/{page.name}" in makefile or f'"{page.stem}' in tests, page.name
