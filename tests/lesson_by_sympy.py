@@ -18,7 +18,7 @@ import sympy as sp
 
 from symdyn.graph import Op
 from symdyn.scene import GROUND, Body, Joint, Scene
-from symdyn.scene.values.model import Pose
+from symdyn.scene.values.body import Pose
 from symdyn.scene.values.quantity import Quantity
 
 AXES = "xyz"

@@ -17,7 +17,7 @@ from symdyn.errors import IdentifyError
 from symdyn.identification.linear_model import TERMS, linear_model, with_terms
 from symdyn.identification.regression import Rows, solve
 from symdyn.scene import Scene, bind
-from symdyn.scene.values.model import Limits
+from symdyn.scene.values.joint import Limits
 from symdyn.scene.values.quantity import number
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

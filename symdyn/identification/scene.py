@@ -22,8 +22,8 @@ from symdyn.identification.unknowns import TEN, unknowns
 from symdyn.scene import Scene, bind
 from symdyn.scene.formats.inertias import possible
 from symdyn.scene.symbolic import with_force_parameters
+from symdyn.scene.values.body import Body
 from symdyn.scene.values.mapping import map_quantities, substituted
-from symdyn.scene.values.model import Body
 from symdyn.scene.values.names import choice, listed
 from symdyn.scene.values.quantity import Quantity, number
 from symdyn.scene.values.value import value_of

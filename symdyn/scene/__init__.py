@@ -36,25 +36,12 @@ from symdyn.scene.scene_files import FileLike, SceneLike, read, read_noting, sce
 from symdyn.scene.symbolic import with_symbols
 from symdyn.scene.ten_parameters import with_symbolic_inertia
 from symdyn.scene.toml import read_text
+from symdyn.scene.values.body import Body, Particle, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Place, Row, Strut
 from symdyn.scene.values.formula import FormulaError, parse
+from symdyn.scene.values.joint import Coupling, Joint, Limits, acceleration_name, velocity_name
 from symdyn.scene.values.mapping import in_numbers
-from symdyn.scene.values.model import (
-    GROUND,
-    Body,
-    Coupling,
-    Input,
-    Joint,
-    Limits,
-    Parameter,
-    Particle,
-    Point,
-    Pose,
-    Scene,
-    Signal,
-    acceleration_name,
-    velocity_name,
-)
+from symdyn.scene.values.model import GROUND, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.quantity import Quantity, express, number, symbol
 from symdyn.scene.values.spelling import spell

@@ -20,7 +20,8 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces import sections
-from symdyn.scene.values.model import Particle, Scene
+from symdyn.scene.values.body import Particle
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Entry, Faults, Number, Placement, Three, entry, show
 

@@ -19,8 +19,8 @@ from symdyn.scene.forces import kinds_of, sections
 from symdyn.scene.forces.force_kind import ForceKind
 from symdyn.scene.joints import JOINTS, JointKind, own_keys
 from symdyn.scene.toml import SHORT
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.model import Joint
 from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.shapes import (
     ANYTHING,

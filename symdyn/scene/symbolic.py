@@ -26,11 +26,13 @@ from symdyn.errors import SceneError
 from symdyn.scene.forces import FORCES, sections
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.ten_parameters import named_body, with_symbolic_inertia
+from symdyn.scene.values.body import Pose
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import mul
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.made_names import Names, moving_names
-from symdyn.scene.values.model import Joint, Pose, Scene
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import PI, ZERO, Vector, number
 from symdyn.scene.values.table import compose

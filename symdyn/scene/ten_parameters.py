@@ -10,10 +10,11 @@ from dataclasses import replace
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
+from symdyn.scene.values.body import Body, Particle
 from symdyn.scene.values.folding import add, mul, neg
 from symdyn.scene.values.made_names import Names, moving_names
 from symdyn.scene.values.mapping import quantities_in
-from symdyn.scene.values.model import Body, Parameter, Particle, Scene
+from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector, symbol
 
 INERTIAL = (

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.model import Joint, Scene
+from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.model import Scene
 
 
 def coordinate_units(scene: Scene) -> tuple[str, ...]:

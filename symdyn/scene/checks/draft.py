@@ -8,8 +8,10 @@ from typing import NamedTuple
 
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.values.body import Body, Pose
+from symdyn.scene.values.joint import Joint, Limits
 from symdyn.scene.values.key import MOTION, PARAMETERS, TIME
-from symdyn.scene.values.model import Body, Joint, Limits, Pose, Scene
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.signals import letters
 

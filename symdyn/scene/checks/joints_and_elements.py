@@ -8,8 +8,8 @@ from symdyn.scene.checks.draft import Draft, joint_numbers
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import quaternion
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key, Stand
-from symdyn.scene.values.model import Joint
 from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.value import Value
 

@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping
 
 from symdyn.scene.checks.draft import Draft
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.model import GROUND, Joint, Scene
+from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.model import GROUND, Scene
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Faults
 

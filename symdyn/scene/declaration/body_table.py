@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from symdyn.scene.declaration.dh import BODY_KEYS
+from symdyn.scene.values.body import Body, Outline, Particle
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import Body, Outline, Particle
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.model import Coupling, Joint, velocity_name
+from symdyn.scene.values.joint import Coupling, Joint, velocity_name
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.table import Table

@@ -17,7 +17,7 @@ from symdyn.scene.joints import JOINTS, own_keys
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import FormulaError, mul
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import Joint, Limits, velocity_name
+from symdyn.scene.values.joint import Joint, Limits, velocity_name
 from symdyn.scene.values.names import choice
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.spelling import spell

@@ -18,11 +18,13 @@ from symdyn.errors import SceneError
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
+from symdyn.scene.values.body import Pose
 from symdyn.scene.values.element import Strut
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, substituted
-from symdyn.scene.values.model import Joint, Pose, Scene, acceleration_name
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ZERO, Quantity
 from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Entry, Faults, show

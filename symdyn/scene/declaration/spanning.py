@@ -20,7 +20,8 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.held_or_reversed import inverse
-from symdyn.scene.values.model import GROUND, Joint
+from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Entry, Faults, plain, show
 

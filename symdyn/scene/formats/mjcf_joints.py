@@ -10,8 +10,10 @@ from symdyn.scene.formats.mjcf_tendon import NoCouplingError, tied
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import folding
+from symdyn.scene.values.body import Pose
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import GROUND, Joint, Pose
+from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.values.table import Entry, Faults, compose
 from symdyn.scene.values.turns import Step, inverse, plus

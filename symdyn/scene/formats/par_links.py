@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.scene.values import folding
-from symdyn.scene.values.model import Body
+from symdyn.scene.values.body import Body
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
 from symdyn.scene.values.turns import Step, cosine_and_sine
 

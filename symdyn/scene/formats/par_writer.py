@@ -20,8 +20,9 @@ from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import folding
+from symdyn.scene.values.joint import Joint, Limits
 from symdyn.scene.values.mapping import in_numbers
-from symdyn.scene.values.model import GROUND, Joint, Limits, Parameter, Scene
+from symdyn.scene.values.model import GROUND, Parameter, Scene
 from symdyn.scene.values.quantity import ZERO, symbol
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.turns import Step, inverse, towards

@@ -14,8 +14,8 @@ from fractions import Fraction
 
 from symdyn.graph import Graph, Op, linear_form
 from symdyn.scene.formats.snap import PI_50, snap_angle
+from symdyn.scene.values.body import Pose
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.model import Pose
 from symdyn.scene.values.quantity import Quantity, express
 from symdyn.scene.values.turns import circular
 from symdyn.scene.values.value import Value, value_of

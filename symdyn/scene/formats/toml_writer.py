@@ -18,18 +18,9 @@ from symdyn.scene.forces import place_of, table_of
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.formats.placing import exact_decimal
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.model import (
-    STANDARD_GRAVITY,
-    Body,
-    Coupling,
-    Input,
-    Joint,
-    Parameter,
-    Point,
-    Pose,
-    Scene,
-    Signal,
-)
+from symdyn.scene.values.body import Body, Pose
+from symdyn.scene.values.joint import Coupling, Joint
+from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import compose

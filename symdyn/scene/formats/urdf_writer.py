@@ -19,7 +19,9 @@ from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
 from symdyn.scene.joints import AXIS, JOINTS, ORIENTATION
-from symdyn.scene.values.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
+from symdyn.scene.values.body import Body, Pose
+from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.model import GROUND, STANDARD_GRAVITY, Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.physical import central_inertia
 from symdyn.scene.values.quantity import ZERO, Quantity

@@ -7,8 +7,9 @@ from itertools import product
 
 from symdyn.graph import Expr, Graph, as_number, gradient
 from symdyn.scene.joints.joint_kind import Block, Gimbal, JointMotion, Move
+from symdyn.scene.values.body import Pose
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.quantity import ONE, PI, ZERO, Quantity, Vector, express
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.table import Table, show

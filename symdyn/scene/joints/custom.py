@@ -10,8 +10,9 @@ from symdyn.scene.joints.blocks import path
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.joints.joint_kind import Block, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.values.body import Pose
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.shapes import PLACEMENT, choice_of, several
 from symdyn.scene.values.table import Table, as_list, plain, show
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints.blocks import towards, unit
 from symdyn.scene.joints.joint_kind import Forbids
-from symdyn.scene.values.model import Joint
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.quantity import Vector
 from symdyn.spatial import Transform, Vec, Wrench, add, apply, cross, dot, identity, scale, transpose, zero_vector
 

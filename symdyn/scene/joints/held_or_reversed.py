@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symdyn.scene.values import turns
+from symdyn.scene.values.body import Pose
 from symdyn.scene.values.folding import neg
-from symdyn.scene.values.model import Joint, Pose
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.quantity import ZERO, Quantity, Vector
 from symdyn.scene.values.turns import Step, towards
 from symdyn.scene.values.value import value_of

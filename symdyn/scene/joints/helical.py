@@ -12,8 +12,8 @@ from symdyn.scene.joints.held_or_reversed import Steps, about_opposite, held
 from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values import folding
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.model import Joint
 from symdyn.scene.values.quantity import PI, ZERO, Quantity, express, number
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, apply, dot, scale

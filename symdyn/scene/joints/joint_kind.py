@@ -22,8 +22,9 @@ from typing import Any
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints.joint_mark import JointMark
+from symdyn.scene.values.body import Pose
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step
 from symdyn.spatial import Transform, Vec, Wrench, identity, rotation, scale, unit_transform, zero_vector

@@ -7,7 +7,7 @@ from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.held_or_reversed import about_opposite, shifted_by, turned_by
 from symdyn.scene.joints.joint_kind import Block, JointKind
 from symdyn.scene.joints.joint_mark import SLIDE, WELD, JointMark, MarkPart, PageSign
-from symdyn.scene.values.model import Joint
+from symdyn.scene.values.joint import Joint
 
 REVOLUTE = JointKind(
     keys=(AXIS,),

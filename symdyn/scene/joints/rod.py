@@ -12,8 +12,8 @@ from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.held_or_reversed import Steps
 from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind
 from symdyn.scene.joints.joint_mark import LINE, JointMark, MarkPart
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.model import Joint
 from symdyn.scene.values.quantity import ZERO, Quantity, express
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale

@@ -12,8 +12,8 @@ from symdyn.scene.joints.held_or_reversed import opposite
 from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.model import Joint
 from symdyn.scene.values.quantity import ONE, ZERO, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table, shorten

@@ -9,8 +9,9 @@ from typing import Any, Generic, TypeVar
 from symdyn.graph import Graph
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.made_names import Names
-from symdyn.scene.values.model import Joint, Scene
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import Quantity, Vector, express
 from symdyn.scene.values.shapes import ANYTHING, FLAG, NUMBER, NUMBERS, PLACEMENT, TEXT, VECTOR, Shape

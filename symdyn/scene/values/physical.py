@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations
 
+from symdyn.scene.values.body import Body
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.model import Body
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.value import Value, value_of
 

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from keyword import kwlist
 from typing import Any
 
+from symdyn.scene.values.body import ELEMENTARY
 from symdyn.scene.values.grammar import LONGEST_WORDS
-from symdyn.scene.values.model import ELEMENTARY
 from symdyn.scene.values.names import C_KEYWORDS, FORMULA_NAMES, GENERATED_NAMES, LONGEST
 
 Shape = Mapping[str, Any]

@@ -15,8 +15,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
+from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.mapping import map_quantities, substituted
-from symdyn.scene.values.model import Parameter, Scene, acceleration_name
+from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import ZERO
 
 REACTION, MULTIPLIER = "reaction_", "multiplier_"

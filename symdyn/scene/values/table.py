@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TypeVar
 
 from symdyn.errors import SceneError, printable
+from symdyn.scene.values.body import ELEMENTARY, Pose
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_words
-from symdyn.scene.values.model import ELEMENTARY, Pose
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.values.spelling import spell

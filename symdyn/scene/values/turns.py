@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.model import Pose
+from symdyn.scene.values.body import Pose
 from symdyn.scene.values.quantity import NULL, PI, ZERO, Quantity, Vector, express, number
 from symdyn.scene.values.value import value_of
 
