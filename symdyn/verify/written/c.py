@@ -51,7 +51,7 @@ PART = re.compile(r"([0-9]+)\*sizeof\*([a-z]+)")
 """How much of a local array is copied, without its spaces."""
 
 UNKNOWN = re.compile(
-    rb'\b(ALIGNED|ALONE|PART|EACH|SHOWN|INLINED)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
+    rb'\b(ALIGNED|ALONE|PART|CROWDED|EACH|SHOWN|INLINED)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
 )
 """What grammars know nothing of: macros for attributes and for a loop of fixed text, a brace in a condition."""
 

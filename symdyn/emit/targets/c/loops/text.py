@@ -20,6 +20,10 @@ ROW = ("joint", "matrix")
 """How numbers begin that are the same for all states."""
 
 
+FEW = 24
+"""Rows handed on up to which registers hold them and what a step works with, in the order in which it is written."""
+
+
 @dataclass(frozen=True)
 class StepText:
     """A step at a joint as C: lines that give names their values, and places with what is written there.
@@ -85,6 +89,11 @@ class LoopText:
     def lanes(self, line: int) -> int:
         """Return how many states a vector of so many bytes holds, as far as there is room."""
         return min(self.room.lanes, line // self.width)
+
+    @property
+    def crowded(self) -> bool:
+        """Whether steps keep more numbers than registers hold unless they come in the right order."""
+        return self.place > FEW
 
     @property
     def slides(self) -> bool:
