@@ -126,7 +126,7 @@ def _private(values: Mapping[str, Any]) -> list[str]:
     helpers = [name for name, used in ((SIGN_HELPER, "uses_sign"), (EXP_HELPER, "uses_exp")) if values[used]]
     parts = [f"{function.name}_part{part.number}" for function, many in codes for part in (many.parts if many else ())]
     solving = [one.name for one, many in codes if many and not one.loop and many.solve]
-    rows = [f"{name}_{what}" for name in solving for what in ("steps", "solved")] + ["columns8"] * bool(solving)
+    rows = [f"{name}_{what}" for name in solving for what in ("steps", "solved")] + ["column_vec"] * bool(solving)
     sines = ["bits_of", "double_of", "any_large", "sincos_row"] if values["sincos"] else []
     loops = [f"{one.name}_{what}" for one, many in codes if one.loop for what in LOOPED + many.made_of]
     return helpers + sines + rows + parts + loops

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
-from symdyn.program.row_loop import ABREAST, RowLoop
+from symdyn.program.row_loop import RowLoop
 
 LARGEST = 1 << 16
 """Numbers of tables, which are short ones, are smaller."""
-
-AT_ONCE = 8
-"""Vectors of a row that are under way at once."""
 
 
 @dataclass(frozen=True)
@@ -20,14 +16,12 @@ class RowSolveText:
 
     Attributes:
         size: entries of what lines leave for it.
-        panels: vectors of a row that are taken together, and the column where they start.
         table: how many columns of a row it goes over, then of every step row, scale, how many terms, and factor and row
             of each.
         copies: (to, from, count) of entries that stand side by side in the result and where it is found.
     """
 
     size: int
-    panels: tuple[tuple[int, int], ...]
     table: tuple[int, ...]
     copies: tuple[tuple[int, int, int], ...]
 
@@ -51,8 +45,4 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
         else:
             copies.append([to, place, 1])
     told = tuple((to, place, count) for to, place, count in copies)
-    vectors = rows.width // ABREAST
-    count = -(-vectors // AT_ONCE)
-    cuts = [vectors * k // count for k in range(count + 1)]
-    panels = tuple((b - a, ABREAST * a) for a, b in pairwise(cuts))
-    return RowSolveText(len(rows.entries), panels, tuple(table), told)
+    return RowSolveText(len(rows.entries), tuple(table), told)
