@@ -1,10 +1,10 @@
 """What large mechanisms take, in processor time: `python benchmarks/large_mechanisms.py [BODIES ..] [--loops N ..]`.
 
 Chains of revolute joints about y and z in turn, their bodies numbers: reading the file, deriving inverse dynamics from
-the scene that was read, C from there, and the whole command `symdyn info`. Rows of four-bars, N closed loops: reading,
-and deriving forward dynamics, loops assembled and decided. Every figure is the least of several processes. Then inverse
-and forward dynamics of chains as C that is a loop over a table, and as lines: from the file to a result, and a call
-(`--tables N ..`). What was set out to be reached stands below.
+the scene that was read, C from there, the whole command `symdyn info`, and `symdyn generate` of forward dynamics. Rows
+of four-bars, N closed loops: reading, and deriving forward dynamics, loops assembled and decided. Every figure is the
+least of several processes. Then inverse and forward dynamics of chains as C that is a loop over a table, and as lines:
+from the file to a result, and a call (`--tables N ..`). What was set out to be reached stands below.
 """
 
 from __future__ import annotations
@@ -60,6 +60,9 @@ print(*(b - a for a, b in zip(times, times[1:])))
 TO_C = {64: 0.15, 256: 0.6, 1024: 3.0}
 """Seconds at most from the scene to C, by the bodies of a chain."""
 
+WRITTEN = {256: 1.0, 1024: 3.0}
+"""Seconds at most of `symdyn generate` of forward dynamics, files beside C included, by the bodies of a chain."""
+
 LOOPS = {200: 2.0, 1000: 15.0}
 """Seconds at most of deriving, by the loops of a row."""
 
@@ -85,9 +88,15 @@ def main() -> None:
         for bodies in given.bodies:
             path = Path(folder, f"chain{bodies}.toml")
             path.write_text(chain(bodies), encoding="utf-8")
-            least = _show([(*_alone(path, "inverse_dynamics", "c"), *_info(path)) for _ in range(given.runs)], bodies)
+            info = "info", str(path)
+            times = [(*_alone(path, "inverse_dynamics", "c"), *_command(*info)) for _ in range(given.runs)]
+            least = _show(times, bodies)
             if bodies in TO_C:
                 bars.append(in_time(f"chain of {bodies}, from the scene to C", TO_C[bodies], least[1] + least[2]))
+            if bodies in WRITTEN:
+                words = "generate", str(path), "--target", "c", "--functions", "forward_dynamics", "-o", folder
+                seconds = min(_command(*words)[0] for _ in range(given.runs))
+                bars.append(in_time(f"chain of {bodies}, forward dynamics generated", WRITTEN[bodies], seconds))
         print(f"\n{'loops':>8}{'read, s':>12}{'derive, s':>12}")
         for loops in given.loops:
             path = Path(folder, f"row{loops}.toml")
@@ -116,9 +125,9 @@ def _alone(path: Path, *words: str) -> tuple[float, ...]:
     return tuple(map(float, ran.stdout.split()))
 
 
-def _info(path: Path) -> tuple[float, float]:
-    """Return processor seconds of `symdyn info`, start and end of the process included, and its memory."""
-    words = [sys.executable, "-m", "symdyn", "info", str(path)]
+def _command(*given: str) -> tuple[float, float]:
+    """Return processor seconds of a command, start and end of the process included, and its memory, MB."""
+    words = [sys.executable, "-m", "symdyn", *given]
     process = subprocess.Popen(words, cwd=HERE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, spent = os.wait4(process.pid, 0)  # of this process alone: memory of all children is that of the largest
     process.returncode = os.waitstatus_to_exitcode(status)
