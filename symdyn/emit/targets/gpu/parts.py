@@ -1,8 +1,8 @@
 """Shares of a function's results that are computed apart, each with all that it needs, so that each has room.
 
-A column of a result, such as derivatives along one direction, is never divided. A share begins with the column that
-needs most, and takes the one that has most in common with it, counted in operations, as long as there is room:
-directions of one leg come together, which is computed for them once.
+Entries of a column of a result, such as derivatives along one direction, stay together, unless they have no room. A
+share begins with the column that needs most, and takes the one that has most in common with it, counted in operations,
+as long as there is room: directions of one leg come together, which is computed for them once.
 """
 
 from __future__ import annotations
@@ -32,21 +32,45 @@ def needed_by(lines: Sequence[Line], columns: Sequence[Sequence[int]]) -> list[i
     return found
 
 
-def shares(needs: Sequence[int], weights: Sequence[int], width: int, has_room: Callable[[int], bool]) -> list[int]:
-    """Return shares of the columns, each as bits; [] where a column has no room even by itself.
+def shares(
+    lines: Sequence[Line],
+    weights: Sequence[int],
+    columns: Sequence[Sequence[int]],
+    has_room: Callable[[tuple[int, ...]], bool],
+) -> list[tuple[int, ...]]:
+    """Return which lines each share runs, in the order of the derivation; [] where an entry alone has no room.
 
     Args:
-        needs: of every line the columns that need it, as `needed_by` gives them.
+        lines: in the order of the derivation.
         weights: operations of every line.
-        width: how many columns there are.
-        has_room: tells whether a share can be computed by itself.
+        columns: places of the lines that write the entries of each.
+        has_room: tells whether some lines can run by themselves.
 
     Example:
-        >>> shares([0b011, 0b100, 0b001, 0b010, 0b100], [5, 1, 1, 2, 3], 3, lambda share: share.bit_count() < 3)
-        [3, 4]
-        >>> shares([0b011, 0b100, 0b001, 0b010, 0b100], [5, 1, 1, 2, 3], 3, lambda share: not share & 0b100)
+        >>> lines = [Line(("a",), ()), Line(("b",), ()), Line((), ("a",)), Line((), ("a",)), Line((), ("b",))]
+        >>> shares(lines, [5, 1, 1, 2, 3], [[2], [3], [4]], lambda some: len(some) < 4)
+        [(0, 2, 3), (1, 4)]
+        >>> shares(lines, [5, 1, 1, 2, 3], [[2, 3], [4]], lambda some: len(some) < 3)
+        [(0, 3), (0, 2), (1, 4)]
+        >>> shares(lines, [5, 1, 1, 2, 3], [[2, 3], [4]], lambda some: len(some) < 2)
         []
     """
+    units = [list(column) for column in columns if column]
+    while True:
+        found = _found(needed_by(lines, units), weights, len(units), has_room)
+        if not isinstance(found, int):
+            return found
+        if len(units[found]) == 1:
+            return []
+        middle = len(units[found]) // 2
+        units.append(units[found][middle:])
+        del units[found][middle:]
+
+
+def _found(
+    needs: Sequence[int], weights: Sequence[int], width: int, has_room: Callable[[tuple[int, ...]], bool]
+) -> list[tuple[int, ...]] | int:
+    """Return shares of so many columns as lines, or a column that has no room even by itself."""
     alike: Counter[int] = Counter()
     for need, weight in zip(needs, weights, strict=True):
         alike[need] += weight
@@ -54,13 +78,20 @@ def shares(needs: Sequence[int], weights: Sequence[int], width: int, has_room: C
     left = sorted(range(width), key=lambda column: -single[column])
     found = []
     while left:
-        order = _in_common(alike, single, left)
-        count = _most(len(order), lambda some, order=order: has_room(bits(order[:some])))  # type: ignore[misc]
+        order = _in_common(alike, left)
+        runs = [lines_of(needs, order[: count + 1]) for count in range(len(order))]
+        count = _most(runs, has_room)
         if not count:
-            return []
-        found.append(bits(order[:count]))
-        left = [column for column in left if not found[-1] >> column & 1]
+            return order[0]
+        found.append(runs[count - 1])
+        left = [column for column in left if column not in order[:count]]
     return found
+
+
+def lines_of(needs: Sequence[int], columns: Sequence[int]) -> tuple[int, ...]:
+    """Return the places of the lines that some columns need."""
+    share = bits(columns)
+    return tuple(place for place, need in enumerate(needs) if need & share)
 
 
 def operations(alike: Counter[int], share: int) -> int:
@@ -73,7 +104,7 @@ def bits(columns: Sequence[int]) -> int:
     return sum(1 << column for column in columns)
 
 
-def _in_common(alike: Counter[int], single: Sequence[int], columns: Sequence[int]) -> list[int]:
+def _in_common(alike: Counter[int], columns: Sequence[int]) -> list[int]:
     """Return columns from the first one on, each of those left that has most in common with all before it."""
     order, left = [columns[0]], list(columns[1:])
     while left:
@@ -84,10 +115,10 @@ def _in_common(alike: Counter[int], single: Sequence[int], columns: Sequence[int
     return order
 
 
-def _most(count: int, has_room: Callable[[int], bool]) -> int:
-    """Return the largest number up to `count` that has room, if all below it do, by doubling and halving."""
-    least, most, middle = 0, count + 1, 1
+def _most(runs: Sequence[tuple[int, ...]], has_room: Callable[[tuple[int, ...]], bool]) -> int:
+    """Return how many of `runs` have room, each of which holds those before it, by doubling and halving."""
+    least, most, middle = 0, len(runs) + 1, 1
     while most - least > 1:
-        least, most = (middle, most) if has_room(middle) else (least, middle)
-        middle = min(2 * least, count) if most > count else (least + most) // 2
+        least, most = (middle, most) if has_room(runs[middle - 1]) else (least, middle)
+        middle = min(2 * least, len(runs)) if most > len(runs) else (least + most) // 2
     return least

@@ -8,12 +8,12 @@ processor's shared memory than their registers leave to others; in smaller block
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
 from symdyn.emit.code.real import Real
-from symdyn.emit.targets.gpu.parts import needed_by, shares
+from symdyn.emit.targets.gpu.parts import shares
 from symdyn.graph import Op
 from symdyn.program.schedule import most_alive, schedule, schedule_backwards, schedule_in_turn
 from symdyn.program.waiting import Line, Plan, plan
@@ -25,13 +25,13 @@ all that the hardware has for one thread."""
 SHARED = 48 * 1024
 """Bytes of shared memory that a block may have on every card without asking."""
 
-REGISTERS = {"double": 100, "float": 150}
+REGISTERS = {"double": 92, "float": 130}
 """Values that are held at once by our count, of 127 and 255 that would fit: nvcc needs the others on the way."""
 
 MANY = 100
 """Results from which on a compiler would hold the addresses of columns, in chains from one to the next."""
 
-SPARE = {Op.DIV: 50, Op.SQRT: 50, Op.SIN: 40, Op.COS: 40, Op.EXP: 40, Op.LOG: 40, Op.TANH: 40, Op.ATAN2: 40}
+SPARE = {Op.DIV: 80, Op.SQRT: 80, Op.SIN: 40, Op.COS: 40, Op.EXP: 40, Op.LOG: 40, Op.TANH: 40, Op.ATAN2: 40}
 """Registers that must be left to an operation that is a call for some numbers."""
 
 SIZES = {"double": 8, "float": 4}
@@ -101,17 +101,13 @@ def room(task: Task) -> Room:
     whole = _plan(task, range(len(task.lines)), registers)
     if whole.places * BLOCKS[-1] <= task.most:
         return _room([whole], task)
-    needs = needed_by(task.lines, task.columns)
 
     @cache
-    def planned(share: int) -> Plan:
-        return _plan(task, [place for place, need in enumerate(needs) if need & share], registers)
+    def has_room(numbers: tuple[int, ...]) -> bool:
+        return any(one.places * BLOCKS[-1] <= task.most for one in _plans(task, numbers, registers))
 
-    def fits(share: int) -> bool:
-        return planned(share).places * BLOCKS[-1] <= task.most
-
-    found = shares(needs, task.weights, len(task.columns), fits)
-    parts = _room([planned(one) for one in found] or [whole], task)
+    found = shares(task.lines, task.weights, task.columns, has_room)
+    parts = _room([_plan(task, numbers, registers) for numbers in found] or [whole], task)
     spilled = sum(move.place * BLOCKS[-1] >= task.most for move in whole.moves) * SIZES[task.real.name]
     if found and parts.operations - parts.once <= TWICE * spilled:
         return parts
@@ -136,7 +132,12 @@ def _scaled(task: Task) -> list[Line]:
 
 
 def _plan(task: Task, numbers: Sequence[int], registers: int) -> Plan:
-    """Return the order of some lines in which the fewest values wait, and among those the fewest are alive at once."""
+    """Return the order of some lines in which the fewest values wait, and among those the fewest moves are made."""
+    return min(_plans(task, numbers, registers), key=lambda one: (one.places, len(one.moves)))
+
+
+def _plans(task: Task, numbers: Sequence[int], registers: int) -> Iterator[Plan]:
+    """Yield plans of some lines: that in which the fewest are alive where no value waits, else one an order."""
     lines = _scaled(task)
     merged = {value: lines[number].makes[0] for number in numbers for value in lines[number].makes}
     some = [
@@ -149,11 +150,12 @@ def _plan(task: Task, numbers: Sequence[int], registers: int) -> Plan:
     orders = [list(range(len(some))), schedule(some), schedule_backwards(some)]
     alive = [most_alive(some, order) for order in orders]
     if min(alive) <= registers:
-        return plan(lines, [numbers[place] for place in orders[alive.index(min(alive))]], sys.maxsize)
+        yield plan(lines, [numbers[place] for place in orders[alive.index(min(alive))]], sys.maxsize)
+        return
     turn = schedule_in_turn(some, _groups(task, numbers))
     orders += [turn, [turn[place] for place in schedule([some[place] for place in turn])]]
-    plans = [plan(lines, _sines_first(lines, [numbers[place] for place in order]), registers) for order in orders]
-    return min(plans, key=lambda one: (one.places, len(one.moves)))
+    for order in orders:
+        yield plan(lines, _sines_first(lines, [numbers[place] for place in order]), registers)
 
 
 def _groups(task: Task, numbers: Sequence[int]) -> list[list[int]]:
