@@ -182,19 +182,24 @@ def test_the_example_of_opencl_in_parts_is_right_and_so_is_one_row(tmp_path: Pat
 
 
 @pytest.mark.slow
-@pytest.mark.runs("g++", "gcc")
+@pytest.mark.runs("g++")
 @pytest.mark.parametrize("real", ["double", "float"])
-def test_the_quadruped_in_parts_has_the_bits_of_scalar_c(
+def test_the_quadruped_in_parts_has_the_bits_of_the_whole(
     real: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    program, name, n = lower(formulate(symdyn.example("quadruped"), (SLOPES,))), f"quadruped_{SLOPES}", 40
-    library = launcher(emit(program, "gpu", real).texts["quadruped.cu"], tmp_path, [name], [3])
-    monkeypatch.setenv("CC", "gcc -ffp-contract=off -O1 -mno-fma")
-    c = getattr(build(emit(program, "c", real), machine="portable"), SLOPES)
-    states, columns = given(program.routines[0], n, real)
-    wanted = np.array([c(*(x[k] for x in states)) for k in range(n)]).reshape(n, -1)
-    out = run(library, name, n, columns, np.full((972, n), np.nan, states[0].dtype))
-    np.testing.assert_array_equal(out.T, wanted)
+    name, n, found = f"quadruped_{SLOPES}", 40, []
+    for twice in (rooms_of.TWICE, -1):
+        monkeypatch.setattr(rooms_of, "TWICE", twice)
+        program = lower(formulate(symdyn.example("quadruped"), (SLOPES,)))
+        text = emit(program, "gpu", real).texts["quadruped.cu"]
+        assert ("part < " in text) == (twice > 0)
+        folder = tmp_path / str(twice)
+        folder.mkdir()
+        states, columns = given(program.routines[0], n, real)
+        out = np.full((972, n), np.nan, states[0].dtype)
+        found.append(run(launcher(text, folder, [name], [3]), name, n, columns, out))
+    assert np.isfinite(found[0]).all()
+    np.testing.assert_array_equal(*found)
 
 
 @pytest.mark.slow
