@@ -60,7 +60,8 @@ def main() -> None:
     print(f"{'':24}{'ms':>8}{'more than Python':>18}")
     for name, took in best.items():
         print(f"{name:24}{1e3 * took:8.1f}{1e3 * (took - best[ALONE]):18.1f}")
-    for bar in shell(given.rounds):
+    imported = in_time("import symdyn, more than Python alone", 0.02, best["import symdyn"] - best[ALONE])
+    for bar in (imported, *shell(given.rounds)):
         print(f"{bar.text}: {bar.shown} ({bar.wanted}), {bar.verdict}")
 
 

@@ -78,19 +78,6 @@ def test_importing_reads_one_file_of_ours_and_none_of_others():
     assert {name.partition(".")[0] for name in found} <= {"symdyn", "importlib", "warnings", "__future__"}
 
 
-@pytest.mark.runs
-@pytest.mark.long(0)
-def test_importing_takes_no_time():
-    sys.path.insert(0, str(ROOT / "benchmarks"))
-    try:
-        from import_time import ALONE, programs, start_times
-    finally:
-        sys.path.pop(0)
-    best = start_times(programs(doors=False), 12)
-
-    assert best["import symdyn"] - best[ALONE] <= 0.020
-
-
 def pyright(path: Path) -> list[tuple[int, str, str]]:
     """Return what pyright says of a file: line, rule or kind, message."""
     pytest.importorskip("pyright")
