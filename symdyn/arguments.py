@@ -92,8 +92,9 @@ def _several(inside: Sequence[Kind | None]) -> Kind:
             return False
         entries: Iterable[Any] = value if isinstance(value, Sequence | Set) else ()
         if hasattr(value, "strides") and hasattr(value, "__getitem__"):
-            entries = value[:1]  # all of an array are of one kind
-        return one is None or all(map(one.takes, entries))  # all of an array are of one kind
+            kind = getattr(getattr(value, "dtype", None), "kind", "")
+            entries = value if kind == "O" else value[:1]  # entries of all but objects are of one kind
+        return one is None or all(map(one.takes, entries))
 
     return Kind((f"a list of {one.words[1]}" if one else "a list", "lists"), takes)
 

@@ -175,6 +175,7 @@ def test_numbers_and_lists_of_any_library_are_taken(given: dict[str, Any]) -> No
         ({"view": np.array(2.0)}, r"view = array\(2.\): give 2 values or None"),
         ({"crew": np.ones(2)}, r"crew = array\(\[1., 1.\]\): give text or a list of texts"),
         ({"height": np.zeros(3)}, r"height = array\(\[0., 0., 0.\]\): give a number"),
+        ({"crew": np.array(["a", 3], dtype=object)}, "crew = .*: give text or a list of texts"),
         ({"crew": 3}, "crew = 3: give text or a list of texts"),
         ({"crew": ["a", 3]}, "crew = .*: give text or a list of texts"),
         ({"crew": b"ab"}, "crew = b'ab': give text or a list of texts"),
