@@ -15,9 +15,9 @@ from symdyn.build.c_module import build
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one, roads_of
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.aba_loop import aba_loop
-from symdyn.dynamics.recursive.joint_kinds import kinds_of
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, lacking
 from symdyn.dynamics.recursive.rnea_loop import rnea_loop
+from symdyn.dynamics.recursive.row_kinds import kinds_of
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop
 from symdyn.dynamics.roads.count import Counts, count, count_loop
 from symdyn.dynamics.roads.named_functions import Argument, Function

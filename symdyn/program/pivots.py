@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 
 from symdyn.dynamics.recursive.aba_loop import BESIDES, INERTIA, forward_sweeps
-from symdyn.dynamics.recursive.joint_kinds import kinds_of, names_of
 from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.row_kinds import kinds_of, names_of
 from symdyn.errors import NoValueError
 from symdyn.graph import evaluate
 from symdyn.program.table_numbers import table_numbers

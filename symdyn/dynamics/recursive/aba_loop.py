@@ -16,8 +16,11 @@ from dataclasses import replace
 from functools import cache
 
 from symdyn.dynamics.recursive.aba import Articulated, Pair, along_z, articulated, at_rest, given_way
-from symdyn.dynamics.recursive.joint_kinds import (
-    JointKind,
+from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.link_motion import carried, moving
+from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.row_kinds import (
+    RowKind,
     body_of,
     flat,
     link_of,
@@ -26,9 +29,6 @@ from symdyn.dynamics.recursive.joint_kinds import (
     symbols,
     vectors,
 )
-from symdyn.dynamics.recursive.joint_table import JointTable
-from symdyn.dynamics.recursive.link_motion import carried, moving
-from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.sweeps import Sweep, over_table
 from symdyn.graph import Expr, Graph
 from symdyn.spatial import Mat, plus, symmetric, zero_vector
@@ -43,7 +43,7 @@ def aba_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], tau: Sequ
 
 
 @cache
-def forward_sweeps(kind: JointKind) -> tuple[Sweep, ...]:
+def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     """Return the sweeps at a joint of a kind, on a graph of their own."""
     graph = Graph()
     zero = graph.zero

@@ -11,9 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
-from symdyn.dynamics.recursive.joint_kinds import (
+from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.link_motion import carried
+from symdyn.dynamics.recursive.rnea import balance
+from symdyn.dynamics.recursive.row_kinds import (
     ORIGIN,
-    JointKind,
+    RowKind,
     body_of,
     flat,
     link_of,
@@ -22,9 +25,6 @@ from symdyn.dynamics.recursive.joint_kinds import (
     symbols,
     vectors,
 )
-from symdyn.dynamics.recursive.joint_table import JointTable
-from symdyn.dynamics.recursive.link_motion import carried
-from symdyn.dynamics.recursive.rnea import balance
 from symdyn.dynamics.recursive.sweeps import Sweep, over_table
 from symdyn.graph import Expr, Graph
 from symdyn.spatial import plus
@@ -39,7 +39,7 @@ def rnea_loop(table: JointTable, q: Sequence[Expr], qd: Sequence[Expr], qdd: Seq
 
 
 @cache
-def inverse_sweeps(kind: JointKind) -> tuple[Sweep, ...]:
+def inverse_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     """Return the sweeps at a joint of a kind, on a graph of their own."""
     graph = Graph()
     link, slides = link_of(kind, graph), kind.slides

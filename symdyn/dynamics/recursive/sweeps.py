@@ -13,8 +13,8 @@ from functools import cache
 from operator import add
 from typing import TypeVar
 
-from symdyn.dynamics.recursive.joint_kinds import JointKind, kinds_of, names_of
 from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics.recursive.row_kinds import RowKind, kinds_of, names_of
 from symdyn.graph import Algebra, Expr, Graph, evaluate, reachable, substitute
 from symdyn.graph.ops import SYMBOL
 
@@ -55,7 +55,7 @@ class Sweep:
         return {str(node.value) for node in reachable(self.results) if node.op is SYMBOL}
 
 
-Sweeps = Callable[[JointKind], tuple[Sweep, ...]]
+Sweeps = Callable[[RowKind], tuple[Sweep, ...]]
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS, operations
-from symdyn.dynamics.recursive.joint_kinds import kinds_of
+from symdyn.dynamics.recursive.row_kinds import kinds_of
 from symdyn.dynamics.recursive.sweeps import Sweep
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.named_functions import Function

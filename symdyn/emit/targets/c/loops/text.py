@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.joint_kinds import kinds_of
+from symdyn.dynamics.recursive.row_kinds import kinds_of
 from symdyn.dynamics.recursive.sweeps import Sweep
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.emit.code.operators import Printer

@@ -1,4 +1,4 @@
-"""Kinds of joints that loops over a table tell apart: what all rows of a kind have in common costs nothing there.
+"""Kinds of rows in tables of joints: what all rows of a kind have in common costs loops over such a table nothing.
 
 A right angle, no shift, no rotor are no symbols but written out; what else a row says are symbols, called as below.
 
@@ -31,8 +31,8 @@ MOST_KINDS = 8
 
 
 @dataclass(frozen=True, order=True)
-class JointKind:
-    """What all joints of a kind have in common.
+class RowKind:
+    """What all rows of a kind have in common.
 
     Attributes:
         slides: whether it is prismatic.
@@ -49,15 +49,15 @@ class JointKind:
     rotor: bool
 
 
-def kinds_of(table: JointTable) -> list[JointKind]:
+def kinds_of(table: JointTable) -> list[RowKind]:
     """Return the kind of every row; of many kinds those become one that differ in zeros alone."""
     found = [_kind(row) for row in table.rows]
     if len(set(found)) > MOST_KINDS:
-        return [JointKind(one.slides, one.fixed, 3, True, True) for one in found]
+        return [RowKind(one.slides, one.fixed, 3, True, True) for one in found]
     return found
 
 
-def _kind(row: JointRow) -> JointKind:
+def _kind(row: JointRow) -> RowKind:
     turn, shift = row.fixed, sum(not x.is_zero for x in row.shift)
     if len(turn) > 2:
         fixed = ANY
@@ -67,7 +67,7 @@ def _kind(row: JointRow) -> JointKind:
         fixed = NO_TURN if turn[1].is_zero and turn[0] is turn[0].graph.one else ABOUT_X
     along_x = shift == 0 or (shift == 1 and not row.shift[0].is_zero)
     rises = row.slides or not row.rise.is_zero
-    return JointKind(row.slides, fixed, shift if along_x else 3, rises, not row.rotor.is_zero)
+    return RowKind(row.slides, fixed, shift if along_x else 3, rises, not row.rotor.is_zero)
 
 
 def names_of(row: JointRow) -> list[str]:
@@ -76,7 +76,7 @@ def names_of(row: JointRow) -> list[str]:
     return [*turn, "x", "y", "z", "c0", "s0", "rise", "rotor", *(f"b{k}" for k in range(len(row.moments)))]
 
 
-def link_of(kind: JointKind, graph: Graph) -> Link:
+def link_of(kind: RowKind, graph: Graph) -> Link:
     """Return the link of a row of a kind, in symbols."""
     zero, one = graph.zero, graph.one
     matrix = vectors(symbols(graph, "matrix", 9))
@@ -93,7 +93,7 @@ def link_of(kind: JointKind, graph: Graph) -> Link:
     return Link((x, y, z), turns[kind.fixed], turn, rise + graph.symbol("q") if kind.slides else rise)
 
 
-def body_of(kind: JointKind, graph: Graph) -> Moments:
+def body_of(kind: RowKind, graph: Graph) -> Moments:
     """Return the body of a row: what its joint does not feel stands with its parent."""
     b, zero = symbols(graph, "b", 7), graph.zero
     if kind.slides:
@@ -101,7 +101,7 @@ def body_of(kind: JointKind, graph: Graph) -> Moments:
     return Moments(zero, (b[0], b[1], zero), symmetric(b[2], b[3], zero, b[4], b[5], b[6]))
 
 
-def rotor_of(kind: JointKind, graph: Graph) -> Expr:
+def rotor_of(kind: RowKind, graph: Graph) -> Expr:
     """Return the rotor of a row."""
     return graph.symbol("rotor") if kind.rotor else graph.zero
 
