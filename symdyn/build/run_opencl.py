@@ -23,6 +23,7 @@ from symdyn.emit import Sources
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import find_real
 from symdyn.emit.targets.gpu import GPU
+from symdyn.emit.targets.gpu.kernels import rooms
 from symdyn.errors import BuildError, MissingProgram
 
 VENDORS, VENDORS_VARIABLE = "/etc/OpenCL/vendors", "OCL_ICD_VENDORS"
@@ -44,18 +45,20 @@ def run_opencl(sources: Sources) -> SimpleNamespace:
     check_target(sources, GPU)
     opening = stem(sources.program.scene.name)
     queue, kernels = compiled_kernels(sources)
-    dtype = find_real(sources.real).dtype
+    real = find_real(sources.real)
     functions = {
         name: KernelFunction(
             name=name,
             arguments=tuple((a.name, a.shape) for a in routine.function.arguments),
             shape=routine.function.shape,
-            dtype=dtype,
+            dtype=real.dtype,
             text=routine.function.text,
-            _call=_launch(queue, getattr(kernels, f"{opening}_{name}")),
+            _call=_launch(queue, getattr(kernels, f"{opening}_{name}"), len(room.plans)),
             _rows=True,
         )
-        for name, routine in zip(sources.functions, sources.program.routines, strict=True)
+        for name, routine, room in zip(
+            sources.functions, sources.program.routines, rooms(sources.program, real), strict=True
+        )
     }
     return SimpleNamespace(**functions)
 
@@ -85,8 +88,11 @@ class KernelFunction(CFunction):
             self._call(1, [row[state] for row in given], results[state])
 
 
-def _launch(queue: Any, kernel: Any) -> Launch:
-    """Return a function that copies arguments to the device, runs a kernel on `n` states and copies the result back."""
+def _launch(queue: Any, kernel: Any, parts: int) -> Launch:
+    """Return a function that copies arguments to the device, runs a kernel on `n` states and copies the result back.
+
+    A kernel in parts gets a row of groups for each.
+    """
     import pyopencl as cl
 
     asked = kernel.get_work_group_info(cl.kernel_work_group_info.COMPILE_WORK_GROUP_SIZE, queue.device)
@@ -103,7 +109,8 @@ def _launch(queue: Any, kernel: Any) -> Launch:
             for array in arrays
         ]
         result = cl.Buffer(queue.context, flags.WRITE_ONLY, out.nbytes)
-        kernel(queue, (-(-n // group) * group,), (group,) if group > 1 else None, np.uint64(n), *given, result)
+        items = (-(-n // group) * group, parts)
+        kernel(queue, items, (group, 1) if group > 1 else None, np.uint64(n), *given, result)
         cl.enqueue_copy(queue, out, result)
 
     return launch
