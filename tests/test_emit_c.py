@@ -6,15 +6,18 @@ import shutil
 import subprocess
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from arms import chain
 from formulas import every_op
 from mechanisms import random_tree
 
+import symdyn
+from symdyn.build import build, run_python
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import Sources, emit, write
-from symdyn.program import lower
+from symdyn.program import formulate, lower
 
 pytestmark = pytest.mark.runs()
 
@@ -98,3 +101,16 @@ def test_the_sign_helper_is_there_only_when_it_is_called():
     scalar = Equations(equations.scene, equations.graph, (equations["scalar"],))
     assert "sign_of" in emit(lower(equations), "c")["every_op.c"]
     assert "sign_of" not in emit(lower(scalar), "c")["every_op.c"]
+
+
+@pytest.mark.runs("cc")
+def test_parts_that_hand_nothing_on_have_work_space_all_the_same(monkeypatch):
+    for where, least in (("cuts.LONGEST", 5), ("cuts.SPLIT", 0), ("stages.PIECE", 5)):
+        monkeypatch.setattr(f"symdyn.emit.targets.c.{where}", least)
+    program = lower(formulate(symdyn.example("free_body"), ("mass_matrix",)))
+    state = [0.1, 0.2, 0.3, 0.5, 0.5, 0.5, 0.5]
+
+    sources = emit(program, "c", option="batch")
+    assert "    double w[1];\n" in sources["free_body.c"]
+    wanted = run_python(emit(program)).mass_matrix(state)
+    np.testing.assert_allclose(build(sources).mass_matrix(state), wanted)
