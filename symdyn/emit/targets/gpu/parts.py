@@ -1,8 +1,8 @@
 """Shares of a function's results that are computed apart, each with all that it needs, so that each has room.
 
-Entries of a column of a result, such as derivatives along one direction, stay together, unless they have no room. A
-share begins with the column that needs most, and takes the one that has most in common with it, counted in operations,
-as long as there is room: directions of one leg come together, which is computed for them once.
+Entries of a column of a result, such as derivatives along one direction, stay together. A share begins with the column
+that needs most, and takes the one that has most in common with it, counted in operations, as long as there is room:
+directions of one leg come together, which is computed for them once.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def shares(
     columns: Sequence[Sequence[int]],
     has_room: Callable[[tuple[int, ...]], bool],
 ) -> list[tuple[int, ...]]:
-    """Return which lines each share runs, in the order of the derivation; [] where an entry alone has no room.
+    """Return which lines each share runs, in the order of the derivation; a column that has no room is one by itself.
 
     Args:
         lines: in the order of the derivation.
@@ -50,39 +50,20 @@ def shares(
         >>> lines = [Line(("a",), ()), Line(("b",), ()), Line((), ("a",)), Line((), ("a",)), Line((), ("b",))]
         >>> shares(lines, [5, 1, 1, 2, 3], [[2], [3], [4]], lambda some: len(some) < 4)
         [(0, 2, 3), (1, 4)]
-        >>> shares(lines, [5, 1, 1, 2, 3], [[2, 3], [4]], lambda some: len(some) < 3)
-        [(0, 3), (0, 2), (1, 4)]
         >>> shares(lines, [5, 1, 1, 2, 3], [[2, 3], [4]], lambda some: len(some) < 2)
-        []
+        [(0, 2, 3), (1, 4)]
     """
-    units = [list(column) for column in columns if column]
-    while True:
-        found = _found(needed_by(lines, units), weights, len(units), has_room)
-        if not isinstance(found, int):
-            return found
-        if len(units[found]) == 1:
-            return []
-        middle = len(units[found]) // 2
-        units.append(units[found][middle:])
-        del units[found][middle:]
-
-
-def _found(
-    needs: Sequence[int], weights: Sequence[int], width: int, has_room: Callable[[tuple[int, ...]], bool]
-) -> list[tuple[int, ...]] | int:
-    """Return shares of so many columns as lines, or a column that has no room even by itself."""
+    units = [column for column in columns if column]
+    needs = needed_by(lines, units)
     alike: Counter[int] = Counter()
     for need, weight in zip(needs, weights, strict=True):
         alike[need] += weight
-    single = [operations(alike, 1 << column) for column in range(width)]
-    left = sorted(range(width), key=lambda column: -single[column])
+    left = sorted(range(len(units)), key=lambda column: -operations(alike, 1 << column))
     found = []
     while left:
         order = _in_common(alike, left)
         runs = [lines_of(needs, order[: count + 1]) for count in range(len(order))]
-        count = _most(runs, has_room)
-        if not count:
-            return order[0]
+        count = max(_most(runs, has_room), 1)
         found.append(runs[count - 1])
         left = [column for column in left if column not in order[:count]]
     return found

@@ -95,7 +95,7 @@ class Task:
 def room(task: Task) -> Room:
     """Return how a kernel runs: whole, or in parts where all that it holds at once has no room.
 
-    What is too much even so, or cheaper to spill than to compute twice, the compiler has to put somewhere.
+    What has no room even so, or is cheaper to spill than to compute twice, the compiler has to put somewhere.
     """
     registers = REGISTERS[task.real.name]
     whole = _plan(task, range(len(task.lines)), registers)
@@ -107,15 +107,25 @@ def room(task: Task) -> Room:
         return any(one.places * BLOCKS[-1] <= task.most for one in _plans(task, numbers, registers))
 
     found = shares(task.lines, task.weights, task.columns, has_room)
-    parts = _room([_plan(task, numbers, registers) for numbers in found] or [whole], task)
-    spilled = sum(move.place * BLOCKS[-1] >= task.most for move in whole.moves) * SIZES[task.real.name]
-    if found and parts.operations - parts.once <= TWICE * spilled:
-        return parts
-    order = [move.line for move in whole.moves if move.line >= 0]
-    while whole.places * BLOCKS[-1] > task.most:
-        registers += whole.places - task.most // BLOCKS[-1]
-        whole = plan(_scaled(task), order, registers)
-    return _room([whole], task)
+    parts = [_plan(task, numbers, registers) for numbers in found]
+    again = _room(parts, task).operations - sum(task.weights)
+    spared = _spilled(whole, task) - sum(_spilled(part, task) for part in parts)
+    chosen = parts if again <= TWICE * spared else [whole]
+    return _room([_squeezed(one, task, registers) for one in chosen], task)
+
+
+def _spilled(found: Plan, task: Task) -> int:
+    """Return how many bytes a plan moves to and from places for which a block has no room."""
+    return sum(move.place * BLOCKS[-1] >= task.most for move in found.moves) * SIZES[task.real.name]
+
+
+def _squeezed(found: Plan, task: Task, registers: int) -> Plan:
+    """Return a plan that has room; what is too much the compiler has to put somewhere."""
+    order = [move.line for move in found.moves if move.line >= 0]
+    while found.places * BLOCKS[-1] > task.most:
+        registers += found.places - task.most // BLOCKS[-1]
+        found = plan(_scaled(task), order, registers)
+    return found
 
 
 def _room(plans: Sequence[Plan], task: Task) -> Room:
