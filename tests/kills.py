@@ -85,6 +85,19 @@ class Outcome:
     talk: str
 
 
+def _emptied(folder: Path) -> None:
+    """Make a folder anew; a compiler whose parent was killed may write into the old one for a while."""
+    for patience in (0.1, 1.0, 10.0, None):
+        try:
+            shutil.rmtree(folder)
+            break
+        except OSError:
+            if patience is None:
+                raise
+            time.sleep(patience)
+    folder.mkdir(mode=0o700)
+
+
 def kills(verb: str, times: int, seed: int = 1) -> Outcome:
     """Run a verb so many times, killing each run, then once to its end."""
     rng = random.Random(seed)
@@ -102,10 +115,8 @@ def kills(verb: str, times: int, seed: int = 1) -> Outcome:
         halves, tracebacks = [], []
         for k in range(times):
             if k % 2:  # so that runs with and without a compiler are met
-                shutil.rmtree(folder / "cache")
-                (folder / "cache").mkdir(mode=0o700)
-            shutil.rmtree(folder / "work" / "out")
-            (folder / "work" / "out").mkdir()
+                _emptied(folder / "cache")
+            _emptied(folder / "work" / "out")
             running = _started(VERBS[verb], folder)
             time.sleep(rng.uniform(0.0, 1.1 * span))
             how = SIGNALS[k % len(SIGNALS)]
