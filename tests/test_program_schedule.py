@@ -10,8 +10,9 @@ from mechanisms import random_tree
 
 from symdyn.dynamics import derive
 from symdyn.emit.targets.c.plan import plan
-from symdyn.emit.targets.c.stages import TRIGONOMETRIC, needs_of
+from symdyn.emit.targets.c.stages import TRIGONOMETRIC
 from symdyn.program import lower
+from symdyn.program.operands import operands
 from symdyn.program.schedule import most_alive, schedule, schedule_backwards
 from symdyn.scene import read
 
@@ -61,8 +62,8 @@ def lines_of(program, output):
     """Return what is made and read by the lines of a function, sines and cosines taken as arguments."""
     routine = program[output]
     steps = [step for step in routine.steps if step.node.op not in TRIGONOMETRIC]
-    lines = [(step.node, needs_of(step.node.args, routine.names, program.constants)) for step in steps]
-    return lines + [(None, needs_of((entry,), routine.names, program.constants)) for entry in routine.function.entries]
+    lines = [(step.node, operands(step.node.args, routine.names, program.constants)) for step in steps]
+    return lines + [(None, operands((entry,), routine.names, program.constants)) for entry in routine.function.entries]
 
 
 @pytest.mark.parametrize("output", ["inverse_dynamics", "mass_matrix"])
