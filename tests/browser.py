@@ -8,7 +8,29 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import HANG
 from programs import path_of
+
+WAIT = 1000 * HANG
+"""Milliseconds."""
+
+PICTURES = """number => new Promise(done => {
+  const next = () => { number -= 1; requestAnimationFrame(number > 0 ? next : done); };
+  next();
+})"""
+
+PLAYED = """seconds => {
+  window.isPlayed = false;
+  const look = () => {
+    if (Number(document.querySelector("[data-out=t]").dataset.value) <= seconds) {
+      requestAnimationFrame(look);
+      return;
+    }
+    document.querySelector("[data-do=play]").click();
+    window.isPlayed = true;
+  };
+  requestAnimationFrame(look);
+}"""
 
 
 @contextmanager
@@ -19,9 +41,28 @@ def chromium() -> Iterator[Any]:
     if path is None:
         pytest.skip("there is no chromium; apt-get install chromium")
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=["--no-sandbox"])  # root has no sandbox
+        browser = driver.chromium.launch(executable_path=path, args=["--no-sandbox"], timeout=WAIT)  # root has none
         yield browser
         browser.close()
+
+
+def window(browser: Any, **settings: Any) -> Any:
+    """Return a new page in a context of its own that waits for what is sure to come."""
+    context = browser.new_context(**settings)
+    context.set_default_timeout(WAIT)
+    return context.new_page()
+
+
+def pictured(page: Any, number: int = 2) -> None:
+    """Wait until a page has drawn so many pictures: with the second, what was asked for before the first is done."""
+    page.evaluate(PICTURES, number)
+
+
+def played(page: Any, seconds: float) -> None:
+    """Play a mechanism of a page until its time is past some seconds, and stop it in the picture in which it is."""
+    page.evaluate(PLAYED, seconds)
+    page.click("[data-do=play]")
+    page.wait_for_function("window.isPlayed")
 
 
 @contextmanager
@@ -32,8 +73,8 @@ def opened(browser: Any, what: Path | str, width: int = 1280, scheme: str = "lig
 
     All files are shown by one page of one window, one after the other, since a new page starts processes.
     """
-    context = browser.contexts[0] if browser.contexts else browser.new_context()
-    page = context.pages[0] if context.pages else context.new_page()
+    pages = [page for context in browser.contexts[:1] for page in context.pages]
+    page = pages[0] if pages else window(browser)
     page.set_viewport_size({"width": width, "height": 800})
     page.emulate_media(media="screen", color_scheme=scheme)
     said: list[str] = []

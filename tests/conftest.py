@@ -16,6 +16,8 @@ from typing import Any
 import programs
 import pytest
 from browser import chromium
+from hypothesis import HealthCheck, settings
+from patience import HANG
 
 # Else every process that a test starts compiles all of symdyn anew, and every worker all tests; git ignores the files.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -25,6 +27,14 @@ os.environ.setdefault("MUJOCO_GL", "off")  # nothing is rendered, and what rende
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: small matrices wait for threads on a busy machine
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a shell's background; what tests start ignored it
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+for way in ("CONNECT", "TCP"):  # before Dask, and for what it starts
+    os.environ[f"DASK_DISTRIBUTED__COMM__TIMEOUTS__{way}"] = f"{HANG}s"
+
+settings.register_profile(
+    "always the same", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("always the same")  # what a machine is busy with fails no test, and new cases are the fuzzer's
 
 gc.set_threshold(100_000, 20, 50)  # graphs are large and hold no circles: looking for some took a tenth of the time
 
@@ -42,8 +52,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--quick", action="store_true", help="only what starts no program and takes no long")
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     programs.begin()
+    if not hasattr(config, "workerinput"):  # before there are workers, which would take away what another looks at
+        for old in CACHE.glob("[!.]*"):
+            if time.time() - old.stat().st_mtime > KEPT:
+                shutil.rmtree(old, ignore_errors=True) if old.is_dir() else old.unlink(missing_ok=True)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -118,9 +132,6 @@ def browser() -> Iterator[Any]:
 def cache_of_tests() -> Iterator[None]:
     """Keep compiled code of tests out of the user's cache."""
     before = os.environ.get("SYMDYN_CACHE_DIR")
-    for old in CACHE.glob("[!.]*"):
-        if time.time() - old.stat().st_mtime > KEPT:
-            shutil.rmtree(old, ignore_errors=True) if old.is_dir() else old.unlink(missing_ok=True)
     os.environ["SYMDYN_CACHE_DIR"] = str(CACHE)
     yield
     if before is None:

@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import WAIT, window
+from patience import HANG
 from programs import path_of
 
 ROOT = Path(__file__).parent.parent
@@ -40,7 +42,7 @@ def packages() -> Path:
     with tempfile.TemporaryDirectory(dir=place.parent) as aside:  # several workers may come here at once
         words = [npm, "install", "--prefix", aside, "--no-audit", "--no-fund", "--no-save", "--ignore-scripts"]
         words += [f"{name}@{version}" for name, version in PACKAGES.items()]
-        done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=120)
+        done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=HANG)
         if done.returncode:
             pytest.skip(f"npm installs no {', '.join(PACKAGES)}: {done.stderr.strip().splitlines()[-1:]}")
         shutil.rmtree(place, ignore_errors=True)
@@ -76,8 +78,8 @@ def viewer() -> Iterator[Any]:
         route.fulfill(body=file.read_bytes(), content_type=kind)
 
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path_of("chromium"), args=drawing)
-        page = browser.new_page(viewport={"width": 320, "height": 240})
+        browser = driver.chromium.launch(executable_path=path_of("chromium"), args=drawing, timeout=WAIT)
+        page = window(browser, viewport={"width": 320, "height": 240})
         page.route(f"{HOST}/**", answer)
         page.goto(f"{HOST}/")
         page.wait_for_function("window.ready")

@@ -25,6 +25,8 @@ from xml.etree import ElementTree
 import cuda_on_host
 import numpy
 import pytest
+from browser import pictured, window
+from patience import HANG
 
 ADDRESS = "http://127.0.0.1:9/canary"
 
@@ -329,20 +331,19 @@ def in_julia(path: Path) -> list[str]:
 
 def in_browser(browser: Any, path: Path) -> list[str]:
     """Open a page or picture; a canary sets a variable, opens a dialog, fetches, or is a link that leads away."""
-    context = browser.new_context(viewport={"width": 1000, "height": 800})
-    page, seen = context.new_page(), []
+    page, seen = window(browser, viewport={"width": 1000, "height": 800}), []
     page.on("dialog", lambda dialog: (seen.append(f"dialog {dialog.message}"), dialog.dismiss()))
     page.on("console", lambda message: seen.append(f"console {message.text}"))
     page.on("pageerror", lambda fault: seen.append(f"error {fault}"))
     page.on("request", lambda asked: seen.append(asked.url) if asked.url != path.as_uri() else None)
     page.goto(path.as_uri())
     page.evaluate("document.querySelectorAll('[tabindex]').forEach(one => one.focus())")
-    page.wait_for_timeout(50)
+    pictured(page)
     if page.evaluate("window.canary !== undefined"):
         seen.append("variable")
     away = "[...document.querySelectorAll('[href], [src]')].map(x => x.getAttribute('href') || x.getAttribute('src'))"
     seen += [found for found in page.evaluate(away) if not found.startswith("#")]
-    context.close()
+    page.context.close()
     return seen
 
 
@@ -354,7 +355,7 @@ def in_pdflatex(path: Path, shell: bool = True) -> list[str]:
     open_shell = ["-shell-escape"] if shell else []
     done = subprocess.run(
         [program("pdflatex"), "-interaction=nonstopmode", *open_shell, path.name],
-        cwd=folder, capture_output=True, text=True, errors="replace", check=False, timeout=60,
+        cwd=folder, capture_output=True, text=True, errors="replace", check=False, timeout=HANG,
     )  # fmt: skip
     own = {path.name, *(f"{path.stem}.{ending}" for ending in ("aux", "log", "pdf", "out"))}
     wrong = re.findall(r"^! .*", done.stdout, re.MULTILINE)
@@ -431,6 +432,6 @@ def in_jupyter(path: Path) -> list[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", paths)
         where = {"metadata": {"path": str(path.parent)}}
-        nbclient.NotebookClient(book, timeout=300, resources=where, allow_errors=True).execute()
+        nbclient.NotebookClient(book, timeout=HANG, resources=where, allow_errors=True).execute()
     outputs = [output for cell in book.cells for output in cell.get("outputs", ())]
     return left_behind(path.parent, before) + [x["evalue"] for x in outputs if x["output_type"] == "error"]

@@ -15,7 +15,8 @@ from threading import Event
 
 import numpy as np
 import pytest
-from children import status_of
+from children import forked, status_of
+from patience import HANG
 
 import symdyn
 from symdyn import shell
@@ -128,9 +129,7 @@ def test_a_child_forked_while_a_thread_compiles_compiles_for_itself(cache, tmp_p
         first = pool.submit(call, *STATES[:, 0], PARAMS)
         while not noted(tmp_path):
             time.sleep(0.01)
-        child = os.fork()
-        if child == 0:
-            os._exit(0 if np.isfinite(call(*STATES[:, 0], PARAMS)).all() else 1)
+        child = forked(lambda: np.isfinite(call(*STATES[:, 0], PARAMS)).all())
         assert np.isfinite(first.result()).all()
     assert status_of(child) == 0
 
@@ -139,23 +138,27 @@ def test_a_child_forked_while_a_thread_compiles_compiles_for_itself(cache, tmp_p
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
 @pytest.mark.long
 def test_a_child_forked_while_a_thread_derives_derives_for_itself(cache, monkeypatch):
-    begun = Event()
+    begun, on = Event(), Event()
 
     def slow(given):
         begun.set()
-        time.sleep(0.5)
+        assert on.wait(HANG)
         return symdyn.lower(given)
+
+    def at_once():
+        loaded.lower = symdyn.lower
+        return np.isfinite(call(*STATES[:, 0], PARAMS)).all()
 
     monkeypatch.setattr(loaded, "lower", slow)
     call = symdyn.load(ARM, "inverse_dynamics").inverse_dynamics
     with ThreadPoolExecutor(1) as pool:
         first = pool.submit(call, *STATES[:, 0], PARAMS)
-        assert begun.wait(30)
-        child = os.fork()
-        if child == 0:
-            os._exit(0 if np.isfinite(call(*STATES[:, 0], PARAMS)).all() else 1)
+        assert begun.wait(HANG)
+        child = forked(at_once)
+        found = status_of(child)
+        on.set()
         assert np.isfinite(first.result()).all()
-    assert status_of(child) == 0
+    assert found == 0
 
 
 INTERRUPTED = """
@@ -168,13 +171,13 @@ symdyn.load(sys.argv[1], "inverse_dynamics", compiler=sys.argv[2], at_once=True)
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.long
 def test_whoever_interrupts_a_load_at_once_does_not_wait_for_compilers(cache, tmp_path):
-    running = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(ARM), counting(tmp_path, 60)])
+    running = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(ARM), counting(tmp_path, 2 * HANG)])
     try:
         while not noted(tmp_path):
             assert running.poll() is None
             time.sleep(0.01)
         running.send_signal(signal.SIGINT)
-        assert running.wait(20) != 0
+        assert running.wait(HANG) != 0
     finally:
         running.kill()
     assert noted(tmp_path) == ["1"]

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from formulas import every_op, states
 from mechanisms import random_tree
+from patience import HANG
 
 from symdyn.build import extension, run_python
 from symdyn.build.compiler import find_compiler
@@ -283,7 +284,7 @@ def test_processes_that_build_at_once_all_succeed(monkeypatch, tmp_path):
     environment = {**os.environ, "PYTHONPATH": f"{Path(__file__).parent}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
     command = [sys.executable, "-c", BUILD]
     every = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    assert [process.communicate(timeout=120)[0].strip() for process in every] == ["420.0"] * 2
+    assert [process.communicate(timeout=HANG)[0].strip() for process in every] == ["420.0"] * 2
     assert len(list(cache_folder().iterdir())) == 1
 
 

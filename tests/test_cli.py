@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from patience import HANG
 
 import symdyn
 from symdyn.cli import main
@@ -233,7 +234,7 @@ def test_what_computes_with_no_arrays_starts_without_numpy(words: list[str], tmp
     (tmp_path / "pendulum.toml").write_text((EXAMPLES / "pendulum.toml").read_text(encoding="utf-8"), encoding="utf-8")
     script = "import sys; from symdyn.cli import main; main(sys.argv[1:]); print('numpy' in sys.modules)"
     command = [sys.executable, "-c", script, *words]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, timeout=HANG)
 
     assert done.stdout.splitlines()[-1] == "False"
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import HANG
 
 from symdyn.cli import main
 
@@ -216,10 +217,11 @@ import os, signal, sys, threading
 from symdyn.cli import main
 from symdyn.simulation.run import Outlook
 signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores Ctrl-C
-look, soon = Outlook.look, threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+look, soon = Outlook.look, threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
 def first(self, t):
-    Outlook.look = look
-    soon.start()  # a second after the first state, however long it takes to prepare
+    if t > 5:  # while it goes on, however long what is before takes
+        Outlook.look = look
+        soon.start()
 Outlook.look = first
 sys.exit(main(sys.argv[1:]))
 """
@@ -233,7 +235,11 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, method: str) -> None:
     until = {"dop853": "10000", "taylor": "1000000"}[method]
     words = ["simulate", DOUBLE, "--until", until, "--every", "0.1", "--start", "q1=1", "--method", method]
     process = subprocess.run(
-        [sys.executable, "-c", LISTENING, *words, "-o", out], check=False, stderr=subprocess.PIPE, text=True, timeout=60
+        [sys.executable, "-c", LISTENING, *words, "-o", out],
+        check=False,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=HANG,
     )
     err = process.stderr
 

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from patience import HANG
 
 from symdyn.cli import main
 
@@ -45,7 +46,7 @@ def script(shell: str, capsys: pytest.CaptureFixture[str]) -> str:
 
 def told(words: list[str], folder: Path) -> str:
     environment = os.environ | {"HOME": str(folder), "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"}
-    ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=HANG, check=False)
     assert ran.stderr == ""
     return ran.stdout
 

@@ -13,6 +13,7 @@ from threading import Thread
 from typing import Any
 
 import pytest
+from browser import window
 
 import symdyn
 
@@ -90,13 +91,12 @@ PROBE = """() => ({
 @pytest.fixture
 def offline(browser: Any) -> Iterator[Any]:
     """Yield a page whose browser is offline, and that fails the test on any request but for files, and on any word."""
-    context = browser.new_context(offline=True)
-    page, said = context.new_page(), []
+    page, said = window(browser, offline=True), []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda fault: said.append(str(fault)))
     page.on("request", lambda one: said.append(one.url) if not one.url.startswith(("file:", "data:")) else None)
     yield page
-    context.close()
+    page.context.close()
     assert said == []
 
 
@@ -133,26 +133,25 @@ def served(site: Path) -> Iterator[str]:
 @pytest.fixture
 def served_page(browser: Any, served: str) -> Iterator[Any]:
     """Yield a page that reaches that server and nothing else."""
-    context = browser.new_context(base_url=served)
-    page, said = context.new_page(), []
+    page, said = window(browser, base_url=served), []
     page.on("console", lambda message: said.append(message.text))
     page.on("request", lambda one: None if one.url.startswith(served) else said.append(one.url))
     yield page
-    context.close()
+    page.context.close()
     assert said == []
 
 
 @pytest.mark.parametrize(("words", "page"), [("quaternion", "words.html"), ("lambdify", "api.html#symdyn.lambdify")])
 def test_the_search_finds(served_page: Any, words: str, page: str) -> None:
     served_page.goto(f"/search.html?q={words}")
-    served_page.wait_for_selector(".search-summary:has-text('found')", timeout=20_000)
+    served_page.wait_for_selector(".search-summary:has-text('found')")
     links = served_page.eval_on_selector_all("#search-results a", "all => all.map(one => one.getAttribute('href'))")
     assert any(link.startswith(page) for link in links), links
 
 
 def test_the_search_finds_nothing_where_nothing_is(served_page: Any) -> None:
     served_page.goto("/search.html?q=zwiebelkuchen")
-    served_page.wait_for_selector(".search-summary:has-text('did not match')", timeout=20_000)
+    served_page.wait_for_selector(".search-summary:has-text('did not match')")
 
 
 def test_every_door_stands_in_the_api(site: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import EXAMPLES
-from browser import chromium
+from browser import chromium, window
 
 from symdyn.draw import free_body, picture
 from symdyn.draw.glyphs import outlined
@@ -68,7 +68,7 @@ def test_librsvg_and_matplotlib_draw_one_picture(name: str, tmp_path: Path) -> N
 def test_chromium_draws_it_too_and_in_the_dark(tmp_path: Path) -> None:
     with chromium() as browser:
         for scheme in ("light", "dark"):
-            page = browser.new_page(color_scheme=scheme, device_scale_factor=2)
+            page = window(browser, color_scheme=scheme, device_scale_factor=2)
             for name in SCENES[1:3]:
                 path = tmp_path / f"{name}.svg"
                 path.write_text(svg(bare(name)))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import pytest
+from calls import counted
 
 from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
@@ -144,14 +144,14 @@ TILTS = {
 @pytest.mark.parametrize("name", TILTS)
 def test_odd_constant_angles_print_short_and_exact_to_the_last_digits(name: str) -> None:
     scene, graph = tilted(*TILTS[name]), Graph()
-    start = time.perf_counter()
-    closed = closed_form(scene)
-    keys = coefficient_names(closed)
-    texts = [text_of(closed.form(*key)) for key in keys]
-    expected = coefficients_of_the_graph(scene, graph)
-    values = float_values([*(expected[key] for key in keys), *(express(parse(text), graph) for text in texts)])
+    with counted() as calls:
+        closed = closed_form(scene)
+        keys = coefficient_names(closed)
+        texts = [text_of(closed.form(*key)) for key in keys]
+        expected = coefficients_of_the_graph(scene, graph)
+        values = float_values([*(expected[key] for key in keys), *(express(parse(text), graph) for text in texts)])
 
-    assert time.perf_counter() - start < 5
+    assert calls.number < 1_000_000
     assert values[len(keys) :] == pytest.approx(values[: len(keys)], rel=1e-12, abs=1e-14)
     assert sum(map(len, texts)) < 8000
 
@@ -175,20 +175,24 @@ def test_equal_odd_tilts_forth_and_back_are_parallel_axes() -> None:
 
 @pytest.mark.long
 def test_many_odd_angles_are_refused_in_time_with_the_way_out() -> None:
-    start = time.perf_counter()
-    with pytest.raises(DerivationError, match=r"closed form .*too long .* symdyn generate writes NumPy and C code"):
+    with (
+        counted() as calls,
+        pytest.raises(DerivationError, match=r"closed form .*too long .* symdyn generate writes NumPy and C code"),
+    ):
         closed_form(tilted(*(f"[0.3{k}, 0.7{k}, 0.9{k}]" for k in range(6))))
 
-    assert time.perf_counter() - start < 30
+    assert calls.number < 1_000_000
 
 
 def test_a_chain_of_sixty_is_refused_at_once() -> None:
     scene = chain(60)
-    start = time.perf_counter()
-    with pytest.raises(DerivationError, match=r"k_C alone has 106200 entries, and 100000 is the limit"):
+    with (
+        counted() as calls,
+        pytest.raises(DerivationError, match=r"k_C alone has 106200 entries, and 100000 is the limit"),
+    ):
         closed_form(scene)
 
-    assert time.perf_counter() - start < 0.5
+    assert calls.number < 1_000
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patience import HANG
 
 from symdyn import lambdify
 from symdyn.cli import main
@@ -149,7 +150,7 @@ def test_rows_without_a_closed_form_are_named_and_say_why(format_: str, tmp_path
 def test_documents_of_closed_scenes_compile_and_fit(name: str, group: str, tmp_path: Path) -> None:
     (tmp_path / "page.tex").write_text(equations_text(example(name), group=group, document=True), encoding="utf-8")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=60)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=HANG)
     log = done.stdout.decode("utf-8", "replace")
 
     assert done.returncode == 0, log[-2000:]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import HANG
 
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol, express_form
 from symdyn.algebra.numeric import Floats
@@ -330,7 +331,7 @@ def test_documents_compile_without_overfull_lines(name: str, group: str, tmp_pat
     text = equations_text(example(name), group=group, document=True)
     (tmp_path / "page.tex").write_text(text, encoding="utf-8")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=60)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=HANG)
     log = done.stdout.decode("utf-8", "replace")
 
     assert done.returncode == 0, log[-2000:]
@@ -382,7 +383,7 @@ def run_script(seed: str) -> str:
     files = [str(EXAMPLES / f"{name}.toml") for name in ("two_link", "scara")]
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     command = [sys.executable, "-c", SCRIPT, *files]
-    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=60).stdout
+    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=HANG).stdout
 
 
 @pytest.mark.runs

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import chromium
+from browser import chromium, window
 from formulas import every_op, one, states
 from mpmath import mp, mpf
 
@@ -221,9 +221,9 @@ def test_what_a_browser_opens_from_a_disk_computes_what_node_computes(tmp_path: 
     page = tmp_path / "page.html"
     page.write_text('<!doctype html><title>t</title><script src="arm7_wasm.js"></script>', encoding="utf-8")
     with chromium() as browser:
-        window = browser.new_page()
-        window.goto(page.as_uri())
-        found = window.evaluate("given => Array.from(symdyn.arm7.inverse_dynamics_batch(3, ...given))", lists)
+        shown = window(browser)
+        shown.goto(page.as_uri())
+        found = shown.evaluate("given => Array.from(symdyn.arm7.inverse_dynamics_batch(3, ...given))", lists)
 
     assert found == wanted
 

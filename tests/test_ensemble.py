@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patience import HANG
 
 import symdyn
 from symdyn.dynamics.mechanism.prescribed import prescribed
@@ -226,7 +227,7 @@ print("kept")
 def test_an_interrupt_keeps_what_is_done(words: list[str]) -> None:
     """More runs than are done before the signal is heard, however fast the machine."""
     command = [sys.executable, "-c", INTERRUPTED, *words]
-    found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    found = subprocess.run(command, capture_output=True, text=True, timeout=HANG, check=False)
     assert found.stdout == "kept\n", found.stderr
 
 

@@ -99,7 +99,7 @@ def cook(graph, recipe):
     return build(graph, op, args)
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100)
 @given(RECIPES)
 def test_reverse_and_forward_agree_with_differences(recipe):
     graph = Graph()
@@ -130,7 +130,7 @@ def multiplications(nodes):
 
 
 @pytest.mark.long
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60)
 @given(RECIPES, RECIPES, RECIPES, st.booleans())
 def test_what_has_turned_has_the_same_derivatives_by_its_angle_as_by_its_operands(angle, x, y, back):
     """Also where what turns depends on the angle, is a sine of it, or is the same in both components."""
@@ -186,7 +186,7 @@ def test_what_has_no_partner_is_differentiated_by_its_operands():
     assert tangents(two_angles, {y: x}, turns(two_angles)) == tangents(two_angles, {y: x})
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60)
 @given(RECIPES, RECIPES)
 def test_substitution_commutes_with_evaluation(recipe, inner):
     graph = Graph()
@@ -198,7 +198,7 @@ def test_substitution_commutes_with_evaluation(recipe, inner):
     assert abs(value(replaced, PLACES) - expected) < 1e-40 * (1 + abs(expected))
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=40)
 @given(RECIPES)
 def test_a_copy_on_another_graph_is_the_same_function(recipe):
     node, other = cook(Graph(), recipe), Graph()

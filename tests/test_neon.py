@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from patience import HANG
 from programs import path_of
 
 import symdyn
@@ -63,9 +64,9 @@ def ran(compiler: str, flags: list[str], before: list[str], folder: Path) -> str
     """Return what the driver prints, compiled and run."""
     program = folder / Path(compiler).name
     subprocess.run(
-        [compiler, *FLAGS, *flags, "driver.c", "arm7.c", "-o", program, "-lm"], cwd=folder, check=True, timeout=100
+        [compiler, *FLAGS, *flags, "driver.c", "arm7.c", "-o", program, "-lm"], cwd=folder, check=True, timeout=HANG
     )
-    return subprocess.run([*before, program], capture_output=True, text=True, check=True, timeout=100).stdout
+    return subprocess.run([*before, program], capture_output=True, text=True, check=True, timeout=HANG).stdout
 
 
 @pytest.mark.parametrize("real", ["double", "float"])
@@ -88,7 +89,7 @@ def test_loops_over_states_become_vectors_of_arm(tmp_path: Path) -> None:
     for name, text in emit(program, "c", option="batch").files:
         (tmp_path / name).write_text(str(text), "utf-8")
     command = [path_of("aarch64-gcc") or "", *FLAGS, "-S", "arm7.c", "-o", "arm7.s"]
-    subprocess.run(command, cwd=tmp_path, check=True, timeout=100)
+    subprocess.run(command, cwd=tmp_path, check=True, timeout=HANG)
     text = (tmp_path / "arm7.s").read_text("utf-8")
     loops = re.findall(r"^inverse_dynamics_pass[0-9]+[.\w]*:.*?\.size", text, re.DOTALL | re.MULTILINE)
 

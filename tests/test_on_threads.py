@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 import weakref
 from contextlib import suppress
 
 import numpy as np
 import pytest
+from patience import HANG
 
 from symdyn.build.on_threads import run_rows
 
@@ -37,19 +37,27 @@ def test_the_caller_does_what_no_thread_can_be_started_for(started: int, monkeyp
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="no signals to threads here")
-def test_arrays_stay_while_a_thread_works_that_a_second_ctrl_c_did_not_wait_for() -> None:
-    first, on, ended = threading.Event(), threading.Event(), threading.Event()
+def test_arrays_stay_while_a_thread_works_that_a_second_ctrl_c_did_not_wait_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first, waited, on, ended = (threading.Event() for _ in range(4))
+    join = threading.Thread.join
+
+    def waiting(thread: threading.Thread, timeout: float | None = None) -> None:
+        waited.set()
+        join(thread, timeout)
 
     def call(_: int, place: int) -> None:
         if not place:
             first.set()
             raise KeyboardInterrupt
-        assert first.wait(60)
-        time.sleep(0.2)  # until the caller waits for this thread
+        assert first.wait(HANG)
+        assert waited.wait(HANG)  # the caller is about to wait for this thread, or does
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-        on.wait(60)
+        on.wait(HANG)
         ended.set()
 
+    monkeypatch.setattr(threading.Thread, "join", waiting)
     array = np.zeros(128)
     there = weakref.ref(array)
     with suppress(KeyboardInterrupt):
@@ -59,4 +67,4 @@ def test_arrays_stay_while_a_thread_works_that_a_second_ctrl_c_did_not_wait_for(
         assert there() is not None, "the thread still writes to it"
     finally:
         on.set()
-    assert ended.wait(60)
+    assert ended.wait(HANG)

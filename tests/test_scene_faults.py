@@ -366,7 +366,7 @@ def test_python_reports_its_faults_by_scene_and_table():
     )
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(st.data())
 def test_a_damaged_file_gives_a_scene_or_a_scene_error(data):
     text = data.draw(st.sampled_from(EXAMPLES)).read_text()
@@ -415,7 +415,7 @@ RAW = st.recursive(
 
 
 @pytest.mark.long
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.lists(RAW, min_size=8, max_size=8))
 def test_any_value_in_any_place_gives_a_scene_or_a_scene_error(raw):
     try:

@@ -2,12 +2,12 @@
 
 import math
 import re
-import time
 from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from calls import counted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -119,10 +119,9 @@ def test_numbers_of_python_are_exact():
     ],
 )
 def test_what_is_no_formula_is_refused_with_a_reason(text, message):
-    start = time.perf_counter()
-    with pytest.raises(FormulaError, match=message):
+    with counted() as calls, pytest.raises(FormulaError, match=message):
         parse(text)
-    assert time.perf_counter() - start < 5
+    assert calls.number < 100_000
 
 
 @pytest.mark.parametrize(
@@ -175,7 +174,7 @@ FORMULAS = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(FORMULAS)
 def test_spelling_is_the_inverse_of_parsing(text):
     try:
@@ -186,7 +185,7 @@ def test_spelling_is_the_inverse_of_parsing(text):
 
 
 @pytest.mark.long
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.one_of(st.text(max_size=60), st.text(alphabet="xy019.e+-*/()[], \ndegpi", max_size=40)))
 def test_no_text_raises_anything_but_a_formula_error(text):
     try:

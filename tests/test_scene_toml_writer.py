@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from arms import cart_pole, chain, spatial_arm, three_link
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mechanisms import coupled_tree, random_tree
 
@@ -129,7 +129,6 @@ def test_decimals(value, text):
 
 
 @pytest.mark.long
-@settings(deadline=None)
 @given(
     st.fractions(max_denominator=10**12) | st.decimals(allow_nan=False, allow_infinity=False, places=30).map(Fraction)
 )
@@ -140,7 +139,6 @@ def test_every_number_comes_back_exactly(value):
 
 
 @pytest.mark.long
-@settings(deadline=None)
 @given(st.text(st.characters(exclude_categories=("C", "Z"), include_characters=" "), max_size=30))
 def test_every_printable_text_comes_back(text):
     one = replace(SCENES[0], parameters=(*SCENES[0].parameters, Parameter("extra", text=text, unit=text)))

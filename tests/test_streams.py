@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import HANG
 
 from symdyn.cli import main
 
@@ -23,7 +24,7 @@ def shell(words: str, redirected: str, folder: Path) -> tuple[int, str, str]:
     out, err = folder / "out", folder / "err"
     line = f'exec "{sys.executable}" -m symdyn {words} > out 2> err {redirected}'
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    status = subprocess.run(["sh", "-c", line], cwd=folder, env=environment, timeout=120, check=False).returncode
+    status = subprocess.run(["sh", "-c", line], cwd=folder, env=environment, timeout=HANG, check=False).returncode
     return status, out.read_text(encoding="utf-8"), err.read_text(encoding="utf-8")
 
 
@@ -117,7 +118,7 @@ runpy.run_module("symdyn", run_name="__main__")
 def test_a_signal_that_comes_before_a_command_listens_prints_no_traceback() -> None:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     ran = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=120, env=environment, check=False
+        [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=HANG, env=environment, check=False
     )
 
     assert ran.returncode in (-signal.SIGINT, 130)

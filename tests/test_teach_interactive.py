@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import OVERLAPS, opened
+from browser import OVERLAPS, opened, pictured, played
 
 from symdyn.build import run_python
 from symdyn.draw.places import places
@@ -223,9 +223,7 @@ def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
         start, rates, params = state("q"), state("qd"), state("params")
         tau = values(page, "tau") if drives == "held" else [0.0] * len(start)
         page.select_option("[data-do=drives]", drives)
-        page.click("[data-do=play]")
-        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 0.6")
-        page.click("[data-do=play]")
+        played(page, 0.6)
         (t,), (drift,), (E,) = values(page, "t"), values(page, "drift"), values(page, "E")
         q, qdd = state("q"), state("qdd")
         page.click("[data-do=reset]")
@@ -319,7 +317,7 @@ def test_a_link_keeps_the_state_and_a_strange_one_changes_nothing(browser: Any, 
         before = page.evaluate("[...symdyn.two_link.state().q]")
         for strange in ("q=1,2", "q=1,NaN&qd=0,0&qdd=0,0&params=1,1,1,1,1&t=0", "q=<script>", ""):
             page.evaluate(f"location.replace('#live-two_link?{strange}')")
-            page.wait_for_timeout(50)
+            pictured(page)  # by then it has heard
             assert page.evaluate("[...symdyn.two_link.state().q]") == before
         page.evaluate("symdyn.two_link.advance(0.3)")
         state = page.evaluate("(({q, qd, params, t}) => [[...q], [...qd], [...params], t])(symdyn.two_link.state())")
@@ -551,9 +549,7 @@ def test_a_prescribed_motion_runs_on_the_page(browser: Any, tmp_path: Path) -> N
         move(page, "params", 2, 5.0)
         assert values(page, "q") + values(page, "qd") == pytest.approx([5 * 0.7, 5], rel=1e-12)
         theta, speed = (float(page.input_value(f"input[type=number][data-group={g}][data-k='1']")) for g in ("q", "qd"))
-        page.click("[data-do=play]")
-        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 1.2")
-        page.click("[data-do=play]")
+        played(page, 1.2)
         (t,), (drift,), (E,) = values(page, "t"), values(page, "drift"), values(page, "E")
         assert values(page, "q") == pytest.approx([5 * t], rel=1e-12)
         assert values(page, "qdd") == [0.0]
@@ -576,9 +572,7 @@ def test_a_prescribed_motion_runs_on_the_page(browser: Any, tmp_path: Path) -> N
 
 def test_a_motion_that_time_alone_decides_can_be_played(browser: Any, tmp_path: Path) -> None:
     with opened(browser, saved(read_text(scene_text('motion = "sin(t)"'), "led.toml"), tmp_path)) as page:
-        page.click("[data-do=play]")
-        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 0.7")
-        page.click("[data-do=play]")
+        played(page, 0.7)
         (t,) = values(page, "t")
         assert values(page, "q") == pytest.approx([np.sin(t)], rel=1e-12)
         assert values(page, "qdd") == pytest.approx([-np.sin(t)], rel=1e-12)
@@ -620,14 +614,23 @@ def test_the_lines_of_the_energies_go_by_time(browser: Any, tmp_path: Path) -> N
       const axis = document.querySelector("[data-panel=energies] .grid").getAttribute("d").match(/M([\\d.]+)/)[1];
       return [t, points[points.length - 1].split(" ").map(Number)[0] - Number(axis)];
     }"""
-    seen = []
+    through = f"""stages => {{
+      window.seen = [];
+      const end = {end}, [play, speed] = ["play", "speed"].map(kind => document.querySelector(`[data-do=${{kind}}]`));
+      const look = () => {{
+        const [faster, least] = stages[window.seen.length];
+        speed.value = faster;
+        if (Number(document.querySelector("[data-out=t]").dataset.value) > least) window.seen.push(end());
+        if (window.seen.length < stages.length) requestAnimationFrame(look);
+        else play.click();
+      }};
+      play.click();
+      look();
+    }}"""
     with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
-        page.click("[data-do=play]")
-        for speed, least in (("2", 1.0), ("0.25", 1.4), ("1", 2.0)):
-            page.select_option("[data-do=speed]", speed)
-            page.wait_for_function(f"Number(document.querySelector('[data-out=t]').dataset.value) > {least}")
-            seen.append(page.evaluate(end))
-        page.click("[data-do=play]")
+        page.evaluate(through, [["2", 1.0], ["0.25", 1.4], ["1", 2.0]])
+        page.wait_for_function("window.seen.length === 3")
+        seen = page.evaluate("window.seen")
     slopes = [x / t for t, x in seen]
     assert slopes == pytest.approx([slopes[0]] * 3, rel=0.01)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import OVERLAPS, opened
+from browser import OVERLAPS, opened, played
 from scipy.integrate import solve_ivp
 
 from symdyn.build import run_python
@@ -233,9 +233,7 @@ def test_a_played_motion_is_that_of_the_equations(browser: Any, tmp_path: Path, 
             if page.locator(f"input[type=number][data-group=qd][data-k='{k}']").count():
                 move(page, "qd", k, 0.5 + 0.4 * k)
         qd = state_of(page, scene, "qd")
-        page.click("[data-do=play]")
-        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 0.7")
-        page.click("[data-do=play]")
+        played(page, 0.7)
         (t,), (drift,), (E,) = values(page, "t"), values(page, "drift"), values(page, "E")
         end = state_of(page, scene, "qd")
     params, n, nq = np.array(start["params"]), len(qd), len(start["q"])

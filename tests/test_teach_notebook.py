@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import HANG
 
 import symdyn
 from symdyn.emit.print.formula_text import text_of
@@ -224,7 +225,7 @@ def test_a_notebook_executes_in_jupyter(exercises: bool, monkeypatch: pytest.Mon
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")])))
     found = nbformat.reads(book("cart_pole", exercises), as_version=4)
 
-    client.NotebookClient(found, timeout=120, kernel_name="python3").execute()
+    client.NotebookClient(found, timeout=HANG, kernel_name="python3").execute()
 
     outputs = [output for cell in found.cells if cell.cell_type == "code" for output in cell.outputs]
     told = "".join(output.get("text", "") for output in outputs)

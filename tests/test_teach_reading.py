@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import opened
+from browser import opened, pictured
 
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import evaluate
@@ -47,9 +47,9 @@ def drag(page: Any, mark: str, dx: float, dy: float) -> None:
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + dx / 2, y + dy / 2)
-    page.wait_for_timeout(40)
+    pictured(page)
     page.mouse.move(x + dx, y + dy)
-    page.wait_for_timeout(60)
+    pictured(page)
     page.mouse.up()
 
 
@@ -89,7 +89,6 @@ def test_numbers_under_terms_are_those_of_the_graph(browser: Any, tmp_path: Path
 @pytest.mark.parametrize(("name", "road"), [("two_link", "lagrange"), ("two_link", "dalembert")])
 def test_numbers_under_a_sum_add_up_as_they_are_read(browser: Any, tmp_path: Path, name: str, road: str) -> None:
     with opened(browser, saved(name, tmp_path, road)) as page:
-        page.wait_for_timeout(200)
         formulas = page.evaluate(FORMULAS)
     checked = 0
     for terms in formulas:
@@ -115,7 +114,7 @@ def test_the_figure_follows_the_step_that_is_read(browser: Any, tmp_path: Path) 
         )
         for step in ("position-2", "velocity-1", "coefficients-k_C", "coefficients-k_G"):
             page.evaluate(f"document.getElementById('step-{step}').scrollIntoView()")
-            page.wait_for_timeout(100)
+            page.wait_for_selector(f"#step-{step}.now")
             declared = page.eval_on_selector(f"#step-{step}", "x => x.dataset.show.split(' ')")
             assert page.evaluate("window.said") == declared
             assert page.eval_on_selector(".now", "x => x.id") == f"step-{step}"
@@ -130,7 +129,7 @@ def test_a_term_points_at_its_vectors_and_a_vector_at_its_terms(browser: Any, tm
     seen = f"[...new Set([...document.querySelectorAll('.vector')].filter({shown}).map(x => x.dataset.vector))]"
     with opened(browser, saved("two_link", tmp_path)) as page:
         page.evaluate("document.getElementById('step-velocity-2').scrollIntoView()")
-        page.wait_for_timeout(100)
+        page.wait_for_selector("#step-velocity-2.now")
         page.hover("#step-velocity-2 .points")
         assert page.evaluate(seen) == ["velocities:link2"]
         page.mouse.move(2, 2)
@@ -162,7 +161,6 @@ def test_what_is_dragged_stays_under_the_pointer(browser: Any, tmp_path: Path) -
         middle = "x => (r => [r.x + r.width / 2, r.y + r.height / 2])(x.getBoundingClientRect())"
         before = page.eval_on_selector(tip, middle)
         drag(page, tip, 25, -60)
-        page.wait_for_timeout(60)
         after = page.eval_on_selector(tip, middle)
         assert [b - a for a, b in zip(before, after, strict=True)] == pytest.approx([25, -60], abs=2)
 
@@ -199,7 +197,7 @@ def test_the_figure_stays_and_nothing_is_wider_than_the_window(browser: Any, tmp
     with opened(browser, saved("two_link", tmp_path), width) as page:
         for part in ("part-velocities", "part-equations", "part-coefficients"):
             page.evaluate(f"document.getElementById('{part}').scrollIntoView()")
-            page.wait_for_timeout(50)
+            pictured(page)
             top, bottom = page.eval_on_selector(
                 "svg.symdyn", "x => (r => [r.top, r.bottom])(x.getBoundingClientRect())"
             )

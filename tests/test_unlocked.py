@@ -8,7 +8,8 @@ import threading
 from pathlib import Path
 
 import pytest
-from children import status_of
+from children import forked, status_of
+from patience import HANG
 
 import symdyn
 from symdyn.dynamics import Workspace
@@ -57,17 +58,19 @@ def test_a_child_forked_while_a_thread_derives_derives_for_itself(monkeypatch: p
 
     def slow(*given):
         inside.set()
-        assert on.wait(60)
+        assert on.wait(HANG)
         return build(*given)
 
     monkeypatch.setattr(workspace, "build_tree", slow)
     thread = threading.Thread(target=lambda: Workspace(scene).tree)
     thread.start()
-    assert inside.wait(60)
-    child = os.fork()
-    if child == 0:
+    assert inside.wait(HANG)
+
+    def at_once() -> object:
         workspace.build_tree = build
-        os._exit(0 if Workspace(scene).tree else 1)
+        return Workspace(scene).tree
+
+    child = forked(at_once)
     try:
         assert status_of(child) == 0
     finally:

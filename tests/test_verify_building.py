@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from patience import HANG
 
 import symdyn
 from symdyn.build import RUNNERS, run_octave
@@ -47,7 +48,7 @@ def test_whoever_interrupts_does_not_wait_for_compilers(
     target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun, done, compiler = (tmp_path / name for name in ("begun", "done", "slow"))
-    slow = f'case "$*" in *two_link*) touch "{begun}"; sleep 60; touch "{done}";; esac'
+    slow = f'case "$*" in *two_link*) touch "{begun}"; sleep {2 * HANG}; touch "{done}";; esac'
     compiler.write_text(f'#!/bin/sh\n{slow}\nexec {find_compiler().command[0]} "$@"\n')
     compiler.chmod(0o755)
     monkeypatch.setenv("CC", str(compiler))
@@ -65,18 +66,17 @@ def test_whoever_interrupts_does_not_wait_for_compilers(
 
 
 def _wait_for(path: Path) -> None:
-    """Wait until a file is there, 20 s at most."""
-    for _ in range(2000):
-        if path.exists():
-            return
+    """Wait until a file is there."""
+    until = time.monotonic() + HANG
+    while not path.exists():
+        assert time.monotonic() < until, f"{path.name} never came"
         time.sleep(0.01)
-    raise AssertionError(f"{path.name} never came")
 
 
 def _slow(folder: Path, program: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
-    """Put a program on the path that takes a minute; return what it makes when it begins and when it is done."""
+    """Put a program on the path that takes very long; return what it makes when it begins and when it is done."""
     begun, done = folder / "begun", folder / "done"
-    (folder / program).write_text(f'#!/bin/sh\ntouch "{begun}"\nsleep 60\ntouch "{done}"\n')
+    (folder / program).write_text(f'#!/bin/sh\ntouch "{begun}"\nsleep {2 * HANG}\ntouch "{done}"\n')
     (folder / program).chmod(0o755)
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
     return begun, done

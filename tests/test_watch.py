@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import chromium, opened
+from browser import chromium, opened, window
 from hostile import PAYLOADS, quoted
+from patience import HANG
 
 from symdyn.cli import main
 from symdyn.draw import picture
@@ -51,7 +52,7 @@ def asked(
     """Return status, headers and body of an answer; `_` in names of headers is "-"."""
     host, token = watched.address.removeprefix("http://").rstrip("/").split("/")
     address = path if path[:1] in ("/", "*", "h") else f"/{token}/{path}"
-    server = http.client.HTTPConnection(host, timeout=10)
+    server = http.client.HTTPConnection(host, timeout=HANG)
     server.putrequest(method, address, skip_host="Host" in headers)
     for name, value in headers.items():
         server.putheader(name.replace("_", "-"), value)
@@ -130,7 +131,7 @@ def test_what_changes_something_must_come_from_the_page(arm: tuple[Watched, Path
 def test_pages_are_not_more_than_a_machine_can_bear(arm: tuple[Watched, Path]) -> None:
     found, _ = arm
     host, token = found.address.removeprefix("http://").rstrip("/").split("/")
-    pages = [http.client.HTTPConnection(host, timeout=10) for _ in range(MOST + 1)]
+    pages = [http.client.HTTPConnection(host, timeout=HANG) for _ in range(MOST + 1)]
     for page in pages:
         page.request("GET", f"/{token}/events")
     statuses = [page.getresponse().status for page in pages]
@@ -221,7 +222,7 @@ def test_a_file_says_something_else_or_not(tmp_path: Path) -> None:
     assert file.changed()
 
 
-def until(found: Any, true: str, seconds: float = 20.0) -> float:
+def until(found: Any, true: str, seconds: float = HANG) -> float:
     """Return after how many seconds an expression of the page is true."""
     begun = time.perf_counter()
     while not found.evaluate(true):  # the page's policy lets nobody wait inside it
@@ -288,7 +289,7 @@ def test_an_edit_a_fault_and_its_repair_are_seen_as_the_file_is_saved(tmp_path: 
             until(page, f"{SHOWN}.src === {json.dumps(first)}")
             page.goto("about:blank")
         process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=10) == 0
+        assert process.wait(timeout=HANG) == 0
         said = process.stderr.read()
     assert said == "symdyn: open this address in a browser; Ctrl-C ends it\n"
     assert sorted(one.name for one in work.iterdir()) == ["arm.toml"]
@@ -313,7 +314,7 @@ def test_text_of_a_stranger_stays_text(tmp_path: Path) -> None:
             assert page.locator("#faults li").all_text_contents() == list(told)
             assert "<script>window.canary = 1</script>" in "".join(told)
             assert page.evaluate("window.canary === undefined && document.querySelectorAll('script').length === 1")
-        page = browser.contexts[0].new_page()  # and if something were not escaped
+        page = window(browser)  # and if something were not escaped
         page.goto(found.address)
         found._board.put("equations", '<img src="x" onerror="window.canary = 1"><b>here</b>')
         until(page, "document.querySelector('#equations b')")

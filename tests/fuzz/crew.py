@@ -21,7 +21,7 @@ from .judge import Verdict, judge, limit_memory
 RUN = 400
 """Cases of a worker; what they leave in its memory ends with it."""
 
-SILENCE = 240.0
+SILENCE = 900.0
 """Seconds after which a worker that says nothing hangs: it waits for something, or the machine is very busy."""
 
 
