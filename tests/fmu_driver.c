@@ -17,7 +17,7 @@ static fmi2Component made(const char *name, fmi2Type type)
 {
     fmi2CallbackFunctions functions = {log_it, 0, 0, 0, 0};
 
-    return fmi2Instantiate(name, type, TOKEN, "", &functions, fmi2False, fmi2False);
+    return fmi2Instantiate(name, type, SYMDYN_TOKEN, "", &functions, fmi2False, fmi2False);
 }
 
 static void begun(fmi2Component c)

@@ -356,7 +356,7 @@ def test_a_loop_over_states_stays_whole_where_one_state_is_computed_in_parts(mon
     loops = [text.count("#pragma omp simd\n    for (size_t k = 0; k < 32;") for text in (whole, cut)]
     assert loops[0] == 1
     assert loops[1] > 4
-    parts = [re.findall(rf"PART static void {name}_part\d+\(.*?\n}}\n", text, re.S) for text in (whole, cut)]
+    parts = [re.findall(rf"SYMDYN_PART static void {name}_part\d+\(.*?\n}}\n", text, re.S) for text in (whole, cut)]
     assert len(parts[0]) > 4
     assert parts[0] == parts[1], "the function of one state is the same"
 

@@ -104,7 +104,7 @@ def test_parts_are_read_and_what_is_wrong_with_them_is_seen() -> None:
             re.sub(r"part < (\d)", "part < 9", text, count=1),
             re.sub(r"(if \(part == 0\) \{\n)", r"\1            const double z = x1;\n", text, count=1),
             re.sub(r"(if \(part == 1\) \{\n)", r"\1            const double z = waiting[0 * 32];\n", text, count=1),
-            re.sub(r"(if \(part == 1\) \{\n)", r"\1            out[0 * again(n) + k] = 0.0;\n", text, count=1),
+            re.sub(r"(if \(part == 1\) \{\n)", r"\1            out[0 * symdyn_again(n) + k] = 0.0;\n", text, count=1),
             text.replace("if (part == 0) {\n", f"if (part == 0) {{\n{head} }}\n", 1),
         )
         for one in (text, *wrong):

@@ -42,8 +42,8 @@ POWER = f"{2**600}.0"
         "    // \\ \n    out[1] = x5;",
         "    // \r out[0] = 1.0;\n    out[1] = x5;",
         "    out[1] = -\\\n-x5;",
-        "    EACH out[1] = x5;",
-        "    ALONE out[1] = x5;",
+        "    SYMDYN_EACH out[1] = x5;",
+        "    SYMDYN_ALONE out[1] = x5;",
     ],
     ids=["trigraph", "splice with a space", "carriage return", "splice of two signs", "macro of a loop", "macro"],
 )
@@ -107,6 +107,6 @@ def test_what_is_too_large_or_too_deep_is_told(numbers: Printed, target: str, en
 
 
 def test_a_comment_alone_between_two_words_does_not_join_them(numbers: Printed) -> None:
-    header = attacked(numbers, "c", "two_link.h", "#define SYMDYN_TWO_LINK_H", "#define SYMDYN_TWO/**/_LINK_H")
+    header = attacked(numbers, "c", "two_link.h", "#define SYMDYN_two_link_H", "#define SYMDYN_two/**/_link_H")
 
     assert not header.passed

@@ -124,7 +124,7 @@ def test_what_was_changed_is_found_where_it_stands(two_link: Program, old: str, 
         ("qdd[0 * stride + k]", "qdd[0 * stride]", "is no entry of a state"),
         ("    while (k < n) {", "    while (k <= n) {", "fixed text"),
         ("n[j] * 1.5707963267341256", "n[j] * 1.5707963267341258", "fixed text"),
-        ("ALIGNED double w[6][64]", "ALIGNED double w[5][64]", "is row 5 of a local array of 5"),
+        ("SYMDYN_ALIGNED double w[6][64]", "SYMDYN_ALIGNED double w[5][64]", "is row 5 of a local array of 5"),
     ],
 )
 def test_what_was_changed_in_blocks_is_found_too(two_link: Program, old: str, new: str, told: str) -> None:

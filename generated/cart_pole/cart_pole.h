@@ -86,8 +86,8 @@
  * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
  * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
-#ifndef SYMDYN_CART_POLE_H
-#define SYMDYN_CART_POLE_H
+#ifndef SYMDYN_cart_pole_H
+#define SYMDYN_cart_pole_H
 
 #ifdef __cplusplus
 extern "C" {

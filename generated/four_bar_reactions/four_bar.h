@@ -29,8 +29,8 @@
  * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
  * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
-#ifndef SYMDYN_FOUR_BAR_H
-#define SYMDYN_FOUR_BAR_H
+#ifndef SYMDYN_four_bar_H
+#define SYMDYN_four_bar_H
 
 #ifdef __cplusplus
 extern "C" {

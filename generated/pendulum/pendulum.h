@@ -94,8 +94,8 @@
  * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
  * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
-#ifndef SYMDYN_PENDULUM_H
-#define SYMDYN_PENDULUM_H
+#ifndef SYMDYN_pendulum_H
+#define SYMDYN_pendulum_H
 
 #ifdef __cplusplus
 extern "C" {

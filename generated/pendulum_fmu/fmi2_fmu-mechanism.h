@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define TOKEN "cc35c899b5a168c50512f85cbbb4ad7e"
+#define SYMDYN_TOKEN "772cf5b96a423e2b9c1a76983ceeeaaf"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

@@ -40,7 +40,7 @@
 
 #include "pendulum.h"
 
-#define TOKEN "dd99bd10485f2c3df56d72baa53ddb22"
+#define SYMDYN_TOKEN "7bc227898ef5adc1e67e467ae76d0dc7"
 
 enum {
     NQ = 1, NU = 1, NX = NQ + NU, /* coordinates, velocities: the states */

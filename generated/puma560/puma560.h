@@ -85,8 +85,8 @@
  * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
  * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
-#ifndef SYMDYN_PUMA560_H
-#define SYMDYN_PUMA560_H
+#ifndef SYMDYN_puma560_H
+#define SYMDYN_puma560_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -100,8 +100,8 @@
  *
  * Nothing is allocated, thrown or kept between calls. A NaN in any entry that a result depends on makes that result NaN.
  */
-#ifndef SYMDYN_TWO_LINK_HPP
-#define SYMDYN_TWO_LINK_HPP
+#ifndef SYMDYN_two_link_HPP
+#define SYMDYN_two_link_HPP
 
 #include <array>
 #include <cmath>
@@ -805,8 +805,8 @@ std::array<T, 6> jdot_qdot_tool(const std::array<T, 2> &q, const std::array<type
 
 #endif
 
-#if defined(EIGEN_WORLD_VERSION) && !defined(SYMDYN_TWO_LINK_EIGEN)
-#define SYMDYN_TWO_LINK_EIGEN
+#if defined(EIGEN_WORLD_VERSION) && !defined(SYMDYN_two_link_EIGEN)
+#define SYMDYN_two_link_EIGEN
 
 namespace two_link {
 

@@ -45,11 +45,10 @@
  * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
  * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
-#ifndef SYMDYN_TWO_LINK_H
-#define SYMDYN_TWO_LINK_H
+#ifndef SYMDYN_two_link_H
+#define SYMDYN_two_link_H
 
 #include <math.h>
-
 
 /*
  * driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q [N m (revolute) or N (prismatic)]
@@ -216,7 +215,6 @@ static inline void two_link_mass_matrix(const double *q, const double *params, d
     out[3] = x1;
 }
 
-
 #endif
 
 /*
@@ -236,11 +234,11 @@ static inline void two_link_mass_matrix(const double *q, const double *params, d
 #define casadi_int long long int
 #endif
 #if defined(_WIN32)
-#define SHOWN __declspec(dllexport)
+#define SYMDYN_SHOWN __declspec(dllexport)
 #elif defined(__GNUC__)
-#define SHOWN __attribute__((visibility("default")))
+#define SYMDYN_SHOWN __attribute__((__visibility__("default")))
 #else
-#define SHOWN
+#define SYMDYN_SHOWN
 #endif
 #ifdef __cplusplus
 extern "C" {
@@ -258,7 +256,7 @@ static void symdyn_turned(const casadi_real *rows, casadi_int height, casadi_int
             out[i + height * k] = rows[first + k + width * i];
 }
 
-SHOWN int inverse_dynamics(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
+SYMDYN_SHOWN int inverse_dynamics(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
 {
     if (res[0]) two_link_inverse_dynamics(arg[0] ? arg[0] : symdyn_zeros, arg[1] ? arg[1] : symdyn_zeros, arg[2] ? arg[2] : symdyn_zeros, arg[3] ? arg[3] : symdyn_zeros, res[0]);
     (void)arg;
@@ -269,34 +267,34 @@ SHOWN int inverse_dynamics(const casadi_real **arg, casadi_real **res, casadi_in
     return 0;
 }
 
-SHOWN casadi_int inverse_dynamics_n_in(void) { return 4; }
-SHOWN casadi_int inverse_dynamics_n_out(void) { return 1; }
+SYMDYN_SHOWN casadi_int inverse_dynamics_n_in(void) { return 4; }
+SYMDYN_SHOWN casadi_int inverse_dynamics_n_out(void) { return 1; }
 
-SHOWN const char *inverse_dynamics_name_in(casadi_int i)
+SYMDYN_SHOWN const char *inverse_dynamics_name_in(casadi_int i)
 {
     static const char *const names[] = { "q", "qd", "qdd", "params", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *inverse_dynamics_sparsity_in(casadi_int i)
+SYMDYN_SHOWN const casadi_int *inverse_dynamics_sparsity_in(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN const char *inverse_dynamics_name_out(casadi_int i)
+SYMDYN_SHOWN const char *inverse_dynamics_name_out(casadi_int i)
 {
     static const char *const names[] = { "tau", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *inverse_dynamics_sparsity_out(casadi_int i)
+SYMDYN_SHOWN const casadi_int *inverse_dynamics_sparsity_out(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 1, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN int inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
+SYMDYN_SHOWN int inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
 {
     if (sz_arg) *sz_arg = 4;
     if (sz_res) *sz_res = 1;
@@ -305,7 +303,7 @@ SHOWN int inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_i
     return 0;
 }
 
-SHOWN int jac_inverse_dynamics(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
+SYMDYN_SHOWN int jac_inverse_dynamics(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
 {
     if (res[0] || res[1] || res[2]) two_link_inverse_dynamics_derivatives(arg[0] ? arg[0] : symdyn_zeros, arg[1] ? arg[1] : symdyn_zeros, arg[2] ? arg[2] : symdyn_zeros, arg[3] ? arg[3] : symdyn_zeros, w);
     if (res[0]) symdyn_turned(w, 2, 6, 0, 2, res[0]);
@@ -321,34 +319,34 @@ SHOWN int jac_inverse_dynamics(const casadi_real **arg, casadi_real **res, casad
     return 0;
 }
 
-SHOWN casadi_int jac_inverse_dynamics_n_in(void) { return 5; }
-SHOWN casadi_int jac_inverse_dynamics_n_out(void) { return 4; }
+SYMDYN_SHOWN casadi_int jac_inverse_dynamics_n_in(void) { return 5; }
+SYMDYN_SHOWN casadi_int jac_inverse_dynamics_n_out(void) { return 4; }
 
-SHOWN const char *jac_inverse_dynamics_name_in(casadi_int i)
+SYMDYN_SHOWN const char *jac_inverse_dynamics_name_in(casadi_int i)
 {
     static const char *const names[] = { "q", "qd", "qdd", "params", "out_tau", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *jac_inverse_dynamics_sparsity_in(casadi_int i)
+SYMDYN_SHOWN const casadi_int *jac_inverse_dynamics_sparsity_in(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 2, 1, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN const char *jac_inverse_dynamics_name_out(casadi_int i)
+SYMDYN_SHOWN const char *jac_inverse_dynamics_name_out(casadi_int i)
 {
     static const char *const names[] = { "jac_tau_q", "jac_tau_qd", "jac_tau_qdd", "jac_tau_params", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *jac_inverse_dynamics_sparsity_out(casadi_int i)
+SYMDYN_SHOWN const casadi_int *jac_inverse_dynamics_sparsity_out(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 2, 1 }, { 2, 2, 1 }, { 2, 2, 1 }, { 2, 5, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN int jac_inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
+SYMDYN_SHOWN int jac_inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
 {
     if (sz_arg) *sz_arg = 5;
     if (sz_res) *sz_res = 4;
@@ -357,7 +355,7 @@ SHOWN int jac_inverse_dynamics_work(casadi_int *sz_arg, casadi_int *sz_res, casa
     return 0;
 }
 
-SHOWN int inverse_dynamics_derivatives(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
+SYMDYN_SHOWN int inverse_dynamics_derivatives(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
 {
     if (res[0]) two_link_inverse_dynamics_derivatives(arg[0] ? arg[0] : symdyn_zeros, arg[1] ? arg[1] : symdyn_zeros, arg[2] ? arg[2] : symdyn_zeros, arg[3] ? arg[3] : symdyn_zeros, w);
     if (res[0]) symdyn_turned(w, 2, 6, 0, 6, res[0]);
@@ -369,34 +367,34 @@ SHOWN int inverse_dynamics_derivatives(const casadi_real **arg, casadi_real **re
     return 0;
 }
 
-SHOWN casadi_int inverse_dynamics_derivatives_n_in(void) { return 4; }
-SHOWN casadi_int inverse_dynamics_derivatives_n_out(void) { return 1; }
+SYMDYN_SHOWN casadi_int inverse_dynamics_derivatives_n_in(void) { return 4; }
+SYMDYN_SHOWN casadi_int inverse_dynamics_derivatives_n_out(void) { return 1; }
 
-SHOWN const char *inverse_dynamics_derivatives_name_in(casadi_int i)
+SYMDYN_SHOWN const char *inverse_dynamics_derivatives_name_in(casadi_int i)
 {
     static const char *const names[] = { "q", "qd", "qdd", "params", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *inverse_dynamics_derivatives_sparsity_in(casadi_int i)
+SYMDYN_SHOWN const casadi_int *inverse_dynamics_derivatives_sparsity_in(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN const char *inverse_dynamics_derivatives_name_out(casadi_int i)
+SYMDYN_SHOWN const char *inverse_dynamics_derivatives_name_out(casadi_int i)
 {
     static const char *const names[] = { "dtau", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *inverse_dynamics_derivatives_sparsity_out(casadi_int i)
+SYMDYN_SHOWN const casadi_int *inverse_dynamics_derivatives_sparsity_out(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 6, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN int inverse_dynamics_derivatives_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
+SYMDYN_SHOWN int inverse_dynamics_derivatives_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
 {
     if (sz_arg) *sz_arg = 4;
     if (sz_res) *sz_res = 1;
@@ -405,7 +403,7 @@ SHOWN int inverse_dynamics_derivatives_work(casadi_int *sz_arg, casadi_int *sz_r
     return 0;
 }
 
-SHOWN int inverse_dynamics_by_parameters(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
+SYMDYN_SHOWN int inverse_dynamics_by_parameters(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
 {
     if (res[0]) two_link_inverse_dynamics_by_parameters(arg[0] ? arg[0] : symdyn_zeros, arg[1] ? arg[1] : symdyn_zeros, arg[2] ? arg[2] : symdyn_zeros, arg[3] ? arg[3] : symdyn_zeros, w);
     if (res[0]) symdyn_turned(w, 2, 5, 0, 5, res[0]);
@@ -417,34 +415,34 @@ SHOWN int inverse_dynamics_by_parameters(const casadi_real **arg, casadi_real **
     return 0;
 }
 
-SHOWN casadi_int inverse_dynamics_by_parameters_n_in(void) { return 4; }
-SHOWN casadi_int inverse_dynamics_by_parameters_n_out(void) { return 1; }
+SYMDYN_SHOWN casadi_int inverse_dynamics_by_parameters_n_in(void) { return 4; }
+SYMDYN_SHOWN casadi_int inverse_dynamics_by_parameters_n_out(void) { return 1; }
 
-SHOWN const char *inverse_dynamics_by_parameters_name_in(casadi_int i)
+SYMDYN_SHOWN const char *inverse_dynamics_by_parameters_name_in(casadi_int i)
 {
     static const char *const names[] = { "q", "qd", "qdd", "params", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *inverse_dynamics_by_parameters_sparsity_in(casadi_int i)
+SYMDYN_SHOWN const casadi_int *inverse_dynamics_by_parameters_sparsity_in(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 1, 1 }, { 2, 1, 1 }, { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN const char *inverse_dynamics_by_parameters_name_out(casadi_int i)
+SYMDYN_SHOWN const char *inverse_dynamics_by_parameters_name_out(casadi_int i)
 {
     static const char *const names[] = { "dtau", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *inverse_dynamics_by_parameters_sparsity_out(casadi_int i)
+SYMDYN_SHOWN const casadi_int *inverse_dynamics_by_parameters_sparsity_out(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 5, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN int inverse_dynamics_by_parameters_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
+SYMDYN_SHOWN int inverse_dynamics_by_parameters_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
 {
     if (sz_arg) *sz_arg = 4;
     if (sz_res) *sz_res = 1;
@@ -453,7 +451,7 @@ SHOWN int inverse_dynamics_by_parameters_work(casadi_int *sz_arg, casadi_int *sz
     return 0;
 }
 
-SHOWN int mass_matrix(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
+SYMDYN_SHOWN int mass_matrix(const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem)
 {
     if (res[0]) two_link_mass_matrix(arg[0] ? arg[0] : symdyn_zeros, arg[1] ? arg[1] : symdyn_zeros, w);
     if (res[0]) symdyn_turned(w, 2, 2, 0, 2, res[0]);
@@ -465,34 +463,34 @@ SHOWN int mass_matrix(const casadi_real **arg, casadi_real **res, casadi_int *iw
     return 0;
 }
 
-SHOWN casadi_int mass_matrix_n_in(void) { return 2; }
-SHOWN casadi_int mass_matrix_n_out(void) { return 1; }
+SYMDYN_SHOWN casadi_int mass_matrix_n_in(void) { return 2; }
+SYMDYN_SHOWN casadi_int mass_matrix_n_out(void) { return 1; }
 
-SHOWN const char *mass_matrix_name_in(casadi_int i)
+SYMDYN_SHOWN const char *mass_matrix_name_in(casadi_int i)
 {
     static const char *const names[] = { "q", "params", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *mass_matrix_sparsity_in(casadi_int i)
+SYMDYN_SHOWN const casadi_int *mass_matrix_sparsity_in(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 1, 1 }, { 5, 1, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN const char *mass_matrix_name_out(casadi_int i)
+SYMDYN_SHOWN const char *mass_matrix_name_out(casadi_int i)
 {
     static const char *const names[] = { "M", 0 };
     return names[i];
 }
 
-SHOWN const casadi_int *mass_matrix_sparsity_out(casadi_int i)
+SYMDYN_SHOWN const casadi_int *mass_matrix_sparsity_out(casadi_int i)
 {
     static const casadi_int dense[][3] = { { 2, 2, 1 }, { 0, 0, 1 } };
     return dense[i];
 }
 
-SHOWN int mass_matrix_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
+SYMDYN_SHOWN int mass_matrix_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
 {
     if (sz_arg) *sz_arg = 2;
     if (sz_res) *sz_res = 1;

@@ -99,8 +99,6 @@
 #include <stdint.h>
 #include <string.h>
 
-#define LANES 1 /* states side by side */
-
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
 #error "double-doubles need the rounding of every sum as it is written: compile without -ffast-math (cl: /fp:fast)"
 #endif
@@ -111,13 +109,13 @@
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunknown-pragmas" /* without -fopenmp-simd */
 #pragma GCC diagnostic ignored "-Wunused-function" /* what these equations do not call */
-#define ALONE __attribute__((noinline))            /* keeps long functions apart, which compile faster so */
-#define ALIGNED __attribute__((aligned(64)))       /* no vector lies across two lines of the cache */
-#define WITHIN static inline __attribute__((always_inline))
+#define SYMDYN_ALONE __attribute__((__noinline__))     /* keeps long functions apart, which compile faster so */
+#define SYMDYN_ALIGNED __attribute__((__aligned__(64))) /* no vector lies across two lines of the cache */
+#define SYMDYN_WITHIN static inline __attribute__((__always_inline__))
 #else
-#define ALONE
-#define ALIGNED
-#define WITHIN static inline
+#define SYMDYN_ALONE
+#define SYMDYN_ALIGNED
+#define SYMDYN_WITHIN static inline
 #endif
 
 /* A number: hi + lo, |lo| at most half a unit in the last place of hi. */
@@ -125,7 +123,7 @@ typedef struct {
     double hi, lo;
 } dd;
 
-WITHIN dd dd_of(double hi, double lo)
+SYMDYN_WITHIN dd dd_of(double hi, double lo)
 {
     dd x;
     x.hi = hi;
@@ -134,14 +132,14 @@ WITHIN dd dd_of(double hi, double lo)
 }
 
 /* a + b exactly, |a| >= |b|. */
-WITHIN dd fast_two_sum(double a, double b)
+SYMDYN_WITHIN dd fast_two_sum(double a, double b)
 {
     const double s = a + b;
     return dd_of(s, b - (s - a));
 }
 
 /* a + b exactly. */
-WITHIN dd two_sum(double a, double b)
+SYMDYN_WITHIN dd two_sum(double a, double b)
 {
     const double s = a + b, t = s - a;
     return dd_of(s, (a - (s - t)) + (b - t));
@@ -152,21 +150,21 @@ WITHIN dd two_sum(double a, double b)
  * that comes next (-ffp-contract=fast), which would count the low part twice.
  */
 #if defined(__FMA__) || defined(FP_FAST_FMA) || defined(__ARM_FEATURE_FMA) || defined(__aarch64__) || (defined(_MSC_VER) && defined(__AVX2__))
-#define FUSED(a, b, c) fma(a, b, c)
-WITHIN dd two_product(double a, double b)
+#define SYMDYN_FUSED(a, b, c) fma(a, b, c)
+SYMDYN_WITHIN dd two_product(double a, double b)
 {
     const double p = fma(a, b, 0.0);
     return dd_of(p, fma(a, b, -p));
 }
 #else
-#define FUSED(a, b, c) ((a) * (b) + (c))
-WITHIN dd upper(double a) /* Veltkamp's splitting; above 2^996 it overflows */
+#define SYMDYN_FUSED(a, b, c) ((a) * (b) + (c))
+SYMDYN_WITHIN dd upper(double a) /* Veltkamp's splitting; above 2^996 it overflows */
 {
     const double c = 134217729.0 * a, hi = c - (c - a);
     return dd_of(hi, a - hi);
 }
 
-WITHIN dd two_product(double a, double b)
+SYMDYN_WITHIN dd two_product(double a, double b)
 {
     const double p = a * b;
     const dd x = upper(a), y = upper(b);
@@ -174,71 +172,71 @@ WITHIN dd two_product(double a, double b)
 }
 #endif
 
-WITHIN dd dd_add_loose(dd a, dd b)
+SYMDYN_WITHIN dd dd_add_loose(dd a, dd b)
 {
     const dd s = two_sum(a.hi, b.hi);
     return dd_of(s.hi, s.lo + (a.lo + b.lo));
 }
 
-WITHIN dd dd_add(dd a, dd b)
+SYMDYN_WITHIN dd dd_add(dd a, dd b)
 {
     const dd s = dd_add_loose(a, b);
     return fast_two_sum(s.hi, s.lo);
 }
 
-WITHIN dd dd_neg(dd a)
+SYMDYN_WITHIN dd dd_neg(dd a)
 {
     return dd_of(-a.hi, -a.lo);
 }
 
-WITHIN dd dd_sub_loose(dd a, dd b)
+SYMDYN_WITHIN dd dd_sub_loose(dd a, dd b)
 {
     return dd_add_loose(a, dd_neg(b));
 }
 
-WITHIN dd dd_sub(dd a, dd b)
+SYMDYN_WITHIN dd dd_sub(dd a, dd b)
 {
     return dd_add(a, dd_neg(b));
 }
 
-WITHIN dd dd_mul_loose(dd a, dd b)
+SYMDYN_WITHIN dd dd_mul_loose(dd a, dd b)
 {
     const dd p = two_product(a.hi, b.hi);
-    return dd_of(p.hi, p.lo + FUSED(a.lo, b.hi, a.hi * b.lo));
+    return dd_of(p.hi, p.lo + SYMDYN_FUSED(a.lo, b.hi, a.hi * b.lo));
 }
 
-WITHIN dd dd_mul(dd a, dd b)
+SYMDYN_WITHIN dd dd_mul(dd a, dd b)
 {
     const dd p = dd_mul_loose(a, b);
     return fast_two_sum(p.hi, p.lo);
 }
 
 /* Times a double; times a power of two. */
-WITHIN dd dd_times_loose(dd a, double b)
+SYMDYN_WITHIN dd dd_times_loose(dd a, double b)
 {
     const dd p = two_product(a.hi, b);
-    return dd_of(p.hi, FUSED(a.lo, b, p.lo));
+    return dd_of(p.hi, SYMDYN_FUSED(a.lo, b, p.lo));
 }
 
-WITHIN dd dd_times(dd a, double b)
+SYMDYN_WITHIN dd dd_times(dd a, double b)
 {
     const dd p = dd_times_loose(a, b);
     return fast_two_sum(p.hi, p.lo);
 }
 
-WITHIN dd dd_scale(dd a, double b)
+SYMDYN_WITHIN dd dd_scale(dd a, double b)
 {
     return dd_of(a.hi * b, a.lo * b);
 }
 
-WITHIN dd dd_div(dd a, dd b)
+SYMDYN_WITHIN dd dd_div(dd a, dd b)
 {
     const double q = a.hi / b.hi;
     const dd r = dd_times(b, q);
     return fast_two_sum(q, ((a.hi - r.hi) + (a.lo - r.lo)) / b.hi);
 }
 
-WITHIN dd dd_sqrt(dd a)
+SYMDYN_WITHIN dd dd_sqrt(dd a)
 {
     const double s = sqrt(a.hi);
     const dd p = two_product(s, s);
@@ -246,27 +244,27 @@ WITHIN dd dd_sqrt(dd a)
     return fast_two_sum(s, (a.hi == 0.0) ? 0.0 : rest);
 }
 
-WITHIN dd dd_abs(dd a)
+SYMDYN_WITHIN dd dd_abs(dd a)
 {
     const double way = copysign(1.0, a.hi);
     return dd_of(a.hi * way, a.lo * way);
 }
 
 /* -1, 0 or 1; not a number stays what it is. */
-WITHIN dd dd_sign(dd a)
+SYMDYN_WITHIN dd dd_sign(dd a)
 {
     return dd_of(isgreater(a.hi, 0.0) ? 1.0 : (isless(a.hi, 0.0) ? -1.0 : a.hi), 0.0);
 }
 
 /* The bits of a double, and back. */
-WITHIN uint64_t bits_of(double x)
+SYMDYN_WITHIN uint64_t bits_of(double x)
 {
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return bits;
 }
 
-WITHIN double double_of(uint64_t bits)
+SYMDYN_WITHIN double double_of(uint64_t bits)
 {
     double x;
     memcpy(&x, &bits, sizeof x);
@@ -274,7 +272,7 @@ WITHIN double double_of(uint64_t bits)
 }
 
 /* The sum with an error of three units of 2^-106 of itself, also where it is small (the other one: of its operands). */
-WITHIN dd accurate_add(dd a, dd b)
+SYMDYN_WITHIN dd accurate_add(dd a, dd b)
 {
     const dd s = two_sum(a.hi, b.hi), t = two_sum(a.lo, b.lo);
     const dd v = fast_two_sum(s.hi, s.lo + t.hi);
@@ -282,7 +280,7 @@ WITHIN dd accurate_add(dd a, dd b)
 }
 
 /* a + z p, both loose, where |a| is much larger than |z p|. */
-WITHIN dd horner(dd z, dd p, dd a)
+SYMDYN_WITHIN dd horner(dd z, dd p, dd a)
 {
     const dd m = dd_mul_loose(z, p), s = fast_two_sum(a.hi, m.hi);
     return dd_of(s.hi, s.lo + (a.lo + m.lo));
@@ -293,7 +291,7 @@ WITHIN dd horner(dd z, dd p, dd a)
  * to 2^-180 at least); what is larger, or no number, gives no number. The multiple of pi/2 comes from the low bits of
  * x 2/pi + 1.5 2^52, what remains from pi/2 in parts, and the series in z = y^2 follow, their last terms in doubles.
  */
-WITHIN void dd_sine_cosine(dd x, dd *sine, dd *cosine)
+SYMDYN_WITHIN void dd_sine_cosine(dd x, dd *sine, dd *cosine)
 {
     const double shifted = x.hi * 0.6366197723675814 + 6755399441055744.0, n = shifted - 6755399441055744.0;
     const uint64_t quadrant = bits_of(shifted);
@@ -331,10 +329,10 @@ WITHIN void dd_sine_cosine(dd x, dd *sine, dd *cosine)
 }
 
 /* Sines and cosines of a row of states; hi and lo stand in rows of their own. */
-ALONE static void sincos_row(const double *restrict hi, const double *restrict lo, double *restrict sh, double *restrict sl, double *restrict ch, double *restrict cl)
+SYMDYN_ALONE static void sincos_row(const double *restrict hi, const double *restrict lo, double *restrict sh, double *restrict sl, double *restrict ch, double *restrict cl)
 {
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         dd s, c;
         dd_sine_cosine(dd_of(hi[k], lo[k]), &s, &c);
         sh[k] = s.hi;
@@ -348,19 +346,19 @@ ALONE static void sincos_row(const double *restrict hi, const double *restrict l
  * Copy states into the columns of a block, and back: `next` doubles apart, their entries `far` apart. Spare lanes repeat
  * the last state.
  */
-ALONE static void fill(size_t states, size_t length, size_t far, size_t next, const double *x, double (*block)[LANES])
+SYMDYN_ALONE static void fill(size_t states, size_t length, size_t far, size_t next, const double *x, double (*block)[1])
 {
     for (size_t i = 0; i < length; i++) {
         if (next == 1) {
             memcpy(block[i], x + i * far, states * sizeof *x);
         }
-        for (size_t k = (next == 1) ? states : 0; k < LANES; k++) {
+        for (size_t k = (next == 1) ? states : 0; k < 1; k++) {
             block[i][k] = x[i * far + ((k < states) ? k : states - 1) * next];
         }
     }
 }
 
-ALONE static void drain(size_t states, size_t length, size_t far, size_t next, const double (*block)[LANES], double *x)
+SYMDYN_ALONE static void drain(size_t states, size_t length, size_t far, size_t next, const double (*block)[1], double *x)
 {
     for (size_t i = 0; i < length; i++) {
         if (next == 1) {
@@ -372,7 +370,7 @@ ALONE static void drain(size_t states, size_t length, size_t far, size_t next, c
     }
 }
 
-ALONE static void inverse_dynamics_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void inverse_dynamics_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -382,7 +380,7 @@ ALONE static void inverse_dynamics_pass3(double (*restrict x)[LANES], const doub
     const dd p_g = dd_of(params[8], params[9]);
     const dd x4 = dd_mul(p_m2, p_h2);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd qdd_1 = dd_of(x[8][k], x[9][k]);
         const dd x1 = dd_add(dd_mul_loose(s1, p_g), dd_mul_loose(qdd_1, p_h1));
@@ -404,9 +402,9 @@ ALONE static void inverse_dynamics_pass3(double (*restrict x)[LANES], const doub
     }
 }
 
-static void inverse_dynamics_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void inverse_dynamics_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -416,14 +414,14 @@ static void inverse_dynamics_block(double (*x)[LANES], const double *params, dou
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void inverse_dynamics_states(size_t n, size_t far, const double *q, const double *qd, const double *qdd, const double *params, double *out)
 {
-    ALIGNED double x[13][LANES], y[5][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[13][1], y[5][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         fill(states, 4, far, (far > 1) ? 1 : 4, qd + k * ((far > 1) ? 1 : 4), x + 4);
         fill(states, 4, far, (far > 1) ? 1 : 4, qdd + k * ((far > 1) ? 1 : 4), x + 8);
         inverse_dynamics_block(x, params, y);
-        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 4));
+        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 4));
     }
 }
 
@@ -432,7 +430,7 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
     inverse_dynamics_states(1, 1, q, qd, qdd, params, out);
 }
 
-ALONE static void forward_dynamics_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void forward_dynamics_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -445,7 +443,7 @@ ALONE static void forward_dynamics_pass3(double (*restrict x)[LANES], const doub
     const dd x5 = dd_mul(p_h1, x4);
     const dd x6 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd x1 = dd_mul(s1, p_g);
         const dd qd_1 = dd_of(x[4][k], x[5][k]);
@@ -472,9 +470,9 @@ ALONE static void forward_dynamics_pass3(double (*restrict x)[LANES], const doub
     }
 }
 
-static void forward_dynamics_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void forward_dynamics_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -484,14 +482,14 @@ static void forward_dynamics_block(double (*x)[LANES], const double *params, dou
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void forward_dynamics_states(size_t n, size_t far, const double *q, const double *qd, const double *tau, const double *params, double *out)
 {
-    ALIGNED double x[13][LANES], y[5][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[13][1], y[5][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         fill(states, 4, far, (far > 1) ? 1 : 4, qd + k * ((far > 1) ? 1 : 4), x + 4);
         fill(states, 4, far, (far > 1) ? 1 : 4, tau + k * ((far > 1) ? 1 : 4), x + 8);
         forward_dynamics_block(x, params, y);
-        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 4));
+        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 4));
     }
 }
 
@@ -500,7 +498,7 @@ void two_link_forward_dynamics(const double *q, const double *qd, const double *
     forward_dynamics_states(1, 1, q, qd, tau, params, out);
 }
 
-ALONE static void mass_matrix_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void mass_matrix_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -509,7 +507,7 @@ ALONE static void mass_matrix_pass2(double (*restrict x)[LANES], const double *r
     const dd p_h2 = dd_of(params[6], params[7]);
     const dd x1 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd out_4 = x1;
         y[6][k] = out_4.hi;
         y[7][k] = out_4.lo;
@@ -528,9 +526,9 @@ ALONE static void mass_matrix_pass2(double (*restrict x)[LANES], const double *r
     }
 }
 
-static void mass_matrix_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void mass_matrix_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[2], w[3], w[0], w[1]);
     mass_matrix_pass2(x, params, w, y);
@@ -539,12 +537,12 @@ static void mass_matrix_block(double (*x)[LANES], const double *params, double (
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void mass_matrix_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[9][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[9][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         mass_matrix_block(x, params, y);
-        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 8));
+        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 8));
     }
 }
 
@@ -553,14 +551,14 @@ void two_link_mass_matrix(const double *q, const double *params, double *out)
     mass_matrix_states(1, 1, q, params, out);
 }
 
-ALONE static void velocity_forces_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void velocity_forces_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m2 = dd_of(params[2], params[3]);
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd s2 = dd_of(w[0][k], w[1][k]);
         const dd x2 = dd_mul(s2, dd_mul_loose(p_h2, dd_mul_loose(p_h1, p_m2)));
         const dd qd_1 = dd_of(x[4][k], x[5][k]);
@@ -576,9 +574,9 @@ ALONE static void velocity_forces_pass2(double (*restrict x)[LANES], const doubl
     }
 }
 
-static void velocity_forces_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void velocity_forces_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[0], w[1], w[2], w[3]);
     velocity_forces_pass2(x, params, w, y);
@@ -587,13 +585,13 @@ static void velocity_forces_block(double (*x)[LANES], const double *params, doub
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void velocity_forces_states(size_t n, size_t far, const double *q, const double *qd, const double *params, double *out)
 {
-    ALIGNED double x[9][LANES], y[5][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[9][1], y[5][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         fill(states, 4, far, (far > 1) ? 1 : 4, qd + k * ((far > 1) ? 1 : 4), x + 4);
         velocity_forces_block(x, params, y);
-        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 4));
+        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 4));
     }
 }
 
@@ -602,7 +600,7 @@ void two_link_velocity_forces(const double *q, const double *qd, const double *p
     velocity_forces_states(1, 1, q, qd, params, out);
 }
 
-ALONE static void gravity_forces_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void gravity_forces_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -611,7 +609,7 @@ ALONE static void gravity_forces_pass3(double (*restrict x)[LANES], const double
     const dd p_h2 = dd_of(params[6], params[7]);
     const dd p_g = dd_of(params[8], params[9]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd x1 = dd_mul(s1, p_g);
         const dd c2 = dd_of(w[6][k], w[7][k]);
@@ -627,9 +625,9 @@ ALONE static void gravity_forces_pass3(double (*restrict x)[LANES], const double
     }
 }
 
-static void gravity_forces_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void gravity_forces_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -639,12 +637,12 @@ static void gravity_forces_block(double (*x)[LANES], const double *params, doubl
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void gravity_forces_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[5][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[5][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         gravity_forces_block(x, params, y);
-        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 4));
+        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 4));
     }
 }
 
@@ -653,14 +651,14 @@ void two_link_gravity_forces(const double *q, const double *params, double *out)
     gravity_forces_states(1, 1, q, params, out);
 }
 
-ALONE static void coriolis_matrix_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void coriolis_matrix_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m2 = dd_of(params[2], params[3]);
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd out_4 = dd_of(0.0, 0.0);
         y[6][k] = out_4.hi;
         y[7][k] = out_4.lo;
@@ -682,9 +680,9 @@ ALONE static void coriolis_matrix_pass2(double (*restrict x)[LANES], const doubl
     }
 }
 
-static void coriolis_matrix_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void coriolis_matrix_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[0], w[1], w[2], w[3]);
     coriolis_matrix_pass2(x, params, w, y);
@@ -693,13 +691,13 @@ static void coriolis_matrix_block(double (*x)[LANES], const double *params, doub
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void coriolis_matrix_states(size_t n, size_t far, const double *q, const double *qd, const double *params, double *out)
 {
-    ALIGNED double x[9][LANES], y[9][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[9][1], y[9][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         fill(states, 4, far, (far > 1) ? 1 : 4, qd + k * ((far > 1) ? 1 : 4), x + 4);
         coriolis_matrix_block(x, params, y);
-        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 8));
+        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 8));
     }
 }
 
@@ -708,7 +706,7 @@ void two_link_coriolis_matrix(const double *q, const double *qd, const double *p
     coriolis_matrix_states(1, 1, q, qd, params, out);
 }
 
-ALONE static void momentum_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void momentum_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -717,7 +715,7 @@ ALONE static void momentum_pass2(double (*restrict x)[LANES], const double *rest
     const dd p_h2 = dd_of(params[6], params[7]);
     const dd x2 = dd_mul(p_m2, p_h2);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd c2 = dd_of(w[0][k], w[1][k]);
         const dd x3 = dd_mul(c2, dd_mul_loose(p_h1, x2));
         const dd qd_1 = dd_of(x[4][k], x[5][k]);
@@ -733,9 +731,9 @@ ALONE static void momentum_pass2(double (*restrict x)[LANES], const double *rest
     }
 }
 
-static void momentum_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void momentum_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[2], w[3], w[0], w[1]);
     momentum_pass2(x, params, w, y);
@@ -744,13 +742,13 @@ static void momentum_block(double (*x)[LANES], const double *params, double (*y)
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void momentum_states(size_t n, size_t far, const double *q, const double *qd, const double *params, double *out)
 {
-    ALIGNED double x[9][LANES], y[5][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[9][1], y[5][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         fill(states, 4, far, (far > 1) ? 1 : 4, qd + k * ((far > 1) ? 1 : 4), x + 4);
         momentum_block(x, params, y);
-        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 4));
+        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 4));
     }
 }
 
@@ -759,7 +757,7 @@ void two_link_momentum(const double *q, const double *qd, const double *params, 
     momentum_states(1, 1, q, qd, params, out);
 }
 
-ALONE static void kinetic_energy_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void kinetic_energy_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -768,7 +766,7 @@ ALONE static void kinetic_energy_pass2(double (*restrict x)[LANES], const double
     const dd p_h2 = dd_of(params[6], params[7]);
     const dd x2 = dd_mul(p_m2, p_h2);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd c2 = dd_of(w[0][k], w[1][k]);
         const dd x3 = dd_mul(c2, dd_mul_loose(p_h1, x2));
         const dd qd_1 = dd_of(x[4][k], x[5][k]);
@@ -781,9 +779,9 @@ ALONE static void kinetic_energy_pass2(double (*restrict x)[LANES], const double
     }
 }
 
-static void kinetic_energy_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void kinetic_energy_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[2], w[3], w[0], w[1]);
     kinetic_energy_pass2(x, params, w, y);
@@ -792,13 +790,13 @@ static void kinetic_energy_block(double (*x)[LANES], const double *params, doubl
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void kinetic_energy_states(size_t n, size_t far, const double *q, const double *qd, const double *params, double *out)
 {
-    ALIGNED double x[9][LANES], y[3][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[9][1], y[3][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         fill(states, 4, far, (far > 1) ? 1 : 4, qd + k * ((far > 1) ? 1 : 4), x + 4);
         kinetic_energy_block(x, params, y);
-        drain(states, 2, far, (far > 1) ? 1 : 2, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 2));
+        drain(states, 2, far, (far > 1) ? 1 : 2, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 2));
     }
 }
 
@@ -807,7 +805,7 @@ void two_link_kinetic_energy(const double *q, const double *qd, const double *pa
     kinetic_energy_states(1, 1, q, qd, params, out);
 }
 
-ALONE static void potential_energy_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void potential_energy_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -817,7 +815,7 @@ ALONE static void potential_energy_pass3(double (*restrict x)[LANES], const doub
     const dd p_g = dd_of(params[8], params[9]);
     const dd x1 = dd_mul(p_m2, p_h2);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd s2 = dd_of(w[4][k], w[5][k]);
         const dd c1 = dd_of(w[2][k], w[3][k]);
@@ -828,9 +826,9 @@ ALONE static void potential_energy_pass3(double (*restrict x)[LANES], const doub
     }
 }
 
-static void potential_energy_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void potential_energy_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -840,12 +838,12 @@ static void potential_energy_block(double (*x)[LANES], const double *params, dou
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void potential_energy_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[3][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[3][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         potential_energy_block(x, params, y);
-        drain(states, 2, far, (far > 1) ? 1 : 2, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 2));
+        drain(states, 2, far, (far > 1) ? 1 : 2, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 2));
     }
 }
 
@@ -854,7 +852,7 @@ void two_link_potential_energy(const double *q, const double *params, double *ou
     potential_energy_states(1, 1, q, params, out);
 }
 
-ALONE static void k_z_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void k_z_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -863,7 +861,7 @@ ALONE static void k_z_pass2(double (*restrict x)[LANES], const double *restrict 
     const dd p_h2 = dd_of(params[6], params[7]);
     const dd x1 = dd_mul(p_m2, dd_mul_loose(p_h2, p_h2));
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd out_4 = x1;
         y[6][k] = out_4.hi;
         y[7][k] = out_4.lo;
@@ -882,9 +880,9 @@ ALONE static void k_z_pass2(double (*restrict x)[LANES], const double *restrict 
     }
 }
 
-static void k_z_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void k_z_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[2], w[3], w[0], w[1]);
     k_z_pass2(x, params, w, y);
@@ -893,12 +891,12 @@ static void k_z_block(double (*x)[LANES], const double *params, double (*y)[LANE
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void k_z_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[9][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[9][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         k_z_block(x, params, y);
-        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 8));
+        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 8));
     }
 }
 
@@ -907,14 +905,14 @@ void two_link_k_z(const double *q, const double *params, double *out)
     k_z_states(1, 1, q, params, out);
 }
 
-ALONE static void k_C_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void k_C_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m2 = dd_of(params[2], params[3]);
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd s2 = dd_of(w[0][k], w[1][k]);
         const dd out_1 = dd_neg(dd_mul(s2, dd_mul_loose(p_h1, dd_scale(dd_mul_loose(p_m2, p_h2), 2.0))));
         y[0][k] = out_1.hi;
@@ -925,9 +923,9 @@ ALONE static void k_C_pass2(double (*restrict x)[LANES], const double *restrict 
     }
 }
 
-static void k_C_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void k_C_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[0], w[1], w[2], w[3]);
     k_C_pass2(x, params, w, y);
@@ -936,12 +934,12 @@ static void k_C_block(double (*x)[LANES], const double *params, double (*y)[LANE
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void k_C_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[5][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[5][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         k_C_block(x, params, y);
-        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 4));
+        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 4));
     }
 }
 
@@ -950,14 +948,14 @@ void two_link_k_C(const double *q, const double *params, double *out)
     k_C_states(1, 1, q, params, out);
 }
 
-ALONE static void k_D_pass2(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void k_D_pass2(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m2 = dd_of(params[2], params[3]);
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd out_1 = dd_of(0.0, 0.0);
         y[0][k] = out_1.hi;
         y[1][k] = out_1.lo;
@@ -975,9 +973,9 @@ ALONE static void k_D_pass2(double (*restrict x)[LANES], const double *restrict 
     }
 }
 
-static void k_D_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void k_D_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[5][LANES];
+    SYMDYN_ALIGNED double w[5][1];
     (void)w;
     sincos_row(x[2], x[3], w[0], w[1], w[2], w[3]);
     k_D_pass2(x, params, w, y);
@@ -986,12 +984,12 @@ static void k_D_block(double (*x)[LANES], const double *params, double (*y)[LANE
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void k_D_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[9][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[9][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         k_D_block(x, params, y);
-        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 8));
+        drain(states, 8, far, (far > 1) ? 1 : 8, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 8));
     }
 }
 
@@ -1000,7 +998,7 @@ void two_link_k_D(const double *q, const double *params, double *out)
     k_D_states(1, 1, q, params, out);
 }
 
-ALONE static void k_G_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void k_G_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_m1 = dd_of(params[0], params[1]);
@@ -1009,7 +1007,7 @@ ALONE static void k_G_pass3(double (*restrict x)[LANES], const double *restrict 
     const dd p_h2 = dd_of(params[6], params[7]);
     const dd p_g = dd_of(params[8], params[9]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd s1 = dd_of(w[0][k], w[1][k]);
         const dd x1 = dd_mul(s1, p_g);
         const dd c2 = dd_of(w[6][k], w[7][k]);
@@ -1025,9 +1023,9 @@ ALONE static void k_G_pass3(double (*restrict x)[LANES], const double *restrict 
     }
 }
 
-static void k_G_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void k_G_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -1037,12 +1035,12 @@ static void k_G_block(double (*x)[LANES], const double *params, double (*y)[LANE
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void k_G_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[5][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[5][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         k_G_block(x, params, y);
-        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 4));
+        drain(states, 4, far, (far > 1) ? 1 : 4, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 4));
     }
 }
 
@@ -1051,13 +1049,13 @@ void two_link_k_G(const double *q, const double *params, double *out)
     k_G_states(1, 1, q, params, out);
 }
 
-ALONE static void pose_tool_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void pose_tool_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd out_3 = dd_of(0.0, 0.0);
         y[4][k] = out_3.hi;
         y[5][k] = out_3.lo;
@@ -1103,9 +1101,9 @@ ALONE static void pose_tool_pass3(double (*restrict x)[LANES], const double *res
     }
 }
 
-static void pose_tool_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void pose_tool_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -1115,12 +1113,12 @@ static void pose_tool_block(double (*x)[LANES], const double *params, double (*y
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void pose_tool_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[25][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[25][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         pose_tool_block(x, params, y);
-        drain(states, 24, far, (far > 1) ? 1 : 24, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 24));
+        drain(states, 24, far, (far > 1) ? 1 : 24, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 24));
     }
 }
 
@@ -1129,13 +1127,13 @@ void two_link_pose_tool(const double *q, const double *params, double *out)
     pose_tool_states(1, 1, q, params, out);
 }
 
-ALONE static void jacobian_tool_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void jacobian_tool_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd out_5 = dd_of(0.0, 0.0);
         y[8][k] = out_5.hi;
         y[9][k] = out_5.lo;
@@ -1183,9 +1181,9 @@ ALONE static void jacobian_tool_pass3(double (*restrict x)[LANES], const double 
     }
 }
 
-static void jacobian_tool_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void jacobian_tool_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -1195,12 +1193,12 @@ static void jacobian_tool_block(double (*x)[LANES], const double *params, double
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void jacobian_tool_states(size_t n, size_t far, const double *q, const double *params, double *out)
 {
-    ALIGNED double x[5][LANES], y[25][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[5][1], y[25][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         jacobian_tool_block(x, params, y);
-        drain(states, 24, far, (far > 1) ? 1 : 24, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 24));
+        drain(states, 24, far, (far > 1) ? 1 : 24, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 24));
     }
 }
 
@@ -1209,13 +1207,13 @@ void two_link_jacobian_tool(const double *q, const double *params, double *out)
     jacobian_tool_states(1, 1, q, params, out);
 }
 
-ALONE static void jdot_qdot_tool_pass3(double (*restrict x)[LANES], const double *restrict params, double (*restrict w)[LANES], double (*restrict y)[LANES])
+SYMDYN_ALONE static void jdot_qdot_tool_pass3(double (*restrict x)[1], const double *restrict params, double (*restrict w)[1], double (*restrict y)[1])
 {
     (void)x, (void)w, (void)y, (void)params;
     const dd p_h1 = dd_of(params[4], params[5]);
     const dd p_h2 = dd_of(params[6], params[7]);
 #pragma omp simd
-    for (size_t k = 0; k < LANES; k++) {
+    for (size_t k = 0; k < 1; k++) {
         const dd out_3 = dd_of(0.0, 0.0);
         y[4][k] = out_3.hi;
         y[5][k] = out_3.lo;
@@ -1249,9 +1247,9 @@ ALONE static void jdot_qdot_tool_pass3(double (*restrict x)[LANES], const double
     }
 }
 
-static void jdot_qdot_tool_block(double (*x)[LANES], const double *params, double (*y)[LANES])
+static void jdot_qdot_tool_block(double (*x)[1], const double *params, double (*y)[1])
 {
-    ALIGNED double w[9][LANES];
+    SYMDYN_ALIGNED double w[9][1];
     (void)w;
     sincos_row(x[0], x[1], w[0], w[1], w[2], w[3]);
     sincos_row(x[2], x[3], w[4], w[5], w[6], w[7]);
@@ -1261,13 +1259,13 @@ static void jdot_qdot_tool_block(double (*x)[LANES], const double *params, doubl
 /* So many states in columns, or where entries of a state are not `far` apart, one after the other. */
 static void jdot_qdot_tool_states(size_t n, size_t far, const double *q, const double *qd, const double *params, double *out)
 {
-    ALIGNED double x[9][LANES], y[13][LANES];
-    for (size_t k = 0; k < n; k += LANES) {
-        const size_t states = (n - k < LANES) ? n - k : LANES;
+    SYMDYN_ALIGNED double x[9][1], y[13][1];
+    for (size_t k = 0; k < n; k += 1) {
+        const size_t states = (n - k < 1) ? n - k : 1;
         fill(states, 4, far, (far > 1) ? 1 : 4, q + k * ((far > 1) ? 1 : 4), x + 0);
         fill(states, 4, far, (far > 1) ? 1 : 4, qd + k * ((far > 1) ? 1 : 4), x + 4);
         jdot_qdot_tool_block(x, params, y);
-        drain(states, 12, far, (far > 1) ? 1 : 12, (const double (*)[LANES])y, out + k * ((far > 1) ? 1 : 12));
+        drain(states, 12, far, (far > 1) ? 1 : 12, (const double (*)[1])y, out + k * ((far > 1) ? 1 : 12));
     }
 }
 

@@ -99,8 +99,8 @@
  * number, a division by zero, and a product that overflows. errno is not set. Numbers whose low parts are below 2^-1022
  * have fewer digits.
  */
-#ifndef SYMDYN_TWO_LINK_H
-#define SYMDYN_TWO_LINK_H
+#ifndef SYMDYN_two_link_H
+#define SYMDYN_two_link_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -45,11 +45,11 @@
 
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunknown-pragmas" /* without -fopenmp-simd */
-#define ALONE __attribute__((noinline))             /* keeps long functions apart, which compile faster so */
-#define ALIGNED __attribute__((aligned(64)))        /* no vector lies across two lines of the cache */
+#define SYMDYN_ALONE __attribute__((__noinline__))      /* keeps long functions apart, which compile faster so */
+#define SYMDYN_ALIGNED __attribute__((__aligned__(64))) /* no vector lies across two lines of the cache */
 #else
-#define ALONE
-#define ALIGNED
+#define SYMDYN_ALONE
+#define SYMDYN_ALIGNED
 #endif
 
 /* The bits of a double, and back. */
@@ -68,11 +68,11 @@ static inline double double_of(uint64_t bits)
 }
 
 #if defined(__clang__)
-#define CHAINS 1 /* it makes vector code of long rows only */
+#define SYMDYN_CHAINS 1 /* it makes vector code of long rows only */
 #else
-#define CHAINS 4 /* independent chains side by side hide each other's latency */
+#define SYMDYN_CHAINS 4 /* independent chains side by side hide each other's latency */
 #endif
-#define EACH for (int j = 0; j < CHAINS; j++)
+#define SYMDYN_EACH for (int j = 0; j < SYMDYN_CHAINS; j++)
 
 /* Whether the exponent of any angle is 20 or more: the sign bit will tell. */
 static inline int any_large(size_t count, const double *restrict x)
@@ -86,14 +86,14 @@ static inline int any_large(size_t count, const double *restrict x)
 }
 
 /*
- * s[k] = sin(x[k]), c[k] = cos(x[k]), to 1 ulp; count is a multiple of CHAINS. If all angles are below 2^20 in size,
+ * s[k] = sin(x[k]), c[k] = cos(x[k]), to 1 ulp; count is a multiple of SYMDYN_CHAINS. If all angles are below 2^20 in size,
  * without any branch: the multiple of pi/2 comes from the low bits of x 2/pi + 1.5 2^52, what remains from pi/2 in parts,
  * and minimax polynomials in h = y^2/2 follow. Larger angles, infinities and what is not a number send the whole row to
  * the C library.
  */
-ALONE static void sincos_row(size_t count, const double *restrict x, double *restrict s, double *restrict c)
+SYMDYN_ALONE static void sincos_row(size_t count, const double *restrict x, double *restrict s, double *restrict c)
 {
-    const size_t part = count / CHAINS;
+    const size_t part = count / SYMDYN_CHAINS;
     if (any_large(count, x)) {
         for (size_t k = 0; k < count; k++) {
             s[k] = sin(x[k]);
@@ -103,75 +103,75 @@ ALONE static void sincos_row(size_t count, const double *restrict x, double *res
     }
 #pragma omp simd
     for (size_t k = 0; k < part; k++) {
-        double a[CHAINS], shifted[CHAINS], n[CHAINS], t1[CHAINS], t2[CHAINS], e1[CHAINS], e2[CHAINS], y[CHAINS], over[CHAINS];
-        double z[CHAINS], h[CHAINS], w[CHAINS], sine[CHAINS], cosine[CHAINS];
-        uint64_t quadrant[CHAINS], odd[CHAINS], sign[CHAINS], swap[CHAINS];
-        EACH a[j] = x[k + (size_t)j * part];
-        EACH shifted[j] = a[j] * 0.6366197723675814 + 6755399441055744.0;
-        EACH n[j] = shifted[j] - 6755399441055744.0;
-        EACH t1[j] = a[j] - n[j] * 1.5707963267341256;
-        EACH t2[j] = t1[j] - n[j] * 6.077100506303966e-11;
-        EACH e1[j] = (t1[j] - t2[j]) - n[j] * 6.077100506303966e-11;
-        EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
-        EACH y[j] = t2[j] - e2[j];
-        EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
-        EACH quadrant[j] = bits_of(shifted[j]);
-        EACH z[j] = (y[j] + 6.223015277861142e-61) - 6.223015277861142e-61; /* 0 where a product would underflow: sin y = y then */
-        EACH h[j] = 0.5 * (z[j] * z[j]);
-        EACH sine[j] = y[j] - ((h[j] * z[j]) * (0.3333333333333326 + h[j] * (-0.03333333333328736 + h[j] * (0.0015873015863486835 + h[j] * (-4.409170166164421e-05 + h[j] * (8.016235005631851e-07 + h[j] * (-1.0173077472440148e-08)))))) + over[j]);
-        EACH w[j] = 1.0 - h[j];
-        EACH cosine[j] = w[j] + ((((1.0 - w[j]) - h[j]) + (h[j] * h[j]) * (0.1666666666666664 + h[j] * (-0.011111111111099579 + h[j] * (0.0003968253966347446 + h[j] * (-8.818340608329797e-06 + h[j] * (1.336046673999454e-07 + h[j] * (-1.4540715832506458e-09))))))) + y[j] * over[j]);
-        EACH odd[j] = quadrant[j] << 63;
-        EACH sign[j] = (quadrant[j] << 62) & 0x8000000000000000u;
-        EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
-        EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
-        EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
+        double a[SYMDYN_CHAINS], shifted[SYMDYN_CHAINS], n[SYMDYN_CHAINS], t1[SYMDYN_CHAINS], t2[SYMDYN_CHAINS], e1[SYMDYN_CHAINS], e2[SYMDYN_CHAINS], y[SYMDYN_CHAINS], over[SYMDYN_CHAINS];
+        double z[SYMDYN_CHAINS], h[SYMDYN_CHAINS], w[SYMDYN_CHAINS], sine[SYMDYN_CHAINS], cosine[SYMDYN_CHAINS];
+        uint64_t quadrant[SYMDYN_CHAINS], odd[SYMDYN_CHAINS], sign[SYMDYN_CHAINS], swap[SYMDYN_CHAINS];
+        SYMDYN_EACH a[j] = x[k + (size_t)j * part];
+        SYMDYN_EACH shifted[j] = a[j] * 0.6366197723675814 + 6755399441055744.0;
+        SYMDYN_EACH n[j] = shifted[j] - 6755399441055744.0;
+        SYMDYN_EACH t1[j] = a[j] - n[j] * 1.5707963267341256;
+        SYMDYN_EACH t2[j] = t1[j] - n[j] * 6.077100506303966e-11;
+        SYMDYN_EACH e1[j] = (t1[j] - t2[j]) - n[j] * 6.077100506303966e-11;
+        SYMDYN_EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
+        SYMDYN_EACH y[j] = t2[j] - e2[j];
+        SYMDYN_EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
+        SYMDYN_EACH quadrant[j] = bits_of(shifted[j]);
+        SYMDYN_EACH z[j] = (y[j] + 6.223015277861142e-61) - 6.223015277861142e-61; /* 0 where a product would underflow: sin y = y then */
+        SYMDYN_EACH h[j] = 0.5 * (z[j] * z[j]);
+        SYMDYN_EACH sine[j] = y[j] - ((h[j] * z[j]) * (0.3333333333333326 + h[j] * (-0.03333333333328736 + h[j] * (0.0015873015863486835 + h[j] * (-4.409170166164421e-05 + h[j] * (8.016235005631851e-07 + h[j] * (-1.0173077472440148e-08)))))) + over[j]);
+        SYMDYN_EACH w[j] = 1.0 - h[j];
+        SYMDYN_EACH cosine[j] = w[j] + ((((1.0 - w[j]) - h[j]) + (h[j] * h[j]) * (0.1666666666666664 + h[j] * (-0.011111111111099579 + h[j] * (0.0003968253966347446 + h[j] * (-8.818340608329797e-06 + h[j] * (1.336046673999454e-07 + h[j] * (-1.4540715832506458e-09))))))) + y[j] * over[j]);
+        SYMDYN_EACH odd[j] = quadrant[j] << 63;
+        SYMDYN_EACH sign[j] = (quadrant[j] << 62) & 0x8000000000000000u;
+        SYMDYN_EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
+        SYMDYN_EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
+        SYMDYN_EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
     }
 }
 
 /* What remains of a row of angles beyond multiples of pi/2, y and what y lacks, and which multiples these are. */
 static inline void remainders(size_t count, const double *restrict x, double *restrict s, double *restrict c, double *restrict turns)
 {
-    const size_t part = count / CHAINS;
+    const size_t part = count / SYMDYN_CHAINS;
 #pragma omp simd
     for (size_t k = 0; k < part; k++) {
-        double a[CHAINS], shifted[CHAINS], n[CHAINS], t1[CHAINS], t2[CHAINS], e1[CHAINS], e2[CHAINS], y[CHAINS], over[CHAINS];
-        EACH a[j] = x[k + (size_t)j * part];
-        EACH shifted[j] = a[j] * 0.6366197723675814 + 6755399441055744.0;
-        EACH n[j] = shifted[j] - 6755399441055744.0;
-        EACH t1[j] = a[j] - n[j] * 1.5707963267341256;
-        EACH t2[j] = t1[j] - n[j] * 6.077100506303966e-11;
-        EACH e1[j] = (t1[j] - t2[j]) - n[j] * 6.077100506303966e-11;
-        EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
-        EACH y[j] = t2[j] - e2[j];
-        EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
-        EACH turns[k + (size_t)j * part] = shifted[j];
-        EACH s[k + (size_t)j * part] = y[j];
-        EACH c[k + (size_t)j * part] = over[j];
+        double a[SYMDYN_CHAINS], shifted[SYMDYN_CHAINS], n[SYMDYN_CHAINS], t1[SYMDYN_CHAINS], t2[SYMDYN_CHAINS], e1[SYMDYN_CHAINS], e2[SYMDYN_CHAINS], y[SYMDYN_CHAINS], over[SYMDYN_CHAINS];
+        SYMDYN_EACH a[j] = x[k + (size_t)j * part];
+        SYMDYN_EACH shifted[j] = a[j] * 0.6366197723675814 + 6755399441055744.0;
+        SYMDYN_EACH n[j] = shifted[j] - 6755399441055744.0;
+        SYMDYN_EACH t1[j] = a[j] - n[j] * 1.5707963267341256;
+        SYMDYN_EACH t2[j] = t1[j] - n[j] * 6.077100506303966e-11;
+        SYMDYN_EACH e1[j] = (t1[j] - t2[j]) - n[j] * 6.077100506303966e-11;
+        SYMDYN_EACH e2[j] = n[j] * 2.0222662487111665e-21 - e1[j];
+        SYMDYN_EACH y[j] = t2[j] - e2[j];
+        SYMDYN_EACH over[j] = (e2[j] - (t2[j] - y[j])) + n[j] * 8.4784276603689e-32;
+        SYMDYN_EACH turns[k + (size_t)j * part] = shifted[j];
+        SYMDYN_EACH s[k + (size_t)j * part] = y[j];
+        SYMDYN_EACH c[k + (size_t)j * part] = over[j];
     }
 }
 
 /* Sines and cosines of these, in their place. */
 static inline void series(size_t count, const double *restrict turns, double *restrict s, double *restrict c)
 {
-    const size_t part = count / CHAINS;
+    const size_t part = count / SYMDYN_CHAINS;
 #pragma omp simd
     for (size_t k = 0; k < part; k++) {
-        double y[CHAINS], over[CHAINS], z[CHAINS], h[CHAINS], w[CHAINS], sine[CHAINS], cosine[CHAINS];
-        uint64_t quadrant[CHAINS], odd[CHAINS], sign[CHAINS], swap[CHAINS];
-        EACH y[j] = s[k + (size_t)j * part];
-        EACH over[j] = c[k + (size_t)j * part];
-        EACH quadrant[j] = bits_of(turns[k + (size_t)j * part]);
-        EACH z[j] = (y[j] + 6.223015277861142e-61) - 6.223015277861142e-61; /* 0 where a product would underflow: sin y = y then */
-        EACH h[j] = 0.5 * (z[j] * z[j]);
-        EACH sine[j] = y[j] - ((h[j] * z[j]) * (0.3333333333333326 + h[j] * (-0.03333333333328736 + h[j] * (0.0015873015863486835 + h[j] * (-4.409170166164421e-05 + h[j] * (8.016235005631851e-07 + h[j] * (-1.0173077472440148e-08)))))) + over[j]);
-        EACH w[j] = 1.0 - h[j];
-        EACH cosine[j] = w[j] + ((((1.0 - w[j]) - h[j]) + (h[j] * h[j]) * (0.1666666666666664 + h[j] * (-0.011111111111099579 + h[j] * (0.0003968253966347446 + h[j] * (-8.818340608329797e-06 + h[j] * (1.336046673999454e-07 + h[j] * (-1.4540715832506458e-09))))))) + y[j] * over[j]);
-        EACH odd[j] = quadrant[j] << 63;
-        EACH sign[j] = (quadrant[j] << 62) & 0x8000000000000000u;
-        EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
-        EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
-        EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
+        double y[SYMDYN_CHAINS], over[SYMDYN_CHAINS], z[SYMDYN_CHAINS], h[SYMDYN_CHAINS], w[SYMDYN_CHAINS], sine[SYMDYN_CHAINS], cosine[SYMDYN_CHAINS];
+        uint64_t quadrant[SYMDYN_CHAINS], odd[SYMDYN_CHAINS], sign[SYMDYN_CHAINS], swap[SYMDYN_CHAINS];
+        SYMDYN_EACH y[j] = s[k + (size_t)j * part];
+        SYMDYN_EACH over[j] = c[k + (size_t)j * part];
+        SYMDYN_EACH quadrant[j] = bits_of(turns[k + (size_t)j * part]);
+        SYMDYN_EACH z[j] = (y[j] + 6.223015277861142e-61) - 6.223015277861142e-61; /* 0 where a product would underflow: sin y = y then */
+        SYMDYN_EACH h[j] = 0.5 * (z[j] * z[j]);
+        SYMDYN_EACH sine[j] = y[j] - ((h[j] * z[j]) * (0.3333333333333326 + h[j] * (-0.03333333333328736 + h[j] * (0.0015873015863486835 + h[j] * (-4.409170166164421e-05 + h[j] * (8.016235005631851e-07 + h[j] * (-1.0173077472440148e-08)))))) + over[j]);
+        SYMDYN_EACH w[j] = 1.0 - h[j];
+        SYMDYN_EACH cosine[j] = w[j] + ((((1.0 - w[j]) - h[j]) + (h[j] * h[j]) * (0.1666666666666664 + h[j] * (-0.011111111111099579 + h[j] * (0.0003968253966347446 + h[j] * (-8.818340608329797e-06 + h[j] * (1.336046673999454e-07 + h[j] * (-1.4540715832506458e-09))))))) + y[j] * over[j]);
+        SYMDYN_EACH odd[j] = quadrant[j] << 63;
+        SYMDYN_EACH sign[j] = (quadrant[j] << 62) & 0x8000000000000000u;
+        SYMDYN_EACH swap[j] = (bits_of(sine[j]) ^ bits_of(cosine[j])) & (0u - (odd[j] >> 63));
+        SYMDYN_EACH s[k + (size_t)j * part] = double_of(bits_of(sine[j]) ^ swap[j] ^ sign[j]);
+        SYMDYN_EACH c[k + (size_t)j * part] = double_of(bits_of(cosine[j]) ^ swap[j] ^ sign[j] ^ odd[j]);
     }
 }
 
@@ -180,7 +180,7 @@ static inline void series(size_t count, const double *restrict turns, double *re
  * to 8 rows behind all these are used meanwhile. First what remains of 8 rows, then their series: shorter loops, of
  * which more turns are under way at once.
  */
-ALONE static void sincos_rows(size_t rows, size_t count, size_t stride, const double *restrict x, void *work)
+SYMDYN_ALONE static void sincos_rows(size_t rows, size_t count, size_t stride, const double *restrict x, void *work)
 {
     double *const r = (double *)work;
     size_t small = 0;
@@ -205,7 +205,7 @@ ALONE static void sincos_rows(size_t rows, size_t count, size_t stride, const do
 /*
  * Copy `states` states out of columns `stride` apart into columns `lanes` apart; spare lanes repeat the last state.
  */
-ALONE static void fill_columns(size_t states, size_t stride, size_t lanes, size_t length, const double *x, double *columns)
+SYMDYN_ALONE static void fill_columns(size_t states, size_t stride, size_t lanes, size_t length, const double *x, double *columns)
 {
     for (size_t i = 0; i < length; i++) {
         memcpy(columns + i * lanes, x + i * stride, states * sizeof *x);
@@ -215,7 +215,7 @@ ALONE static void fill_columns(size_t states, size_t stride, size_t lanes, size_
     }
 }
 
-ALONE static void drain_columns(size_t states, size_t stride, size_t lanes, size_t length, const double *columns, double *x)
+SYMDYN_ALONE static void drain_columns(size_t states, size_t stride, size_t lanes, size_t length, const double *columns, double *x)
 {
     for (size_t i = 0; i < length; i++) {
         memcpy(x + i * stride, columns + i * lanes, states * sizeof *x);
@@ -226,9 +226,9 @@ ALONE static void drain_columns(size_t states, size_t stride, size_t lanes, size
  * The same for states that stand one after the other in memory, four entries at a time; the last four may overlap the
  * four before.
  */
-ALONE static void fill_rows(size_t states, size_t lanes, size_t length, const double *restrict x, double *restrict columns)
+SYMDYN_ALONE static void fill_rows(size_t states, size_t lanes, size_t length, const double *restrict x, double *restrict columns)
 {
-    ALIGNED double tile[4 * 64];
+    SYMDYN_ALIGNED double tile[4 * 64];
     for (size_t i = 0; i < length && length < 4; i++) {
         for (size_t k = 0; k < lanes; k++) {
             columns[i * lanes + k] = x[((k < states) ? k : states - 1) * length + i];
@@ -250,9 +250,9 @@ ALONE static void fill_rows(size_t states, size_t lanes, size_t length, const do
     }
 }
 
-ALONE static void drain_rows(size_t states, size_t lanes, size_t length, const double *restrict columns, double *restrict x)
+SYMDYN_ALONE static void drain_rows(size_t states, size_t lanes, size_t length, const double *restrict columns, double *restrict x)
 {
-    ALIGNED double tile[4 * 64];
+    SYMDYN_ALIGNED double tile[4 * 64];
     for (size_t i = 0; i < length && length < 4; i++) {
         for (size_t k = 0; k < states; k++) {
             x[k * length + i] = columns[i * lanes + k];
@@ -300,7 +300,7 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
     out[1] = x5;
 }
 
-ALONE static void inverse_dynamics_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict qd, const double *restrict qdd, const double *restrict params, double (*restrict w)[64], double *restrict out)
+SYMDYN_ALONE static void inverse_dynamics_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict qd, const double *restrict qdd, const double *restrict params, double (*restrict w)[64], double *restrict out)
 {
     const double p_m1 = params[0];
     const double p_m2 = params[1];
@@ -331,7 +331,7 @@ ALONE static void inverse_dynamics_pass1(size_t stride, size_t reach, const doub
 /* 64 states side by side; entry i of state k is x[i * stride + k], of the result out[i * reach + k]. */
 static void inverse_dynamics_block(size_t stride, size_t reach, const double *q, const double *qd, const double *qdd, const double *params, double *out)
 {
-    ALIGNED double w[6][64];
+    SYMDYN_ALIGNED double w[6][64];
     sincos_rows(2, 64, stride, q + 0 * stride, w);
     inverse_dynamics_pass1(stride, reach, q, qd, qdd, params, w, out);
 }
@@ -344,8 +344,8 @@ void two_link_inverse_dynamics_batch(size_t n, const double *q, const double *qd
     }
     while (k < n) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double r[2 * 64];
-        ALIGNED double b[6 * 64];
+        SYMDYN_ALIGNED double r[2 * 64];
+        SYMDYN_ALIGNED double b[6 * 64];
         fill_columns(states, n, 64, 2, q + k, b + 0);
         fill_columns(states, n, 64, 2, qd + k, b + 128);
         fill_columns(states, n, 64, 2, qdd + k, b + 256);
@@ -360,8 +360,8 @@ void two_link_inverse_dynamics_rows(size_t n, const double *q, const double *qd,
     size_t k = 0;
     while (n - k > 8) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[6 * 64];
-        ALIGNED double r[2 * 64];
+        SYMDYN_ALIGNED double b[6 * 64];
+        SYMDYN_ALIGNED double r[2 * 64];
         fill_rows(states, 64, 2, q + k * 2, b + 0);
         fill_rows(states, 64, 2, qd + k * 2, b + 128);
         fill_rows(states, 64, 2, qdd + k * 2, b + 256);
@@ -391,7 +391,7 @@ void two_link_mass_matrix(const double *q, const double *params, double *out)
     out[3] = x2;
 }
 
-ALONE static void mass_matrix_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict params, double (*restrict w)[64], double *restrict out)
+SYMDYN_ALONE static void mass_matrix_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict params, double (*restrict w)[64], double *restrict out)
 {
     const double p_m1 = params[0];
     const double p_m2 = params[1];
@@ -415,7 +415,7 @@ ALONE static void mass_matrix_pass1(size_t stride, size_t reach, const double *r
 /* 64 states side by side; entry i of state k is x[i * stride + k], of the result out[i * reach + k]. */
 static void mass_matrix_block(size_t stride, size_t reach, const double *q, const double *params, double *out)
 {
-    ALIGNED double w[2][64];
+    SYMDYN_ALIGNED double w[2][64];
     sincos_row(64, q + 1 * stride, w[1], w[0]);
     mass_matrix_pass1(stride, reach, q, params, w, out);
 }
@@ -428,8 +428,8 @@ void two_link_mass_matrix_batch(size_t n, const double *q, const double *params,
     }
     while (k < n) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double r[4 * 64];
-        ALIGNED double b[2 * 64];
+        SYMDYN_ALIGNED double r[4 * 64];
+        SYMDYN_ALIGNED double b[2 * 64];
         fill_columns(states, n, 64, 2, q + k, b + 0);
         mass_matrix_block(64, 64, b + 0, params, r);
         drain_columns(states, n, 64, 4, r, out + k);
@@ -442,8 +442,8 @@ void two_link_mass_matrix_rows(size_t n, const double *q, const double *params, 
     size_t k = 0;
     while (n - k > 8) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[2 * 64];
-        ALIGNED double r[4 * 64];
+        SYMDYN_ALIGNED double b[2 * 64];
+        SYMDYN_ALIGNED double r[4 * 64];
         fill_rows(states, 64, 2, q + k * 2, b + 0);
         mass_matrix_block(64, 64, b + 0, params, r);
         drain_rows(states, 64, 4, r, out + k * 4);
@@ -472,7 +472,7 @@ void two_link_coriolis_matrix(const double *q, const double *qd, const double *p
     out[3] = 0.0;
 }
 
-ALONE static void coriolis_matrix_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict qd, const double *restrict params, double (*restrict w)[64], double *restrict out)
+SYMDYN_ALONE static void coriolis_matrix_pass1(size_t stride, size_t reach, const double *restrict q, const double *restrict qd, const double *restrict params, double (*restrict w)[64], double *restrict out)
 {
     const double p_m2 = params[1];
     const double p_h1 = params[2];
@@ -496,7 +496,7 @@ ALONE static void coriolis_matrix_pass1(size_t stride, size_t reach, const doubl
 /* 64 states side by side; entry i of state k is x[i * stride + k], of the result out[i * reach + k]. */
 static void coriolis_matrix_block(size_t stride, size_t reach, const double *q, const double *qd, const double *params, double *out)
 {
-    ALIGNED double w[2][64];
+    SYMDYN_ALIGNED double w[2][64];
     sincos_row(64, q + 1 * stride, w[0], w[1]);
     coriolis_matrix_pass1(stride, reach, q, qd, params, w, out);
 }
@@ -509,8 +509,8 @@ void two_link_coriolis_matrix_batch(size_t n, const double *q, const double *qd,
     }
     while (k < n) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double r[4 * 64];
-        ALIGNED double b[4 * 64];
+        SYMDYN_ALIGNED double r[4 * 64];
+        SYMDYN_ALIGNED double b[4 * 64];
         fill_columns(states, n, 64, 2, q + k, b + 0);
         fill_columns(states, n, 64, 2, qd + k, b + 128);
         coriolis_matrix_block(64, 64, b + 0, b + 128, params, r);
@@ -524,8 +524,8 @@ void two_link_coriolis_matrix_rows(size_t n, const double *q, const double *qd, 
     size_t k = 0;
     while (n - k > 8) {
         const size_t states = (n - k < 64) ? n - k : 64;
-        ALIGNED double b[4 * 64];
-        ALIGNED double r[4 * 64];
+        SYMDYN_ALIGNED double b[4 * 64];
+        SYMDYN_ALIGNED double r[4 * 64];
         fill_rows(states, 64, 2, q + k * 2, b + 0);
         fill_rows(states, 64, 2, qd + k * 2, b + 128);
         coriolis_matrix_block(64, 64, b + 0, b + 128, params, r);

@@ -44,8 +44,8 @@
  * With _batch, n states at once, entry by entry: entry i of state k is x[i * n + k]. With _rows, state by state: it is
  * x[k * length + i]. params is one set for all states. Here `out` must not overlap any argument.
  */
-#ifndef SYMDYN_TWO_LINK_H
-#define SYMDYN_TWO_LINK_H
+#ifndef SYMDYN_two_link_H
+#define SYMDYN_two_link_H
 
 #include <stddef.h>
 

@@ -46,22 +46,22 @@
 
 #include "two_link.h"
 
-#define OPERANDS 4
-#define RANK 2
-#define LONGEST 63 /* characters of a name */
+#define SYMDYN_OPERANDS 4
+#define SYMDYN_RANK 2
+#define SYMDYN_LONGEST 63 /* characters of a name */
 
 /* From so many states on they go through the loops for many. */
-#define MANY 16
+#define SYMDYN_MANY 16
 
 /* One function: its arguments, the place of the one that all states may have in common (or -1), its result. */
 typedef struct {
     const char *name;
     int operands;
-    const char *names[OPERANDS];
-    mwSize lengths[OPERANDS];
+    const char *names[SYMDYN_OPERANDS];
+    mwSize lengths[SYMDYN_OPERANDS];
     int common;
     mwSize rank;
-    mwSize shape[RANK];
+    mwSize shape[SYMDYN_RANK];
     mwSize size;
     void (*one)(const double *const *in, double *out);
     void (*rows)(size_t n, const double *const *in, double *out);
@@ -139,7 +139,7 @@ static const Routine routines[] = {
 /* Return the routine that the first argument names. */
 static const Routine *find(int count, const mxArray *const *given)
 {
-    char name[LONGEST + 1];
+    char name[SYMDYN_LONGEST + 1];
     if (count < 1 || mxGetString(given[0], name, sizeof name) != 0) {
         mexErrMsgIdAndTxt("two_link:name", "give the name of a function first, such as 'inverse_dynamics'");
     }
@@ -196,8 +196,8 @@ static void keep(size_t bytes)
 void mexFunction(int asked, mxArray **results, int count, const mxArray **given)
 {
     const Routine *routine = find(count, given);
-    const double *in[OPERANDS], *at[OPERANDS];
-    mwSize steps[OPERANDS], dimensions[RANK + 2], states = 1, last = 0;
+    const double *in[SYMDYN_OPERANDS], *at[SYMDYN_OPERANDS];
+    mwSize steps[SYMDYN_OPERANDS], dimensions[SYMDYN_RANK + 2], states = 1, last = 0;
     int batch;
     double *out;
     if (count - 1 != routine->operands || asked > 1) {
@@ -207,7 +207,7 @@ void mexFunction(int asked, mxArray **results, int count, const mxArray **given)
     for (int k = 0; k < routine->operands; k++) {
         states = columns_of(routine, k, given[k + 1], states);
     }
-    batch = states >= MANY;
+    batch = states >= SYMDYN_MANY;
     for (int k = 0; k < routine->operands; k++) {
         const int one = mxGetN(given[k + 1]) == 1;
         in[k] = mxGetPr(given[k + 1]);

@@ -47,8 +47,8 @@
  * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
  * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
-#ifndef SYMDYN_TWO_LINK_H
-#define SYMDYN_TWO_LINK_H
+#ifndef SYMDYN_two_link_H
+#define SYMDYN_two_link_H
 
 #ifdef __cplusplus
 extern "C" {

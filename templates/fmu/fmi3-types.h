@@ -1,8 +1,8 @@
 /* The types of FMI 3.0 (www.fmi-standard.org), as far as this FMU has them. */
 #ifdef FMI_HEADERS /* a folder of include paths has the standard's own headers: they judge what is declared here */
 #include "fmi3Functions.h"
-#define FULL(name) name
-#define EXPORT FMI3_Export
+#define SYMDYN_FULL(name) name
+#define SYMDYN_EXPORT FMI3_Export
 #else
 #include <stdbool.h>
 #include <stddef.h>
@@ -36,17 +36,17 @@ typedef void (*fmi3UnlockPreemptionCallback)(void);
 
 /* With -DFMI3_FUNCTION_PREFIX=pendulum_ the functions have names of their own, for programs that hold several models. */
 #ifdef FMI3_FUNCTION_PREFIX
-#define PASTED(a, b) a##b
-#define PASTE(a, b) PASTED(a, b)
-#define FULL(name) PASTE(FMI3_FUNCTION_PREFIX, name)
+#define SYMDYN_PASTED(a, b) a##b
+#define SYMDYN_PASTE(a, b) SYMDYN_PASTED(a, b)
+#define SYMDYN_FULL(name) SYMDYN_PASTE(FMI3_FUNCTION_PREFIX, name)
 #else
-#define FULL(name) name
+#define SYMDYN_FULL(name) name
 #endif
 #if defined(_WIN32)
-#define EXPORT __declspec(dllexport)
+#define SYMDYN_EXPORT __declspec(dllexport)
 #elif defined(__GNUC__)
-#define EXPORT __attribute__((visibility("default")))
+#define SYMDYN_EXPORT __attribute__((__visibility__("default")))
 #else
-#define EXPORT
+#define SYMDYN_EXPORT
 #endif
 #endif

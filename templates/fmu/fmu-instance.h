@@ -40,8 +40,8 @@ static Model *instance(const char *name, const char *token, int moves, void (*lo
         return 0;
     }
     strcpy(m->name, name ? name : "");
-    if (!token || strcmp(token, TOKEN)) {
-        complain(m, "the model description belongs to other code: its token is not %s", TOKEN);
+    if (!token || strcmp(token, SYMDYN_TOKEN)) {
+        complain(m, "the model description belongs to other code: its token is not %s", SYMDYN_TOKEN);
         free(m->name);
         free(m);
         return 0;
@@ -144,7 +144,7 @@ static int begin(Model *m)
 static int along(Model *m, const unsigned *unknowns, size_t nu, const unsigned *knowns, size_t nk, const double *seed,
                  double *found)
 {
-#ifdef DIFFERENTIATED
+#ifdef SYMDYN_DIFFERENTIATED
     double dx[NX] = {0}, din[NIN + 1] = {0}, ddx[NX], dy[NY + 1] = {0};
 
     for (size_t i = 0; i < nk; ++i) {
@@ -186,7 +186,7 @@ static int along(Model *m, const unsigned *unknowns, size_t nu, const unsigned *
 /* Kept states */
 
 typedef struct {
-    char token[sizeof TOKEN];
+    char token[sizeof SYMDYN_TOKEN];
     Numbers n;
 } Kept;
 
@@ -198,7 +198,7 @@ static int keep(Model *m, void **state)
         complain(m, "there is no memory for a state");
         return 0;
     }
-    memcpy(kept->token, TOKEN, sizeof TOKEN);
+    memcpy(kept->token, SYMDYN_TOKEN, sizeof SYMDYN_TOKEN);
     memcpy(&kept->n, &m->n, sizeof m->n);
     *state = kept;
     return 1;
@@ -208,7 +208,7 @@ static int restore(Model *m, const void *state)
 {
     const Kept *kept = state;
 
-    if (!kept || memcmp(kept->token, TOKEN, sizeof TOKEN)) {
+    if (!kept || memcmp(kept->token, SYMDYN_TOKEN, sizeof SYMDYN_TOKEN)) {
         complain(m, "this is no state of this model");
         return 0;
     }

@@ -9,8 +9,9 @@
 
     <function>_ground, _joints, _matrices    numbers that a function goes over in a loop, which is fixed text
 
-All other functions of a file are fixed text: `sincos_row`, `sincos_rows`, `sign_of`, `exp_of` mean here what they are
-called, columns and rows of states are brought to `_block` by what is compared and measured.
+Where a header is all of a module, all names but the first begin with `<stem>_own_`. All other functions of a file are
+fixed text: `sincos_row`, `sincos_rows`, `sign_of`, `exp_of` mean here what they are called, columns and rows of states
+are brought to `_block` by what is compared and measured.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ PART = re.compile(r"([0-9]+)\*sizeof\*([a-z]+)")
 """How much of a local array is copied, without its spaces."""
 
 UNKNOWN = re.compile(
-    rb'\b(ALIGNED|ALONE|PART|CROWDED|EACH|SHOWN|INLINED)\b|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
+    rb"\bSYMDYN_(ALIGNED|ALONE|PART|CROWDED|EACH|SHOWN|INLINED|RESTRICT)\b"
+    rb'|(?<=#ifdef __cplusplus\n)(extern "C" \{|\})(?=\n#endif\n)'
 )
 """What grammars know nothing of: macros for attributes and for a loop of fixed text, a brace in a condition."""
 
@@ -154,9 +156,11 @@ def _copied(file: File, name: str, wanted: Wanted, result: Result, places: list[
 
 def _places(file: File, name: str) -> list[int] | None:
     """Return the numbers of a table of a file, None if there is no such table."""
-    found = [one for one in outside(file.text.root) if one.type == "declaration" and _declares(one, name)]
+    declared = [one for one in outside(file.text.root) if one.type == "declaration"]
+    found = [one for one in declared if _declares(one, name) or _declares(one, file.prefix + name)]
     if not found:
         return None
+    name = name if _declares(found[0], name) else file.prefix + name
     numbers = [said(one) for one in found[0].children[-2].children[-1].children[1:-1:2]]
     table = said(found[0])
     expected = f"static const unsigned short {name}[{len(numbers)}] = {{{', '.join(numbers)}}};"
@@ -187,18 +191,18 @@ class CStatements(Statements):
 
         These are `memset(r, 0, sizeof r)`, `memcpy(out, r, sizeof r)`, `sincos_row(…)` and `sincos_rows(…)`.
         """
-        name = said(node.children[0])
+        name, own, within = said(node.children[0]), self.file.own, self.file.within
         if name == COPY:
             self._copy(node, self.arguments(node))
         elif name == CLEAR:
             self._clear(node, self.arguments(node))
-        elif name == f"{self.wanted.name}_solved" and name in self.file.functions:
+        elif name == own(f"{self.wanted.name}_solved") and name in self.file.functions:
             self._solved(node, self.arguments(node))
-        elif name == SINES and SINES in self.file.functions:
+        elif name == own(SINES) and name in self.file.functions:
             self._sines(node, self.arguments(node))
-        elif name == ROWS and ROWS in self.file.functions:
+        elif name == own(ROWS) and name in self.file.functions:
             self._rows_of_sines(node, self.arguments(node))
-        elif name in self.file.functions and re.fullmatch(rf"{self.wanted.name}_(part|pass)[0-9]+", name):
+        elif name in self.file.functions and re.fullmatch(rf"{self.wanted.name}_(part|pass)[0-9]+", within(name)):
             self._piece(node, name)
         else:
             super().call(node)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 PRODUCT = re.compile(rb"\((?=[A-Za-z_][A-Za-z_0-9]* \*)")
 """A parenthesis after which a product may be read as a pointer type of a cast; a plus sign tells them apart."""
 
-MACRO = re.compile(rb"\b(ALONE|PART|EACH|SHOWN|SYMDYN_[A-Z]+)\b")
+MACRO = re.compile(rb"\bSYMDYN_(?!ALIGNED\b)[A-Z]+")
 """What no grammar is shown, and no body that is read holds."""
 
 LARGEST = 1 << 16

@@ -54,7 +54,7 @@ def _rows(file: File, name: str) -> Iterator[Node]:
         left = declared.child_by_field_name("declarator") if declared is not None else None
         while left is not None and left.type == "array_declarator":
             left = left.child_by_field_name("declarator")
-        if declared is None or left is None or said(left) != name:
+        if declared is None or left is None or file.within(said(left)) != name:
             continue
         table = declared.child_by_field_name("value")
         if table is None or table.type != "initializer_list":

@@ -29,7 +29,12 @@ MATH = {
 }
 """Of <math.h>."""
 
-OURS = {"exp_of": Op.EXP, "sign_of": Op.SIGN}
+OURS = {
+    "exp_of": Op.EXP,
+    "sign_of": Op.SIGN,
+    "symdyn_sign_of_double": Op.SIGN,
+    "symdyn_sign_of_float": Op.SIGN,
+}
 """Fixed text of the file."""
 
 WHOLE = re.compile(rb"0|[1-9][0-9]*")
@@ -59,6 +64,19 @@ class File:
     functions: Mapping[str, Node]
     grammar: str
     cuts: dict[str, Cut] = field(default_factory=dict)
+
+    @property
+    def prefix(self) -> str:
+        """How names begin of what a header has for itself."""
+        return f"{self.text.stem}_own_"
+
+    def own(self, name: str) -> str:
+        """Return what a function of the file's own is called in it."""
+        return self.prefix + name if self.prefix + name in self.functions else name
+
+    def within(self, name: str) -> str:
+        """Return the name that something of a header's own would have in a source file."""
+        return name.removeprefix(self.prefix)
 
     def __post_init__(self) -> None:
         """Refuse trigraphs: `??/` ends a line that goes on, for some compilers."""
@@ -115,7 +133,7 @@ class Values:
     def function_of(self, name: str) -> Op | None:
         """Return which operation a function is, None if none."""
         if name in self.file.functions:  # nothing of the C library then
-            return OURS.get(name)
+            return OURS.get(self.file.within(name))
         if self.file.text.real == "float":
             return MATH.get(name[:-1]) if name.endswith("f") else None
         return MATH.get(name)

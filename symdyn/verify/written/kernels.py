@@ -192,8 +192,8 @@ class KernelStatements(Statements):
         cosine.store(Index(0), self.file.text.graph.cos(angle), line_of(node))
 
     def called(self, node: Node) -> Value:
-        """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine, again(n) is n."""
-        if said(node.children[0]) == "again" and "again" in self.file.functions:
+        """Return the value of a call; sincos of OpenCL returns the sine and sets the cosine, symdyn_again(n) is n."""
+        if said(node.children[0]) == "symdyn_again" and "symdyn_again" in self.file.functions:
             (same,) = self.arguments(node)
             return self.value(same)
         if self.file.grammar == CUDA_GRAMMAR or said(node.children[0]) != "sincos":

@@ -27,6 +27,7 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.c import dd_functions, double_double
 from symdyn.emit.targets.c.batch import batches
 from symdyn.emit.targets.c.cuts import cuts
+from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.gathered import LANES, LINE
 from symdyn.emit.targets.c.loops import loop_text
 from symdyn.emit.targets.c.sincos import sincos_values
@@ -55,9 +56,6 @@ BATCH, HEADER_ONLY = "batch", "header-only"
 
 SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
 """Functions of our own in the source file, written there when they are called."""
-
-LOOPED = ("ground", "joint", "joints", "matrices", "fetch", "store", "one")
-"""What all functions that are loops are made of, behind their names."""
 
 FLAT = {"double": -708, "float": -87}
 """Exponents below which an exponential would be denormal, and raise underflow: it is zero there."""
@@ -111,25 +109,16 @@ def _write(draft: Draft) -> dict[str, str]:
     values["sincos"] = any(many and many.sincos for many in values["codes"])
     values["rowed"] = any("sincos_rows" in call for many in lined if batch for call in many.calls)
     values |= sincos_values(real.name, draft.sines) if values["sincos"] else {}
+    public = [f"{draft.stem}_{function.name}" for function in page.functions]
     if draft.option == HEADER_ONLY:
-        values["private"] = _private(values)
-        return {f"{draft.stem}.h": render("c/lone.h.jinja", values)}
+        heads = ["math", *["stdint"] * values["loops"], *["string"] * values["cut"]]
+        values |= {"headers": heads, "manners": "c/manners.h.jinja"}
+        body = render("c/functions.c.jinja", values).strip("\n")
+        return {f"{draft.stem}.h": lone_header(body, public, values)}
     return {
-        f"{draft.stem}.c": render("c/source.c.jinja", values),
+        f"{draft.stem}.c": checked(render("c/source.c.jinja", values), public),
         f"{draft.stem}.h": render("c/header.h.jinja", values),
     }
-
-
-def _private(values: Mapping[str, Any]) -> list[str]:
-    """Return names of functions that are not for callers: two headers in one file must not share them."""
-    codes = list(zip(values["page"].functions, values["codes"], strict=True))
-    helpers = [name for name, used in ((SIGN_HELPER, "uses_sign"), (EXP_HELPER, "uses_exp")) if values[used]]
-    parts = [f"{function.name}_part{part.number}" for function, many in codes for part in (many.parts if many else ())]
-    solving = [one.name for one, many in codes if many and not one.loop and many.solve]
-    rows = [f"{name}_{what}" for name in solving for what in ("steps", "solved")] + ["column_vec"] * bool(solving)
-    sines = ["bits_of", "double_of", "any_large", "sincos_row"] if values["sincos"] else []
-    loops = [f"{one.name}_{what}" for one, many in codes if one.loop for what in LOOPED + many.made_of]
-    return helpers + sines + rows + parts + loops
 
 
 def _beside(sources: Sources) -> dict[str, str]:

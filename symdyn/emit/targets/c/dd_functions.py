@@ -7,7 +7,6 @@ beside the arithmetic. Without batch code a block is one state.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +17,7 @@ from symdyn.emit.code.target import Draft
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.double_double import printer as printer_of
 from symdyn.emit.targets.c.double_double import sincos_numbers
+from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
 from symdyn.graph import Expr, Op
 from symdyn.graph.ops import SYMBOL
@@ -90,19 +90,15 @@ def write(draft: Draft, batch: bool, lone: bool) -> dict[str, str]:
         "common": PREPARED if is_prepared(draft.program) else PARAMS,
         **sincos_numbers(),
     }
+    public = [f"{draft.stem}_{one.text.name}" for one in functions]
     if lone:
-        text = render("c/dd_lone.h.jinja", values | {"private": ()})
-        return {f"{draft.stem}.h": render("c/dd_lone.h.jinja", values | {"private": _private(text)})}
+        values |= {"headers": ("math", "stddef", "stdint", "string"), "manners": "c/dd_manners.h.jinja"}
+        body = render("c/dd_functions.c.jinja", values).strip("\n")
+        return {f"{draft.stem}.h": lone_header(body, public, values)}
     return {
-        f"{draft.stem}.c": render("c/dd_source.c.jinja", values),
+        f"{draft.stem}.c": checked(render("c/dd_source.c.jinja", values), public),
         f"{draft.stem}.h": render("c/dd_header.h.jinja", values),
     }
-
-
-def _private(text: str) -> list[str]:
-    """Return the names of all that a header has for itself: two headers in one file must not share them."""
-    found = re.findall(r"^(?:WITHIN|ALONE static|static(?! inline)) [^(=]*?(\w+)\(", text, re.MULTILINE)
-    return sorted({"dd", *found})
 
 
 def _function(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> DoubleDoubleFunction:

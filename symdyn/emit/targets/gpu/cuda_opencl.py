@@ -39,14 +39,14 @@ FUNCTIONS: Mapping[Op, str] = {
 }
 """As OpenCL calls them for every type, and CUDA for doubles."""
 
-SIGN_HELPER = "sign_of"
-"""A function of our own: OpenCL's sign makes 0 of what is not a number, and CUDA has none."""
+SIGN_HELPER = "symdyn_sign_of_{}"
+"""A function of our own, one a type: OpenCL's sign makes 0 of what is not a number, and CUDA has none."""
 
 
-def _spellings(suffix: str) -> Mapping[Op, Spelling]:
+def _spellings(suffix: str, real: Real) -> Mapping[Op, Spelling]:
     """Return the table of one language and type: sin or sinf."""
     calls = {op: call(f"{name}{suffix}", ARITY[op]) for op, name in FUNCTIONS.items()}
-    return {**OPERATORS, **calls, Op.SIGN: call(SIGN_HELPER)}
+    return {**OPERATORS, **calls, Op.SIGN: call(SIGN_HELPER.format(real.name))}
 
 
 def _literal(real: Real, value: Fraction) -> str:
@@ -54,11 +54,11 @@ def _literal(real: Real, value: Fraction) -> str:
 
 
 def _cuda(real: Real) -> Printer:
-    return Printer(_spellings(real.suffix), partial(_literal, real))
+    return Printer(_spellings(real.suffix, real), partial(_literal, real))
 
 
 def _opencl(real: Real) -> Printer:
-    return Printer(_spellings(""), partial(_literal, real))
+    return Printer(_spellings("", real), partial(_literal, real))
 
 
 def _write(draft: Draft) -> dict[str, str]:

@@ -26,7 +26,7 @@ from symdyn.program.waiting import Line, Plan
 WAITING = "waiting"
 """Where values wait."""
 
-AGAIN = "again(n)"
+AGAIN = "symdyn_again(n)"
 """The number of states, of which a compiler does not know that it is the same one as before."""
 
 BACK = "_back"

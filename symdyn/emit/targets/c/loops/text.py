@@ -100,13 +100,6 @@ class LoopText:
         """Whether a joint slides."""
         return self.turns < self.kinds
 
-    @property
-    def made_of(self) -> tuple[str, ...]:
-        """Endings of the functions that are its own."""
-        steps = [f"{one.name}{k}" for one in self.sweeps for k in range(self.kinds)]
-        moves = [f"{one.name}_{what}" for one in self.sweeps for what in ("copy", "add")]
-        return ("vec", *(f"{at}_{way}" for at in ("one", "vec") for way in (*steps, *moves, "none", "loop")))
-
 
 def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Printer, width: int) -> LoopText:
     """Return what the template needs of a loop over a table of a scene; a number takes `width` bytes."""
