@@ -1,6 +1,7 @@
 """Kernels for GPUs: what nvcc makes of them, and how fast they are next to what a card can do.
 
     python benchmarks/gpu.py --compile [--arch sm_90,sm_80]      registers, shared memory, spills: needs nvcc, no card
+    python benchmarks/gpu.py --compile --free                    the same with inertias left open, which are `params`
     python benchmarks/gpu.py --check [--arch sm_90]              results of peers as far as no card is needed: nvcc
     python benchmarks/gpu.py [--arch native]                     times: needs nvcc and a card
 
@@ -36,6 +37,7 @@ from symdyn.emit.code.real import REALS, SINGLE  # noqa: E402
 from symdyn.emit.targets.gpu.kernels import rooms  # noqa: E402
 from symdyn.emit.targets.gpu.room import SIZES, Room  # noqa: E402
 from symdyn.program import Program, formulate, lower  # noqa: E402
+from symdyn.scene import with_symbols  # noqa: E402
 
 ROBOTS = ("arm7", "puma560", "quadruped")
 OUTPUTS = (ID, FD, "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
@@ -69,6 +71,7 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="compare results of peers, and time nothing")
     parser.add_argument("--arch", help="of the card, as nvcc names it; several for --compile, with commas between")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="examples for --compile")
+    parser.add_argument("--free", action="store_true", help="leave inertias open for --compile, as params")
     options = parser.parse_args()
     nvcc = shutil.which("nvcc")
     if nvcc is None:
@@ -79,7 +82,7 @@ def main() -> int:
         for arch in (options.arch or "sm_90,sm_80").split(","):
             for robot in options.robots.split(","):
                 for real in SINGLE:
-                    found += compiled(nvcc, robot, real, arch)
+                    found += compiled(nvcc, robot, real, arch, options.free)
         print(table(found))
         print("\n".join(f"- {bar.text}: {bar.wanted}, {bar.shown}, {bar.verdict}" for bar in bars(found)))
         return 0
@@ -100,14 +103,18 @@ def main() -> int:
     return 0
 
 
-def program_of(robot: str) -> Program:
-    """Return what is compiled of an example."""
-    return lower(formulate(symdyn.example(robot), OUTPUTS))
+def program_of(robot: str, free: bool = False) -> Program:
+    """Return what is compiled of an example, its inertias left open or not."""
+    scene = symdyn.example(robot)
+    if free:
+        named = with_symbols(scene, "inertia")
+        scene = replace(named, parameters=tuple(replace(one, value=None) for one in named.parameters))
+    return lower(formulate(scene, OUTPUTS))
 
 
-def compiled(nvcc: str, robot: str, real: str, arch: str) -> list[Compiled]:
+def compiled(nvcc: str, robot: str, real: str, arch: str, free: bool = False) -> list[Compiled]:
     """Return what ptxas says of the kernels of an example."""
-    program = program_of(robot)
+    program = program_of(robot, free)
     sources = emit(program, "gpu", real)
     runs = dict(zip(sources.functions, rooms(program, REALS[real]), strict=True))
     with tempfile.TemporaryDirectory() as folder:

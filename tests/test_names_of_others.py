@@ -19,6 +19,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import formulate, lower
 from symdyn.resources import template_folder
+from symdyn.scene import read_text
 
 pytestmark = [pytest.mark.long(0)]
 
@@ -58,6 +59,8 @@ THEIRS = [
 
 STANDARD = {"casadi_real", "casadi_int", "NPY_NO_DEPRECATED_API"}
 """What others say shall be defined, and by whom it is not yet."""
+
+OTHER = "int other(void);\nint other(void) { return 0; }"
 
 STRICT = ["-O1", "-Wall", "-Wextra", "-Wundef", "-Wshadow", "-Wconversion", "-pedantic", "-Werror"]
 
@@ -108,10 +111,9 @@ def test_macros_of_others_stay_and_headers_stand_in_either_order(
     theirs = [f"#define {name} 3" for name in names]
     there = [f"#if {name} != 3\n#error {name} is lost\n#endif" for name in names]
     included = [f'#include "{file}"' for file in headers]
-    end = ["int other(void);", "int other(void) { return 0; }"]
 
     for order in (included, included[::-1], included * 2):
-        assert compiled(tmp_path, COMPILERS[compiler], [*begin, *theirs, *order, *there, *end]) == ""
+        assert compiled(tmp_path, COMPILERS[compiler], [*begin, *theirs, *order, *there, OTHER]) == ""
 
 
 @pytest.mark.runs("gcc")
@@ -155,3 +157,55 @@ def test_what_is_for_callers_is_called_as_nothing_of_the_files_own(real: str, sc
     for option in ("batch", "header-only"):
         with pytest.raises(EmitError, match=f"{scene}_{name} would be a function for callers, .* rename the scene or"):
             emit(program, "c", real, option=option)
+
+
+SCENE = """
+name = "memcpy"
+gravity = [0, "-linux", 0]
+parameters = { WIDE = {}, linux = {}, NULL = {}, EOF = {}, PART = {} }
+[bodies.part]
+particles = [{ mass = "WIDE", at = [0, "-EOF", 0] }]
+[bodies.aligned]
+particles = [{ mass = "NULL", at = [0, "-PART", 0] }]
+[joints.part]
+type = "revolute"
+parent = "ground"
+child = "part"
+axis = [0, 0, 1]
+[joints.elbow]
+type = "revolute"
+parent = "part"
+child = "aligned"
+axis = [0, 0, 1]
+origin = [0, "-EOF", 0]
+coordinate = "I"
+"""
+
+
+@pytest.mark.runs("gcc", "g++", "clang")
+@pytest.mark.parametrize("option", ["", "batch", "header-only"])
+def test_a_scene_may_be_called_as_what_c_has(option: str, tmp_path: Path) -> None:
+    program = lower(derive(read_text(SCENE), ("inverse_dynamics", "forward_dynamics")))
+    for file, text in emit(program, "c", option=option).texts.items():
+        (tmp_path / file).write_text(text)
+    shown = "memcpy.h" if option == "header-only" else "memcpy.c"
+    for words in (["gcc", "-std=gnu99"], ["clang", "-std=gnu99"], ["g++", "-x", "c++", "-Drestrict=__restrict"]):
+        lines = ["#include <stdio.h>", "#include <complex.h>"[: 22 * (words[0] != "g++")], f'#include "{shown}"', OTHER]
+        assert compiled(tmp_path, [*words, *STRICT], lines) == ""
+
+
+@pytest.mark.runs("g++", "clang")
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_headers_of_cpp_leave_macros_too(compiler: str, tmp_path: Path) -> None:
+    programs = lower(every_op("ops")), lower(formulate(symdyn.example("arm7"), ["forward_dynamics_derivatives"]))
+    for program in programs:
+        for file, text in emit(program, "cpp", option="batch").texts.items():
+            (tmp_path / file).write_text(text)
+    names = sorted({*THEIRS} - {*"TMN"})
+    begin = [f"#include <{name}>" for name in ("array", "cmath", "cstring", "limits", "type_traits")]
+    theirs = [f"#define {name} 3" for name in names]
+    there = [f"#if {name} != 3\n#error {name} is lost\n#endif" for name in names]
+    words = [*COMPILERS[compiler], "-std=c++17"]
+    lines = [*begin, *theirs, '#include "ops.hpp"', '#include "arm7.hpp"', '#include "ops.hpp"', *there, OTHER]
+
+    assert compiled(tmp_path, words, lines) == ""
