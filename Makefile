@@ -88,6 +88,7 @@ $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet -e '.[dev]'
+	$(BIN)/python -c 'import matplotlib.font_manager'  # its list of fonts is made once: who makes it says so on stderr
 	touch $@
 
 build/targets/.ready: pyproject.toml

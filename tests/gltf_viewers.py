@@ -7,6 +7,7 @@ is missing or reaches no registry.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import json
 import mimetypes
 import shutil
@@ -31,25 +32,31 @@ def packages() -> Path:
     """Return the folder of the packages, which are installed if they are missing."""
     place = ROOT / "build" / "npm"
     there = place / "node_modules"
-    versions = {name: there / name / "package.json" for name in PACKAGES}
+    place.parent.mkdir(exist_ok=True)
+    with open(place.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # several workers may come here at once
+        _installed(place)
+    return there
+
+
+def _installed(place: Path) -> None:
+    """Install the packages where they are missing; the test is skipped where that cannot be."""
+    versions = {name: place / "node_modules" / name / "package.json" for name in PACKAGES}
     if all(path.is_file() and json.loads(path.read_text())["version"] == PACKAGES[name]
            for name, path in versions.items()):  # fmt: skip
-        return there
+        return
     npm = path_of("npm")
     if npm is None:
         pytest.skip("there is no npm; apt-get install npm")
-    place.parent.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=place.parent) as aside:  # several workers may come here at once
+    with tempfile.TemporaryDirectory(dir=place.parent) as aside:
         words = [npm, "install", "--prefix", aside, "--no-audit", "--no-fund", "--no-save", "--ignore-scripts"]
         words += [f"{name}@{version}" for name, version in PACKAGES.items()]
         done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=HANG)
         if done.returncode:
             pytest.skip(f"npm installs no {', '.join(PACKAGES)}: {done.stderr.strip().splitlines()[-1:]}")
         shutil.rmtree(place, ignore_errors=True)
-        with contextlib.suppress(OSError):  # another one was first
-            Path(aside).rename(place)
-            Path(aside).mkdir()
-    return there
+        Path(aside).rename(place)
+        Path(aside).mkdir()
 
 
 def validated(paths: Sequence[Path]) -> dict[Path, dict[str, Any]]:

@@ -72,13 +72,13 @@ def test_two_four_bars_in_a_row_pass_their_change_point():
     assert np.abs(made["loop_rate_error"]).max() < 1e-12
 
 
-def test_forty_four_bars_in_a_row_take_less_than_a_second_for_twenty():
+def test_forty_four_bars_in_a_row_take_few_steps_for_twenty_seconds():
     case = oracle("iftomm_closed_form")["A02_N40"]
 
     made = simulate(row_of(40), until=20.0)
 
     assert made.q[-1, 0] == pytest.approx(float(case["rows"][-1]["theta"]), rel=1e-9)
-    assert made.wall < 1
+    assert made.steps < 400
 
 
 def test_what_is_compiled_for_a_row_grows_as_its_length():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pickle
 import re
-import time
 from itertools import product
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 import sympy
 import sympy.physics.mechanics
+from calls import counted
 
 import symdyn
 from symdyn.emit.print.sympy_equations import SympyEquations
@@ -203,12 +203,12 @@ def test_springs_dampers_and_prescribed_motions_have_their_places() -> None:
     assert moving.motions == {moving["y"]: b * sympy.sin(moving["t"])}
 
 
-def test_a_six_axis_arm_takes_seconds() -> None:
-    start = time.process_time()
-    found = symdyn.equations(symdyn.example("puma560")).sympy()
+def test_a_six_axis_arm_takes_no_long() -> None:
+    with counted() as calls:
+        found = symdyn.equations(symdyn.example("puma560")).sympy()
 
     assert found.C.shape == (6, 6)
-    assert time.process_time() - start < 10
+    assert calls.number < 5_000_000
 
 
 @pytest.mark.long
@@ -216,10 +216,9 @@ def test_what_would_take_minutes_is_refused_in_seconds_with_a_way_out() -> None:
     from symdyn.scene.starters import starter
 
     chain = symdyn.equations(read_text(starter("chain", "chain", 60), "chain.toml"))
-    start = time.process_time()
-    with pytest.raises(symdyn.SymdynError, match=r"too long to be of use.*symdyn generate writes"):
+    with counted() as calls, pytest.raises(symdyn.SymdynError, match=r"too long to be of use.*symdyn generate writes"):
         chain.sympy()
-    assert time.process_time() - start < 5
+    assert calls.number < 100_000
 
 
 def test_the_door_takes_paths_and_tells_what_has_no_closed_form(tmp_path) -> None:

@@ -7,9 +7,9 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from time import process_time
 
 import pytest
+from calls import counted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -350,10 +350,9 @@ def test_a_fault_has_its_place(text: str, where: str, message: str, two_link: Sc
     ids=lambda text: ascii(text[:12]),
 )
 def test_hostile_texts_are_refused_soon(text: str, two_link: Scene) -> None:
-    began = process_time()
-    with pytest.raises(TeachError):
+    with counted() as calls, pytest.raises(TeachError):
         read_statements(f"k_z11 = {text}", two_link)
-    assert process_time() - began < 2
+    assert calls.number < 1_000_000
 
 
 @pytest.mark.parametrize(
@@ -366,11 +365,11 @@ def test_hostile_texts_are_refused_soon(text: str, two_link: Scene) -> None:
     ids=lambda text: text[:12],
 )
 def test_formulas_that_grow_are_answered_soon_and_briefly(text: str, two_link: Scene) -> None:
-    began = process_time()
-    answer = told(f"k_z11 = {text}", two_link)
+    with counted() as calls:
+        answer = told(f"k_z11 = {text}", two_link)
     assert answer.startswith("k_z11: different")
     assert max(map(len, answer.split("\n"))) < 1500
-    assert process_time() - began < 10
+    assert calls.number < 3_000_000
 
 
 def test_coordinates_by_number_are_read(two_link: Scene) -> None:
