@@ -77,7 +77,7 @@ def in_zsh(line: str, folder: Path) -> set[str]:
 
     def until(mark: str) -> str:
         """Return the line behind a mark, once it is there."""
-        text, end = "", time.monotonic() + 60
+        text, end = "", time.monotonic() + HANG
         while "\n" not in text.partition(mark)[2] and time.monotonic() < end:
             if select.select([ours], [], [], 0.2)[0]:
                 text += os.read(ours, 4096).decode(errors="replace")
