@@ -7,7 +7,6 @@ is missing or reaches no registry.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import mimetypes
 import shutil
@@ -30,6 +29,8 @@ HOST = "http://viewer.invalid"
 
 def packages() -> Path:
     """Return the folder of the packages, which are installed if they are missing."""
+    import fcntl  # not on Windows, where nobody has asked for them yet
+
     place = ROOT / "build" / "npm"
     there = place / "node_modules"
     place.parent.mkdir(exist_ok=True)

@@ -74,7 +74,7 @@ def _wait_for(path: Path) -> None:
 
 
 def _slow(folder: Path, program: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
-    """Put a program on the path that takes very long once it is asked; return what it makes then, and when it is done."""
+    """Put a program on the path that takes long once it is asked; return what it makes then and when it is done."""
     begun, done = folder / "begun", folder / "done"
     (folder / program).write_text(f'#!/bin/sh\nread asked\ntouch "{begun}"\nsleep {2 * HANG}\ntouch "{done}"\n')
     (folder / program).chmod(0o755)
