@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from symdyn.emit.code.real import REALS
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.emit.render import render, verbatim
-from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.c import ROWS, C
 from symdyn.emit.targets.ufunc import TAGS, docstring
 from symdyn.errors import EmitError
 from symdyn.graph import growing
@@ -85,7 +85,7 @@ def code(program: Program, real: str = "double", rows: bool = False, accuracy: s
     """
     short = find_short_sines(accuracy)
     sines = short if short and rows and short.real == real else None
-    draft = C.draft(program, REALS[real], "symdyn.load", BATCH if rows else "", sines)
+    draft = C.draft(program, REALS[real], "symdyn.load", ROWS if rows else "", sines)
     functions, entries = [], []
     for text, routine in zip(draft.page.functions, program.routines, strict=True):
         arguments = routine.function.arguments

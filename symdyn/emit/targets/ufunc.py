@@ -13,7 +13,7 @@ from symdyn.emit.code.real import REALS
 from symdyn.emit.code.source_text import FunctionText, Page
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.c import ROWS, C
 from symdyn.errors import EmitError
 from symdyn.program import Program
 from symdyn.program.assemble import shared
@@ -42,7 +42,7 @@ def _write(draft: Draft) -> dict[str, Contents]:
         renamed = replace(draft.program, scene=replace(draft.program.scene, name=f"{draft.stem}_{tag}"))
         try:
             sines = draft.sines if name == draft.real.name else None  # float is no nearer than they
-            code = C.draft(renamed, REALS[name], page.command, BATCH, sines)
+            code = C.draft(renamed, REALS[name], page.command, ROWS, sines)
         except EmitError:
             if name == draft.real.name:
                 raise

@@ -1,5 +1,5 @@
 """The C target: `c99.py` is its row, the other files say how batches are computed."""
 
-from symdyn.emit.targets.c.c99 import BATCH, HEADER_ONLY, C
+from symdyn.emit.targets.c.c99 import BATCH, HEADER_ONLY, ROWS, C
 
-__all__ = ["BATCH", "HEADER_ONLY", "C"]
+__all__ = ["BATCH", "HEADER_ONLY", "ROWS", "C"]
