@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -282,3 +283,49 @@ def test_lessons_have_as_many_digits_as_are_asked_for(tmp_path: Path, capsys: Ca
     for more, number in zip(([], ["--digits", "9"]), ("0.237174 ", "0.23717421 "), strict=True):
         assert main(["walkthrough", str(scene), "-o", str(tmp_path / "lesson.md"), *more]) == 0
         assert number in (tmp_path / "lesson.md").read_text()
+
+
+LATE_METHODS = """
+import dataclasses
+{first}
+
+@dataclasses.dataclass(frozen=True)
+class Point:
+    x: int
+    y: int = 0
+
+@dataclasses.dataclass(frozen=True)
+class Named(Point):
+    name: str = ""
+
+@dataclasses.dataclass(frozen=True, order=True, eq=True)
+class Ordered:
+    parts: tuple
+
+def tried(call):
+    try:
+        return call()
+    except Exception as fault:
+        return type(fault).__name__, str(fault)
+
+a, b = Named(1, 2, "a"), Named(1, 2, "b")
+for _ in range(2):
+    print(a == b, a == dataclasses.replace(b, name="a"), a == Point(1, 2), Point(1, 2) == Point(1, 2), a != b)
+    print(hash(a) == hash((1, 2, "a")), hash(Point(3)) == hash((3, 0)), len({{a, b, Named(1, 2, "a")}}), a, Point(3))
+    print(tried(lambda: setattr(a, "x", 2)), tried(lambda: setattr(a, "z", 2)), tried(lambda: delattr(a, "name")))
+    print(tried(lambda: setattr(Point(1), "y", 2)), Ordered((1,)) < Ordered((2,)), tried(lambda: hash(Ordered(([],)))))
+print(Point.__eq__.__qualname__, Named.__hash__.__qualname__, Named.__setattr__.__name__, Ordered((Ordered(()),)))
+"""
+
+
+@pytest.mark.runs
+def test_in_a_shell_dataclasses_are_what_they_are_elsewhere():
+    """Their methods are compiled late there: first call and second, a class and what extends it are alike."""
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", LATE_METHODS.format(first=first)], capture_output=True, text=True, check=True
+        ).stdout
+        for first in ("", "from symdyn import shell; shell.take()")
+    ]
+    assert told[0] == told[1]
+    assert len(told[0].splitlines()) == 9

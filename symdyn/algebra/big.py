@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symdyn.graph import Arithmetic, Expr, Op
@@ -77,6 +79,9 @@ class Bounded(NamedTuple):
     error: Any
 
 
+_bounded: Callable[[tuple[Any, Any]], Bounded] = partial(tuple.__new__, Bounded)
+"""Makes one in half the time."""
+
 SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/dx|, …)
     Op.SIN: lambda c, z, x: (abs(c.cos(x)),),
     Op.COS: lambda c, z, x: (abs(c.sin(x)),),
@@ -95,68 +100,84 @@ class AllRoundingError(ZeroDivisionError):
 
 
 class RunningErrors:
-    """Big floats that know how far a shorter arithmetic may be off."""
+    """Big floats that know how far a shorter arithmetic may be off.
+
+    Errors are doubles, which hold all digits that a bound of first order has; one that is none, such as that of a value
+    beyond 1e308, is as big a float as the value.
+    """
 
     def __init__(
-        self, numbers: BigFloats | Midpoints, roundoff: Any, function_roundoff: Any, sines: float = 0.0
+        self, numbers: BigFloats | Midpoints, roundoff: float, function_roundoff: float, sines: float = 0.0
     ) -> None:
         """Analyse an arithmetic over exact enough numbers, by the roundoffs u of an operation and v of a function.
 
         Sines and cosines may be off by `sines` beside, whatever their size.
         """
         self.numbers = numbers
-        self.sines = numbers.context.mpf(sines)
-        self.u = numbers.context.mpf(roundoff)
-        self.v = numbers.context.mpf(function_roundoff)
+        self.sines = sines
+        self.u = roundoff
+        self.v = function_roundoff
 
     def exact(self, value: Any) -> Bounded:
         """Return an input that carries no error."""
-        return Bounded(value, 0)
+        return _bounded((value, 0.0))
 
     def constant(self, value: Fraction) -> Bounded:
         """Return a constant, rounded once."""
-        return self._rounded(self.numbers.constant(value), 0)
+        return self._rounded(self.numbers.constant(value))
 
     def pi(self) -> Bounded:
         """Return π, rounded once."""
-        return self._rounded(self.numbers.pi(), 0)
+        return self._rounded(self.numbers.pi())
 
     def add(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a + b."""
         value = a.value + b.value
-        return Bounded(value, a.error + b.error + self.u * abs(value))
+        error = a.error + b.error + self.u * abs(float(value))
+        return _bounded((value, error if error < inf else a.error + b.error + self.u * abs(value)))
 
     def sub(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a - b."""
         value = a.value - b.value
-        return Bounded(value, a.error + b.error + self.u * abs(value))
+        error = a.error + b.error + self.u * abs(float(value))
+        return _bounded((value, error if error < inf else a.error + b.error + self.u * abs(value)))
 
     def mul(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a b."""
         value = a.value * b.value
-        return Bounded(value, abs(b.value) * a.error + abs(a.value) * b.error + self.u * abs(value))
+        error = abs(float(b.value)) * a.error + abs(float(a.value)) * b.error + self.u * abs(float(value))
+        if not error < inf:
+            error = abs(b.value) * a.error + abs(a.value) * b.error + self.u * abs(value)
+        return _bounded((value, error))
 
     def div(self, a: Bounded, b: Bounded) -> Bounded:
         """Return a / b; raise AllRoundingError where b may be zero for all that is known of it."""
         if not abs(b.value) > b.error:
             raise (AllRoundingError if b.value else ZeroDivisionError)("a divisor is all rounding error")
         value = a.value / b.value
-        return self._rounded(value, (a.error + abs(value) * b.error) / abs(b.value))
+        size, below = abs(float(value)), abs(float(b.value))
+        error = (a.error + size * b.error) / below + self.u * size if below else inf
+        if not error < inf:
+            error = (a.error + abs(value) * b.error) / abs(b.value) + self.u * abs(value)
+        return _bounded((value, error))
 
     def neg(self, a: Bounded) -> Bounded:
         """Return -a, which rounds nothing."""
-        return Bounded(-a.value, a.error)
+        return _bounded((-a.value, a.error))
 
     def function(self, node: Expr, args: Sequence[Bounded]) -> Bounded:
         """Return node.op(args)."""
         value = self.numbers.function(node, [arg.value for arg in args])
         slopes = SLOPES[node.op](self.numbers.context, value, *(arg.value for arg in args))
         carried = sum(slope * arg.error for slope, arg in zip(slopes, args, strict=True) if arg.error != 0)
-        short = self.sines if node.op in (Op.SIN, Op.COS) else 0
-        return Bounded(value, carried + self.v * abs(value) + short)
+        short = self.sines if node.op in (Op.SIN, Op.COS) else 0.0
+        whole = carried + self.v * abs(value) + short
+        error = float(whole)
+        return _bounded((value, error if error < inf else whole))
 
-    def _rounded(self, value: Any, carried: Any) -> Bounded:
-        return Bounded(value, carried + self.u * abs(value))
+    def _rounded(self, value: Any) -> Bounded:
+        error = self.u * abs(float(value))
+        return _bounded((value, error if error < inf else self.u * abs(value)))
 
 
 class LooseErrors(RunningErrors):
@@ -171,4 +192,7 @@ class LooseErrors(RunningErrors):
         return self._summed(a.value - b.value, a, b)
 
     def _summed(self, value: Any, a: Bounded, b: Bounded) -> Bounded:
-        return Bounded(value, a.error + b.error + self.u * (abs(a.value) + abs(b.value)))
+        error = a.error + b.error + self.u * (abs(float(a.value)) + abs(float(b.value)))
+        if not error < inf:
+            error = a.error + b.error + self.u * (abs(a.value) + abs(b.value))
+        return _bounded((value, error))

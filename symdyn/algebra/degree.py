@@ -177,9 +177,14 @@ class Bounds:
         return Bound(degree, height)
 
     def _evaluated(self, outputs: Sequence[Expr]) -> list[Degree]:
+        self.look(reachable(outputs, self._known))
+        return [self._known[node] for node in outputs]
+
+    def look(self, order: Sequence[Expr]) -> None:
+        """Find the bounds of nodes, each behind its arguments."""
         algebra, known, below = self._algebra, self._known, self._below
         apply = arithmetic(algebra)
-        for node in reachable(outputs, known):
+        for node in order:
             if node in known:
                 continue
             op, args = node.op, [known[arg] for arg in node.args]
@@ -201,7 +206,6 @@ class Bounds:
                     under |= 1 << len(self._hashed)
                     self._hashed.append(algebra.hashed)
             below[node] = under
-        return [known[node] for node in outputs]
 
     def _hashed_below(self, outputs: Sequence[Expr]) -> list[int]:
         under = 0

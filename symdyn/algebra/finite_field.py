@@ -66,10 +66,15 @@ class Needs:
 
 def needs(outputs: Iterable[Expr]) -> Needs:
     """Return what a finite field must offer so that `outputs` can be run over it."""
+    return needs_of(reachable(outputs))
+
+
+def needs_of(nodes: Iterable[Expr]) -> Needs:
+    """Return what a finite field must offer so that all of `nodes` can be run over it."""
     turn = radian = atom = 1
     radicands: dict[int, None] = {}
     denominator = 1
-    for node in reachable(outputs):
+    for node in nodes:
         if node.op is Op.CONSTANT:
             denominator = lcm(denominator, node.value.denominator)  # type: ignore[union-attr]
         if node.op in (Op.SIN, Op.COS):

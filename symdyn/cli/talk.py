@@ -8,11 +8,12 @@ import re
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Self
+from unicodedata import combining, east_asian_width
 
 from symdyn.errors import printable
 from symdyn.rounding import digits_or
@@ -151,6 +152,9 @@ def print_rich(shown: Any) -> None:
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table on stdout; columns whose name ends in a space are numbers and aligned to the right."""
+    if not sys.stdout.isatty():
+        print(*_lines_of(title, columns, rows), sep="\n")
+        return
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -160,6 +164,35 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     for row in rows:
         table.add_row(*row)
     print_rich(table)
+
+
+def _lines_of(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Iterate over the lines of a table as it is outside of terminals, where no line has to be broken."""
+    cells = [[column.rstrip() for column in columns], *rows]
+    widths = [max(map(_width, column)) for column in zip(*cells, strict=True)]
+    whole = sum(widths) + 3 * len(widths) - 1
+    plain = (sys.stdout.encoding or "").lower().startswith("utf")
+
+    def line(row: Sequence[str]) -> str:
+        gaps = [" " * (width - _width(text)) for text, width in zip(row, widths, strict=True)]
+        padded = (
+            gap + text if name.endswith(" ") else text + gap for text, gap, name in zip(row, gaps, columns, strict=True)
+        )
+        return f" {'   '.join(padded)} "
+
+    yield title + " " * (whole - _width(title))
+    yield " " * whole
+    yield line(cells[0])
+    yield f" {('─' if plain else '-') * (whole - 2)} "
+    yield from map(line, cells[1:])
+    yield " " * whole
+
+
+def _width(text: str) -> int:
+    """Return how many columns a text takes: accents none, ideographs two."""
+    if text.isascii():
+        return len(text)
+    return sum(0 if combining(one) else 1 + (east_asian_width(one) in "WF") for one in text)
 
 
 def asking(leaves: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
 """The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
 
 from symdyn.graph.differentiate import Slopes, copy_node, gradient, jacobian, operands, substitute, tangents
-from symdyn.graph.evaluate import Algebra, Arithmetic, arithmetic, evaluate, reachable
+from symdyn.graph.evaluate import Algebra, Arithmetic, arithmetic, evaluate, reachable, repeated
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
@@ -30,6 +30,7 @@ __all__ = [
     "linear_form",
     "operands",
     "reachable",
+    "repeated",
     "substitute",
     "tangents",
     "turns",

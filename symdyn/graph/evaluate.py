@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from operator import attrgetter
 from typing import Any, Protocol, TypeVar
 
@@ -140,3 +141,42 @@ def evaluate(
         else:
             known[node] = algebra.function(node, [known[arg] for arg in args])
     return [known[node] for node in outputs]
+
+
+def repeated(
+    outputs: Sequence[Expr], algebra: Algebra[T], key: Callable[[Expr], Any] = lambda symbol: symbol
+) -> Callable[[Mapping[Any, T]], list[T]]:
+    """Return what gives the values of `outputs` over `algebra`, for those of symbols, as often as it is called.
+
+    Constants are worked out here, and no node is looked up again. `key` tells what the values are given by.
+    """
+    order, apply = reachable(outputs), arithmetic(algebra)
+    place = {node: k for k, node in enumerate(order)}
+    start: list[Any] = [None] * len(order)
+    symbols: list[tuple[int, Any]] = []
+    steps: list[tuple[int, Callable[..., T], int, int]] = []
+    for k, node in enumerate(order):
+        if node.op is Op.CONSTANT:
+            start[k] = algebra.constant(node.value)  # type: ignore[arg-type]
+        elif node.op is Op.PI:
+            start[k] = algebra.pi()
+        elif node.op is Op.SYMBOL:
+            symbols.append((k, key(node)))
+        else:
+            step = apply.get(node.op) or partial(_function, algebra, node)
+            steps.append((k, step, place[node.args[0]], place[node.args[1]] if len(node.args) > 1 else -1))
+    ends = [place[node] for node in outputs]
+
+    def values_at(values: Mapping[Any, T]) -> list[T]:
+        held = start.copy()
+        for k, symbol in symbols:
+            held[k] = values[symbol]
+        for k, step, i, j in steps:
+            held[k] = step(held[i], held[j]) if j >= 0 else step(held[i])
+        return [held[k] for k in ends]
+
+    return values_at
+
+
+def _function(algebra: Algebra[T], node: Expr, *args: T) -> T:
+    return algebra.function(node, args)

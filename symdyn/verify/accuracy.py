@@ -22,7 +22,7 @@ from symdyn.algebra.midpoints import Midpoints
 from symdyn.algebra.shaken import Shaken
 from symdyn.dynamics import Function
 from symdyn.emit.code.short_sines import bound_of_sines
-from symdyn.graph import Expr, evaluate, reachable
+from symdyn.graph import Expr, evaluate, reachable, repeated
 from symdyn.program import Program
 from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample, values_of
 
@@ -83,12 +83,13 @@ def measure(
             function = routine.function
             if not function.entries:
                 continue
-            rng, order = random.Random(f"{seed}:{function.name}"), reachable(function.entries)
-            first = _case(function, order, rng, analysis, real, 0)
+            rng, bounded_at = random.Random(f"{seed}:{function.name}"), repeated(function.entries, analysis)
+            first = _case(function, bounded_at, rng, analysis, real)
             if first is None:
+                order = reachable(function.entries)
                 tried = [_case_by_lot(function, order, rng, analysis, real) for _ in range(states)]
             else:
-                tried = [first, *(_case(function, order, rng, analysis, real, k) for k in range(1, states))]
+                tried = [first, *(_case(function, bounded_at, rng, analysis, real) for _ in range(1, states))]
             cases, bounded = [case for case in tried if case is not None], first is not None
             found += [
                 _compare(function, name, getattr(module, function.name), cases, numbers, real, bounded or not cases)
@@ -117,14 +118,18 @@ class _Case:
 
 
 def _case(
-    function: Function, order: Sequence[Expr], rng: random.Random, analysis: RunningErrors, real: str, k: int
+    function: Function,
+    bounded_at: Callable[[Mapping[Expr, Bounded]], list[Bounded]],
+    rng: random.Random,
+    analysis: RunningErrors,
+    real: str,
 ) -> _Case | None:
     """Return a case at the next state where the function is real, trying ever wider ranges; None if there is none."""
     for draw in range(DRAWS):
         inputs = sample(function.arguments, rng, real, WIDER[draw * len(WIDER) // DRAWS])
         values = values_of(function, inputs, lambda value: analysis.exact(analysis.numbers.number(value)))
         try:
-            found: list[Bounded] = evaluate(function.entries, analysis, values, order)
+            found = bounded_at(values)
         except (ValueError, ZeroDivisionError, OverflowError):
             continue
         ulp = 2 * ROUNDOFF[real] * max(float(abs(entry.value)) for entry in found) or TINIEST[real]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from symdyn.algebra.degree import Bound, Bounds
-from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, needs
+from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, needs, needs_of
 from symdyn.algebra.midpoints import RealBalls, bits_of
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
@@ -101,14 +101,19 @@ def prove(
         points: how many points over each.
         positive: names of symbols that are assumed positive where a claim is checked numerically.
     """
-    rooted = _rooted(claims)
+    order = _below_all(claims)
+    rootless = all(node.op is not Op.SQRT for node in order)
+    rooted = [()] * len(claims) if rootless else [_radicands(claim) for claim in claims]
     exact = [claim for claim, roots in zip(claims, rooted, strict=True) if roots is not None]
-    wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
+    wanted = needs_of(order) if rootless else needs([x for claim in exact for x in (*claim.left, *claim.right)])
     fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
     seeds = [[hash_seed(seed, k, point, point) for k in range(primes)] for point in range(points)]
     first, over_fields = FirstPoints(wanted, fields.primes, seeds), FieldPoints(wanted)
     numbers, bounds = RealBalls(bits_of(DIGITS)), Bounds(wanted)
     in_numbers = NumberPoints(numbers, positive)
+    if rootless:  # so all claims can be run over a field, which one walk does for most of them
+        first.look(order)
+        bounds.look(order)
     known: dict[Sides, Roots | None] = {}
     findings = []
     for claim, sides in zip(claims, rooted, strict=True):
@@ -125,12 +130,10 @@ def prove(
     return fields, findings
 
 
-def _rooted(claims: Sequence[Claim]) -> list[Sides | None]:
-    """Return for every claim what `_radicands` does; most scenes have no root, which one look at all claims tells."""
+def _below_all(claims: Sequence[Claim]) -> list[Expr]:
+    """Return every node that claims need, graph by graph, arguments first."""
     every = _by_graph([node for claim in claims for node in (*claim.left, *claim.right)])
-    if not any(node.op is Op.SQRT for entries in every for node in reachable(entries)):
-        return [()] * len(claims)
-    return [_radicands(claim) for claim in claims]
+    return [node for entries in every for node in reachable(entries)]
 
 
 def _radicands(claim: Claim) -> Sides | None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import random
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from typing import Any
 
-from symdyn.algebra.finite_field import FiniteField, Needs, evaluate_over_field, function_over_field
+from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, evaluate_over_field, function_over_field
 from symdyn.algebra.many_points import ManyPoints, Residues
 from symdyn.algebra.midpoints import RealBalls
 from symdyn.graph import Expr, Op, evaluate, reachable
@@ -41,6 +42,12 @@ class FirstPoints:
         if len(self._points.known) > self._most:
             self._points.known.clear()
         return self._points.values(outputs)
+
+    def look(self, order: Sequence[Expr]) -> None:
+        """Find the values of nodes, each behind its arguments, up to where a point is unlucky."""
+        if len(order) <= self._most:
+            with suppress(Redraw):
+                self._points.evaluate(order)
 
     def at(self, values: Sequence[Residues], j: int, k: int) -> list[int]:
         """Return values at one of `places`."""

@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from operator import add
+from operator import add, attrgetter
 from typing import TypeVar
 
 from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.recursive.row_kinds import RowKind, kinds_of, names_of
-from symdyn.graph import Algebra, Expr, Graph, evaluate, reachable, substitute
+from symdyn.graph import Algebra, Expr, Graph, reachable, repeated, substitute
 from symdyn.graph.ops import SYMBOL
 
 
@@ -94,13 +94,13 @@ def values_over_table(
     """
     left = iter(numbers)
     ground = [next(left) for _ in table.ground]
-    orders: dict[tuple[Expr, ...], Sequence[Expr]] = {}
+    steps: dict[tuple[Expr, ...], Callable[[Mapping[str, T]], list[T]]] = {}
 
     def put(wanted: Sequence[Expr], here: Mapping[str, T]) -> list[T]:
         whole = tuple(wanted)
-        order = orders[whole] if whole in orders else orders.setdefault(whole, reachable(whole))
-        home = whole[0].graph
-        return evaluate(whole, algebra, {home.symbol(name): x for name, x in here.items()}, order)
+        if whole not in steps:
+            steps[whole] = repeated(whole, algebra, attrgetter("value"))
+        return steps[whole](here)
 
     rows = [{name: next(left) for name in names_of(row)} for row in table.rows]
     return _walked(table, sweeps, rows, ground, given, algebra.constant(Fraction(0)), algebra.add, put)
