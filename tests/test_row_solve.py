@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from dataclasses import replace
+from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from mechanisms import random_tree
 import symdyn
 from symdyn.bench.reference import reference
 from symdyn.build.c_module import build
+from symdyn.dynamics.loops import reduced_rows, reduction
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, at_rest, formulate, in_lines, lower, prepare
 from symdyn.program.row_loop import row_loop
@@ -28,9 +30,15 @@ from symdyn.verify.written import READERS, languages, printed, prove_texts
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 FDD, BY_QD, BY_TAU = "forward_dynamics_derivatives", "forward_dynamics_by_qd", "forward_dynamics_by_tau"
+FREE, MULTIPLIERS = "forward_dynamics_unprojected_derivatives", "multipliers_unprojected_derivatives"
 
 
 def carried(n: int) -> Scene:
+    """Return a chain as `carried_text` writes it."""
+    return read_text(carried_text(n))
+
+
+def carried_text(n: int) -> str:
     """Return a chain of n turns about all axes, a slide among them, its third joint moved along as time says."""
     parts = ['name = "carried"']
     for k in range(1, n + 1):
@@ -43,7 +51,7 @@ def carried(n: int) -> Scene:
             f'origin = [["Tx", 0.{k}], ["Ty", 0.3]]',
             'motion = "sin(2*t)/3"' if k == 3 else "",
         ]
-    return read_text("\n".join(parts))
+    return "\n".join(parts)
 
 
 def branching() -> Scene:
@@ -51,16 +59,24 @@ def branching() -> Scene:
     return random_tree(5, 9, free=False)
 
 
+def held() -> Scene:
+    """Return such a chain whose end is held to the ground by a ball."""
+    end = '\n[[loop]]\nname = "end"\ntype = "spherical"\nparent = "ground"\nchild = "b9"\norigin = [3.5, 2, 0.5]'
+    return read_text(carried_text(9) + end)
+
+
 SCENES = {
     "arm7": lambda: symdyn.example("arm7"),
     "branching": branching,
     "carried": lambda: carried(8),
+    "held": held,
     "quadruped": lambda: symdyn.example("quadruped"),
 }
-SMALL = list(SCENES)[:3]
+SMALL = list(SCENES)[:4]
 ALL, FEW = (pytest.mark.parametrize("name", names) for names in (SCENES, SMALL))
 
 
+@cache
 def program_of(name: str, *functions: str) -> Program:
     """Return the program of functions of a scene, as C takes it."""
     return lower(formulate(SCENES[name](), functions or (FDD,)))
@@ -97,6 +113,33 @@ def test_c_is_within_the_bound_of_its_lines(name: str, real: str) -> None:
     found = measure(program, {"c": build(emit(program, "c", real))}, real=real)
 
     assert [one.passed for one in found] == [True]
+
+
+@pytest.mark.long
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("largest", [6, 2])
+def test_held_points_are_solved_by_minors_and_by_normal_equations(largest: int, monkeypatch: Any) -> None:
+    for module in (reduction, reduced_rows):
+        monkeypatch.setattr(module, "CRAMER", largest)
+    equations = formulate(held(), [FREE, MULTIPLIERS])
+    program = lower(equations)
+
+    _, proofs = prove(program_claims(program.scene, equations.functions, program), seed=1)
+    found = measure(program, {"c": build(emit(program, "c"))})
+
+    assert [one.verdict for one in proofs] == ["proved"] * 4
+    assert all(f"{name}_solved(r)" in text_of(program) for name in (FREE, MULTIPLIERS))
+    assert [one.passed for one in found] == [True, True]
+
+
+@pytest.mark.long
+def test_forces_are_columns_unless_the_inverse_multiplies() -> None:
+    arm, multiplied = (program_of(name).routines[0].function.solve for name in ("arm7", "carried"))
+
+    assert arm is not None
+    assert multiplied is not None
+    assert (arm.width, multiplied.width) == (3 * 7, 2 * 8)
+    assert {entry for row in arm.beside for entry in row} == {None}
 
 
 @ALL
@@ -169,6 +212,7 @@ def test_short_ones_and_what_is_no_solution_stay_in_lines() -> None:
     assert puma.routines[0].function.solve is not None
     assert "_solved" not in text_of(puma)
     assert by_tau.routines[0].function.solve is None
+    assert program_of("quadruped", BY_TAU).routines[0].function.solve is None
     assert "_solved(r)" in text_of(program_of("quadruped", BY_QD))
 
 

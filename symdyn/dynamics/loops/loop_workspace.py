@@ -9,6 +9,7 @@ from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
+from symdyn.dynamics.loops.reduced_rows import Partitioned
 from symdyn.dynamics.loops.reduction import (
     AllRows,
     Reduction,
@@ -217,6 +218,12 @@ class LoopWorkspace:
         w = self.w
         units = [[w.graph.one if i == k else w.graph.zero for i in range(w.state.n)] for k in w.prescribed.place]
         return all_rows(w.composite_mass, [*self.G(self.recursive), *units])
+
+    @cached_property
+    def partitioned(self) -> Partitioned:
+        """What right sides that are solved by the partition have in common."""
+        G = self.G(self.recursive)
+        return Partitioned(self.w.composite_mass, G, self.decisions.partition, self.motion, self._factored)
 
     def solved(
         self, rest: Sequence[Expr], gamma: Sequence[Expr], given: Sequence[Expr] = (), together: bool = False

@@ -74,13 +74,19 @@ class Reduction:
                 total[i] = total[i] + t * force
         return list(total.values())
 
+    def moved(self, M: Matrix) -> dict[int, list[Expr]]:
+        """Return M T, a column of shape (nv,) for each independent velocity."""
+        rows = [nonzero(row) for row in M]
+        return {
+            i: [M[0][0].graph.total(x * self.T[k][i] for k, x in row if i in self.T[k]) for row in rows]
+            for i in self.independent
+        }
+
     def mass(self, M: Matrix) -> list[list[Expr]]:
         """Return Tᵀ M T, shape (independent, independent)."""
-        graph, T = M[0][0].graph, self.T
-        rows = [nonzero(row) for row in M]
-        columns = [[graph.total(x * T[k][i] for k, x in row if i in T[k]) for row in rows] for i in self.independent]
+        graph, columns = M[0][0].graph, self.moved(M).values()
         entries = [
-            [graph.total(t[i] * x for t, x in zip(T, column, strict=True) if i in t) for column in columns]
+            [graph.total(t[i] * x for t, x in zip(self.T, column, strict=True) if i in t) for column in columns]
             for i in self.independent
         ]
         size = range(len(self.independent))
@@ -179,6 +185,18 @@ def solve_square(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
     return found
 
 
+def inverse(B: Matrix) -> list[list[Expr]]:
+    """Return B⁻¹ of at most six rows, by its minors and one reciprocal."""
+    minors, every = _Minors(B), tuple(range(len(B)))
+    plus = 1 / minors.value(every, every)
+
+    def entry(j: int, i: int) -> Expr:
+        found = minors.value(every[:i] + every[i + 1 :], every[:j] + every[j + 1 :]) * plus
+        return found if (i + j) % 2 == 0 else -found
+
+    return [[entry(j, i) for i in every] for j in every]
+
+
 class _Minors:
     """Minors of a matrix by expansion along their first rows, each computed once."""
 
@@ -206,9 +224,16 @@ class _Minors:
 
 def solve_normal(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
     """Return x with Bᵀ B x = Bᵀ b by Lᵀ D L: B⁻¹ b, or the least squares of more equations than unknowns."""
-    lines, unknowns, graph = range(len(B)), range(len(B[0])), B[0][0].graph
-    square = [[graph.total(B[k][i] * B[k][j] for k in lines) for j in unknowns] for i in unknowns]
-    return solve(range(-1, len(unknowns)), square, [graph.total(B[k][i] * b[k] for k in lines) for i in unknowns])
+    graph, columns = B[0][0].graph, zip(*B, strict=True)
+    right = [[graph.total(x * y for x, y in zip(column, b, strict=True))] for column in columns]
+    return [row[0] for row in squared(B).solve(right)]
+
+
+def squared(B: Matrix) -> Factored:
+    """Return Bᵀ B factored."""
+    graph, columns = B[0][0].graph, list(zip(*B, strict=True))
+    square = [[graph.total(x * y for x, y in zip(one, other, strict=True)) for other in columns] for one in columns]
+    return factored(graph, range(-1, len(columns)), square)
 
 
 # With multipliers

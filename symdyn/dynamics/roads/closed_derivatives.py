@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.roads import closed_outputs as closed
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.closed_slopes import (
@@ -25,6 +27,7 @@ from symdyn.dynamics.roads.closed_slopes import (
     normal_slopes_of_velocities,
     slopes_of_positions,
     slopes_of_velocities,
+    solve_of,
     tangent,
 )
 from symdyn.dynamics.roads.derivative_outputs import BESIDE, COLUMNS, derivatives
@@ -89,6 +92,7 @@ class Derivative:
         units: its unit.
         roads: derivations, each takes the workspace, a way and the arguments along which derivatives are wanted.
         depends: which choices about closed loops its formulas depend on.
+        solves: what the entries of roads are solved from, called as they are.
         solved: its entries by road, those of which derivatives are taken after they are solved.
         way: how symbols move along the manifold, a key of `WAYS`.
     """
@@ -100,6 +104,7 @@ class Derivative:
     units: str
     roads: dict[str, Callable[..., Sequence[Expr]]]
     depends: tuple[str, ...]
+    solves: dict[str, Callable[..., RowSolve | None]] = field(default_factory=dict)
     solved: dict[str, Entries] = field(default_factory=dict)
     way: str = "manifold"
 
@@ -118,6 +123,7 @@ class Derivative:
             name: (by_lagrange if name == "lagrange" else Road)(_derived(derive, way, along))
             for name, derive in self.roads.items()
         }
+        roads |= {name: replace(roads[name], solve=_derived(one, way, along)) for name, one in self.solves.items()}
         return Output(
             f"derivatives [{' | '.join(f'd{self.result}/d{one}' for one in blocks)}] {how} of {self.text}",
             self.arguments,
@@ -149,7 +155,7 @@ class Derivative:
         return f"[{' | '.join(f'd{self.result}/d{BLOCKS[name]}' for name in self.arguments)}]"
 
 
-def _derived(derive: Callable[..., Sequence[Expr]], way: str, along: tuple[str, ...]) -> Entries:
+def _derived(derive: Callable[..., Any], way: str, along: tuple[str, ...]) -> Callable[[Workspace], Any]:
     return lambda w: derive(w, way, *along)
 
 
@@ -180,6 +186,7 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
             "lagrange": partial(tangent, closed.lagrange_forward, "lagrange"),
         },
         _CHOICES,
+        {"implicit": partial(solve_of, implicit, 0), "recursive": partial(solve_of, by_recursion, 0)},
         {"forward": closed.forward, "lagrange": closed.lagrange_forward},
     ),
     "multipliers": Derivative(
@@ -195,6 +202,7 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
             "lagrange": partial(tangent, closed.lagrange_multipliers, "lagrange"),
         },
         _CHOICES,
+        {"implicit": partial(solve_of, implicit, 1), "recursive": partial(solve_of, by_recursion, 1)},
         {"forward": closed.multipliers, "lagrange": closed.lagrange_multipliers},
     ),
     "inverse_dynamics": Derivative(
@@ -209,6 +217,7 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
             "lagrange": partial(tangent, closed.lagrange_inverse, "lagrange"),
         },
         ("independent",),
+        {},
         {"forward": closed.inverse, "lagrange": closed.lagrange_inverse},
         "motion",
     ),

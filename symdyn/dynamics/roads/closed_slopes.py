@@ -21,10 +21,13 @@ section IV, for the derivatives of what is solved by those of what is not.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from symdyn.dynamics.loops import reduction
 from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
+from symdyn.dynamics.loops.reduced_rows import rows_of
+from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.roads import closed_outputs as closed
 from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads.derivative_outputs import along_all
@@ -111,13 +114,13 @@ def _together(w: Workspace, way: str) -> bool:
     return w.loops.decisions.fails and way == "free"
 
 
-def implicit(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
-    """Return δu̇ and δλ of every column, by differentiating the equations of motion before they are solved."""
+def implicit(w: Workspace, way: str, *along: str) -> Columns:
+    """Return δR and δC, a column each, by differentiating the equations of motion before they are solved."""
     entries = w.once(equations)
-    return _solved(w, way, along, [tangents(entries, one) for one in WAYS[way](w, "implicit", along)])
+    return _at_solution(w, way, [tangents(entries, one) for one in WAYS[way](w, "implicit", along)])
 
 
-def by_recursion(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
+def by_recursion(w: Workspace, way: str, *along: str) -> Columns:
     """Return the same, forces of the tree differentiated along all directions by its recursion first."""
     n, tau = w.state.n, w.state.tau
     by_tree = recursive_derivatives.inverse(w, ("q", "qd"))
@@ -129,7 +132,7 @@ def by_recursion(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], 
         for i in range(n):
             moved[i] = moved[i] + w.graph.total(by_tree[2 * n * i + k] * x for k, x in step.items())
         sides.append(moved)
-    return _solved(w, way, along, sides)
+    return _at_solution(w, way, sides)
 
 
 def _steps(w: Workspace, way: str, along: Sequence[str]) -> list[dict[int, Expr]]:
@@ -143,26 +146,47 @@ def _steps(w: Workspace, way: str, along: Sequence[str]) -> list[dict[int, Expr]
     ]
 
 
-Solved = list[tuple[list[Expr], list[Expr]]]
-
-
-def _solved(w: Workspace, way: str, along: Sequence[str], sides: Sequence[list[Expr]]) -> Solved:
-    """Return δu̇ and δλ from δR and δC at symbols for u̇ and λ."""
-    n, together = w.state.n, _together(w, way)
+def _at_solution(w: Workspace, way: str, sides: Columns) -> Columns:
+    """Return δR and δC at u̇ and λ, from those at symbols for them."""
     accelerations, multipliers = w.once(solution, way)
     known = dict(zip((*w.state.qdd, *multiplier_symbols(w)), (*accelerations, *multipliers), strict=True))
-    moved = [substitute(one, known) for one in sides]
-    found = [w.loops.solved([-x for x in one[:n]], one[n:], together=together) for one in moved]
+    return [substitute(one, known) for one in sides]
+
+
+Sides = Callable[..., Columns]
+
+
+def _solved_from(by: Sides, w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
+    """Return δu̇ and δλ of every column."""
+    n, together = w.state.n, _together(w, way)
+    found = [w.loops.solved([-x for x in one[:n]], one[n:], together=together) for one in w.once(by, way, *along)]
     for k, (pulled, _) in enumerate(found[-n:] if along[-1] == "tau" else ()):  # symmetric in fact: one of each pair
         for j in range(k):
             pulled[j] = found[j - n][0][k]
     return found
 
 
-def columns_of(by: Callable[..., Solved], part: int, w: Workspace, way: str, *along: str) -> list[Expr]:
-    """Return J of u̇ (part 0) or λ (part 1), of columns that one of the two above finds."""
-    columns = [one[part] for one in w.once(by, way, *along)]
+def columns_of(by: Sides, part: int, w: Workspace, way: str, *along: str) -> list[Expr]:
+    """Return J of u̇ (part 0) or λ (part 1), from δR and δC that one of the two above finds."""
+    columns = [one[part] for one in w.once(_SOLVED[by], way, *along)]
     return by_row(columns, len(w.loops.decisions.kept) if part else w.state.n)
+
+
+_SOLVED = {by: partial(_solved_from, by) for by in (implicit, by_recursion)}
+"""What is found from their sides, each a derivation that workspaces know."""
+
+
+def solve_of(by: Sides, part: int, w: Workspace, way: str, *along: str) -> RowSolve | None:
+    """Return what J of u̇ or λ is solved from; None where that is not by blocks of a partition."""
+    n, given = w.state.n, w.loops.partitioned
+    if _together(w, way) or not given.motion.independent:
+        return None
+    columns = w.once(by, way, *along)
+    sides = [tuple(column[i] for column in columns) for i in range(len(columns[0]))]
+    rows = rows_of(given, [tuple(-x for x in side) for side in sides[:n]], sides[n:], bool(part))
+    size = len(w.loops.decisions.kept) if part else n
+    beside = ((None,) * len(columns),) * size
+    return RowSolve(w.scene, tuple(rows.sides.items()), rows.count, tuple(rows.steps), beside)
 
 
 def carried_forces(w: Workspace) -> list[Expr]:

@@ -55,28 +55,32 @@ def forward(w: Workspace, along: Sequence[str]) -> list[Expr]:
 
 
 def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
-    """Return what the derivatives of forward dynamics are solved from; None where no right side is asked for."""
+    """Return what the derivatives of forward dynamics are solved from; None for M⁻¹ alone, which is symmetric."""
     found: Forward = w.once(_forward)
-    n, free = w.state.n, w.prescribed.free
-    columns = [k * n + j for k, name in enumerate(RIGHT_SIDES) if name in along for j in range(n)]
-    if not (columns and free):
+    n, free, zero, one = w.state.n, w.prescribed.free, w.graph.zero, w.graph.one
+    solved = [name for name in along if name in RIGHT_SIDES or not found.by_inverse]
+    if not (free and any(name in RIGHT_SIDES for name in along)):
         return None
-    rows = [tuple(row[c] for c in columns) for row in found.rows]
+    sides = []
+    for k, i in enumerate(free):
+        given = {name: found.rows[k][m * n : (m + 1) * n] for m, name in enumerate(RIGHT_SIDES)}
+        given["tau"] = [one if j == i else zero for j in range(n)]
+        sides.append(tuple(chain.from_iterable(given[name] for name in solved)))
     if found.by_inverse:
-        sides = [(n + k, tuple(-entry for entry in row)) for k, row in enumerate(rows)]
-        terms = [tuple((one, n + k) for k, one in enumerate(row) if not one.is_zero) for row in found.inverse]
-        steps = [RowStep(i, w.graph.one, some) for i, some in zip(free, terms, strict=True)]
+        at = [(n + k, tuple(-entry for entry in side)) for k, side in enumerate(sides)]
+        terms = [tuple((entry, n + k) for k, entry in enumerate(row) if not entry.is_zero) for row in found.inverse]
+        steps = [RowStep(i, one, some) for i, some in zip(free, terms, strict=True)]
     else:
-        sides = list(zip(free, rows, strict=True))
+        at = list(zip(free, sides, strict=True))
         steps = [
             RowStep(free[step.row], step.scale, tuple((factor, free[k]) for factor, k in step.terms))
             for step in found.factors.steps()
         ]
     beside = tuple(
-        tuple(None if i in free and name in RIGHT_SIDES else entry for name in along for entry in found.slopes[name][i])
+        tuple(None if i in free and name in solved else entry for name in along for entry in found.slopes[name][i])
         for i in range(n)
     )
-    return RowSolve(w.scene, tuple(sides), n + len(free) if found.by_inverse else n, tuple(steps), beside)
+    return RowSolve(w.scene, tuple(at), n + len(free) if found.by_inverse else n, tuple(steps), beside)
 
 
 def coriolis_matrix(w: Workspace) -> list[Expr]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.program.row_loop import RowLoop
+from symdyn.program.row_loop import ABREAST, RowLoop
 
 LARGEST = 1 << 16
 """Numbers of tables, which are short ones, are smaller."""
+
+UNDER_WAY = 8
+"""Vectors of a row that are computed side by side, at most: their sums stay in registers."""
 
 
 @dataclass(frozen=True)
@@ -18,11 +21,13 @@ class RowSolveText:
         size: entries of what lines leave for it.
         table: how many columns of a row it goes over, then of every step row, scale, how many terms, and factor and row
             of each.
+        vectors: how many of a row are computed side by side, as long as there are so many; one by one at last.
         copies: (to, from, count) of entries that stand side by side in the result and where it is found.
     """
 
     size: int
     table: tuple[int, ...]
+    vectors: tuple[int, ...]
     copies: tuple[tuple[int, int, int], ...]
 
 
@@ -45,4 +50,11 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
         else:
             copies.append([to, place, 1])
     told = tuple((to, place, count) for to, place, count in copies)
-    return RowSolveText(len(rows.entries), tuple(table), told)
+    return RowSolveText(len(rows.entries), tuple(table), _side_by_side(rows.width // ABREAST), told)
+
+
+def _side_by_side(vectors: int) -> tuple[int, ...]:
+    """Return into how many vectors rows are cut, shares as equal as may be."""
+    shares = -(-vectors // UNDER_WAY)
+    largest = -(-vectors // shares)
+    return tuple(sorted({largest, vectors - largest * (shares - 1), 1}, reverse=True))
