@@ -19,7 +19,7 @@ TITLES = {
     "forward_dynamics_unprojected_derivatives": "The same where four feet are held to the ground",
 }
 
-ID, FD, _ = TITLES
+ID, FD, HELD = TITLES
 PIN, JACOBIAN, ANALYTICAL = "Pinocchio C++", "CasADi C", "CasADi C, analytical"
 
 WAYS = {"state": "C, one state a call", "batch": "batch", "threads": "batch, two threads"}
@@ -60,6 +60,9 @@ BARS = (
     Bar("anymal", FD, "state", PIN, 11, 10),
     Bar("talos", FD, "state", PIN, 3.3, 3.3),
     Bar("chain16", FD, "state", PIN, 2.2, 1.9),
+    Bar("tree32", FD, "state", PIN, 3.7, 3.5),
+    Bar("quadruped", FD, "state", PIN, 4.5, 4),
+    Bar("quadruped_held", HELD, "state", PIN, 4, 3),
     Bar("arm7", FD, "batch", PIN, 28, 27),
     Bar("puma560", FD, "batch", PIN, 40),
     Bar("arm7", FD, "state", JACOBIAN, 4.5, 4.2),
