@@ -32,8 +32,11 @@ def hidden(felt: Array, columns: Array, noise: Array) -> Array:
         columns: of the rows, shape (M, p).
         noise: one draw of what noise makes of them, shape (M, p).
     """
-    _, part, turned = np.linalg.svd(noise @ felt.T, full_matrices=False)
-    return cleared(turned[part**2 >= BURIED] @ felt, columns)
+    part = noise @ felt.T
+    if np.sum(part**2) < BURIED:
+        return np.zeros((0, felt.shape[1]))
+    share, turned = np.linalg.eigh(part.T @ part)
+    return cleared(turned.T[share >= BURIED] @ felt, columns)
 
 
 def echelon(rows: Array) -> Array:

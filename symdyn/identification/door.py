@@ -15,6 +15,7 @@ from symdyn.identification.gains import told_gains
 from symdyn.identification.identification import Identification
 from symdyn.identification.linear_model import LinearModel, linear_model
 from symdyn.identification.log import Log, read_logs
+from symdyn.identification.parts import evidence
 from symdyn.identification.payload import Carried, Payload, carried, check_payloads
 from symdyn.identification.said_gains import doubts
 from symdyn.identification.told_apart import untold
@@ -93,12 +94,13 @@ def identify(
     if not moved:
         raise IdentifyError([note for _, told in parts for note in told])
     load = carried(model, payloads, logs)
-    found = fitted(model, moved, load, shown, band, hold_back, outliers)
+    held = evidence(model, moved, load, hold_back)
+    found = fitted(model, held, load, shown, band, outliers)
     said = said_in(units or {}, [drive or "" for drive in scene.drives])
 
     def freed(j: int) -> Fitted:
         unit = said[j].unit if j in said else "force"
-        return fitted(model, moved, load, {**shown, j: unit}, band, hold_back, outliers)
+        return fitted(model, held, load, {**shown, j: unit}, band, outliers)
 
     forces = [j for j in model.rows if scene.drives[j] and j not in shown and j not in said]
     alone = not payloads and all(j in shown or j in said for j in model.rows if scene.drives[j]) and len(said) == 1

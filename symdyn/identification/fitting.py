@@ -16,15 +16,12 @@ from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import SETTLED, STEPS, Gains, expected, first
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.outliers import Outlier, far, stretches
-from symdyn.identification.parts import Part, held_in, part_of, rows_of
+from symdyn.identification.parts import Evidence, held_in, moving, rows_of
 from symdyn.identification.payload import Carried
 from symdyn.identification.regression import Regression, Rows, solve
 from symdyn.identification.validation import Fit, mean_square
 from symdyn.scene.units import velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
-
-SLOW = 3.0
-"""Standard deviations of a velocity's noise within which a joint stands, where its dry friction jumps."""
 
 ROUNDS = 4
 """Of leaving out outliers and fitting again."""
@@ -39,6 +36,7 @@ class Fitted:
         gains: of every velocity, shape (nv,); one where a drive shows its force.
         motions: with forces in place of what drives show.
         fits: how well each driving force is predicted.
+        rows: what was fitted, with what drives show.
         outliers: what was left out.
         notes: what a user should know, one line each.
         predicted: forces of each motion, shapes (N, nv).
@@ -50,6 +48,7 @@ class Fitted:
     gains: Array
     motions: tuple[Motion, ...]
     fits: tuple[Fit, ...]
+    rows: Rows
     outliers: tuple[Outlier, ...]
     notes: tuple[str, ...]
     predicted: tuple[Array, ...]
@@ -59,28 +58,26 @@ class Fitted:
 
 def fitted(
     model: LinearModel,
-    moved: Sequence[tuple[int, Motion]],
+    evidence: Evidence,
     carried: Carried,
     shown: Mapping[int, str],
     band: float,
-    hold_back: float,
     leave_out: bool,
 ) -> Fitted:
     """Return the regression of motions, outliers left out.
 
     Args:
         model: the mechanism.
-        moved: motions, each with the place of its log.
+        evidence: motions, and what they are held against.
         carried: payloads by log.
         shown: what drives show that do not show their force, by the number of their velocity.
         band: Hz.
-        hold_back: share of the samples that is not fitted.
         leave_out: whether outliers are.
 
     Raises:
-        IdentifyError: too few rows, a regressor without finite values, or gains that do not settle.
+        IdentifyError: too few rows, or gains that do not settle.
     """
-    parts = [part_of(model, one, carried, place, hold_back) for place, one in moved]
+    parts = evidence.parts
     names = (*model.names, *carried.names, *(f"gain {drive_names(model.scene)[j]}" for j in shown))
     start = np.append(np.nan_to_num(model.prior), np.zeros(len(carried.names)))
     usual = expected(
@@ -90,10 +87,10 @@ def fitted(
     )
     prior = np.append(start, usual[list(shown)])
     gains = Gains(shown, usual, start)
-    used = [_moving(model, one.motion) for one in parts]
+    used = list(evidence.used)
     out = [np.zeros(one.motion.tau.shape, bool) for one in parts]
     for k in range(ROUNDS if leave_out else 1):
-        rows = rows_of(model, parts, used, False)
+        rows = rows_of(model, parts, used, False) if k else evidence.rows
         if len(rows.tau) < len(names) // 4 + 2:
             raise IdentifyError(
                 f"{parts[0].motion.source}: the data leave {len(rows.tau)} rows below {band:.3g} Hz for "
@@ -122,7 +119,8 @@ def fitted(
         regression,
         gains.values,
         tuple(replace(one.motion, tau=force) for one, force in zip(parts, forces, strict=True)),
-        _fits(model, parts, gains, used),
+        _fits(model, evidence, gains, rows, used),
+        rows,
         tuple(outliers),
         (*_standing(model, [one.motion for one in parts]), *_told_of(outliers, out)),
         tuple(predicted),
@@ -168,26 +166,21 @@ def _told_of(found: list[Outlier], out: list[Flags]) -> list[str]:
     return [f"{count} sample{'s' * (count != 1)} of a force left out that no noise explains: {where}"]
 
 
-def _moving(model: LinearModel, motion: Motion) -> Flags:
-    """Return which samples of which joints are fitted: not where dry friction jumps within the noise of a velocity."""
-    used = np.ones(motion.tau.shape, bool)
-    for j in model.jumps:
-        used[:, j] = np.abs(motion.qd[:, j]) > SLOW * motion.noise[1, j]
-    return used
-
-
 def _standing(model: LinearModel, moved: Sequence[Motion]) -> list[str]:
-    """Return a note on samples of joints that were left out as `_moving` says."""
-    left = 1 - np.concatenate([_moving(model, one) for one in moved]).mean(axis=0)
+    """Return a note on samples of joints that were left out as `moving` says."""
+    left = 1 - np.concatenate([moving(model, one) for one in moved]).mean(axis=0)
     names = drive_names(model.scene)
     parts = [f"{100 * left[j]:.2g} % of {names[j]}" for j in model.rows if left[j] > 0]
     return [f"left out where a joint stands, where dry friction jumps: {', '.join(parts)}"] if parts else []
 
 
-def _fits(model: LinearModel, parts: Sequence[Part], gains: Gains, used: Sequence[Flags]) -> tuple[Fit, ...]:
+def _fits(model: LinearModel, evidence: Evidence, gains: Gains, own: Rows, used: Sequence[Flags]) -> tuple[Fit, ...]:
     """Return how well each driving force is predicted; root mean squares over samples, in the band."""
-    own, other = (rows_of(model, parts, used, held) for held in (False, True))
-    back = {held: sum(p.stop - p.start for one in parts for p, h in one.blocks if h is held) for held in (False, True)}
+    other = rows_of(model, evidence.parts, used, True)
+    back = {
+        held: sum(p.stop - p.start for one in evidence.parts for p, h in one.blocks if h is held)
+        for held in (False, True)
+    }
     units, names = velocity_units(model.scene), drive_names(model.scene)
     count = len(model.prior)
     before = np.append(model.prior, gains.factors[count:])

@@ -16,6 +16,9 @@ from symdyn.identification.payload import Carried
 from symdyn.identification.regression import Rows
 from symdyn.identification.validation import blocks
 
+SLOW = 3.0
+"""Standard deviations of a velocity's noise within which a joint stands, where its dry friction jumps."""
+
 
 @dataclass(frozen=True)
 class Part:
@@ -34,7 +37,41 @@ class Part:
     blocks: tuple[tuple[slice, bool], ...]
 
 
-def part_of(model: LinearModel, motion: Motion, carried: Carried, place: int, hold_back: float) -> Part:
+@dataclass(frozen=True)
+class Evidence:
+    """What all fits of the same motions share, whichever gains they look for.
+
+    Attributes:
+        parts: the motions.
+        used: of each, which samples are fitted before outliers are left out, shapes (N, nv).
+        rows: of these samples.
+    """
+
+    parts: tuple[Part, ...]
+    used: tuple[Flags, ...]
+    rows: Rows
+
+
+def evidence(model: LinearModel, moved: Sequence[tuple[int, Motion]], carried: Carried, hold_back: float) -> Evidence:
+    """Return motions, each with the place of its log, beside the columns that they are held against.
+
+    Raises:
+        IdentifyError: a regressor without finite values.
+    """
+    parts = tuple(_part(model, one, carried, place, hold_back) for place, one in moved)
+    used = tuple(moving(model, one.motion) for one in parts)
+    return Evidence(parts, used, rows_of(model, parts, used, False))
+
+
+def moving(model: LinearModel, motion: Motion) -> Flags:
+    """Return which samples of which joints are fitted: not where dry friction jumps within the noise of a velocity."""
+    used = np.ones(motion.tau.shape, bool)
+    for j in model.jumps:
+        used[:, j] = np.abs(motion.qd[:, j]) > SLOW * motion.noise[1, j]
+    return used
+
+
+def _part(model: LinearModel, motion: Motion, carried: Carried, place: int, hold_back: float) -> Part:
     """Return a motion with the columns that it is held against."""
 
     def columns(*state: Array) -> Array:

@@ -36,6 +36,9 @@ ALONE = 1e-3
 CLEAR, LOW = 9.0, 0.02
 """Gain of twice the logarithm of likelihood from which noise has one colour more; least variance, part of the mean."""
 
+MOST = 0.98
+"""Share of a row that the estimate may follow: what is left of it tells noise."""
+
 SURE = 3.0
 """Standard deviations from which a correlation of two joints is one."""
 
@@ -160,18 +163,16 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
     variance = np.where(variance > 1e-200, variance, max(float(variance.max()), 1e-300))
     for _ in range(ROUNDS):
         weights = 1 / np.sqrt(variance)
-        beta, basis, untold, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
+        beta, leverage, *_ = _solved(Y, tau, weights, kept, rows.buried)
         residuals = tau - Y @ beta
-        leverage = np.minimum(np.sum(basis**2, axis=1), 0.98)
         before, variance = variance, _variance(residuals, leverage, joint, rows.frequency / band, joints)
         if np.abs(np.log(variance / before)).max() < 1e-3:
             break
     weights = 1 / np.sqrt(variance)
-    beta, basis, untold, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
+    beta, leverage, untold, scale, condition = _solved(Y, tau, weights, kept, rows.buried)
     residuals = tau - Y @ beta
-    leverage = np.minimum(np.sum(basis**2, axis=1), 0.98)
     correlation = _correlation(residuals * weights / np.sqrt(1 - leverage), joint, rows.group, joints)
-    covariance, information = _covariance(Y * weights[:, None], basis, correlation, joint, rows.group, scale, untold)
+    covariance, information = _covariance(Y * weights[:, None], correlation, joint, rows.group, scale, untold)
     shares = np.array([(leverage[joint == j].sum(), (1 - leverage[joint == j]).sum()) for j in range(joints)])
     shown = np.array([np.sqrt(np.mean(variance[joint == j])) if (joint == j).any() else np.nan for j in range(joints)])
     return Regression(
@@ -183,26 +184,28 @@ def solve(names: Sequence[str], rows: Rows, prior: Array, band: float, joints: i
 def _solved(
     Y: Array, tau: Array, weights: Array, kept: Array, buried: Array
 ) -> tuple[Array, Array, Array, Array, float]:
-    """Return β, an orthonormal basis of the weighted columns, untold directions, scale, condition."""
+    """Return β, leverages, untold directions, scale, condition; all but one QR of the rows is of their few columns."""
     weighted = Y * weights[:, None]
     scale = np.linalg.norm(weighted, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
-    _, s, Vt = np.linalg.svd(weighted / scale, full_matrices=len(Y) < Y.shape[1])
+    Q, R = np.linalg.qr(weighted / scale)
+    _, s, Vt = np.linalg.svd(R, full_matrices=len(Y) < Y.shape[1])
     s = np.append(s, np.zeros(Y.shape[1] - len(s)))
     lost = s <= LEAST * s[0]
     untold = Vt[lost]
     if buried.size:
         felt = Vt[~lost] / s[~lost, None]
         untold = np.vstack([untold, hidden(felt, weighted / scale, buried * weights[:, None] / scale)])
-    if not len(untold):
-        inside = np.eye(Y.shape[1])
-    else:
+    inside = Vt[~lost]
+    if len(untold):
         _, sizes, basis = np.linalg.svd(untold)
         rank = int(np.sum(sizes > LEAST * sizes[0]))
         untold, inside = basis[:rank], basis[rank:]
-    U, s, Wt = np.linalg.svd(weighted / scale @ inside.T, full_matrices=False)
-    w = Wt.T @ ((U.T @ ((tau - Y @ kept) * weights)) / s)
-    return kept + (w @ inside) / scale, U, untold, scale, float(s[0] / s[-1]) if len(s) else np.inf
+    U, s, Wt = np.linalg.svd(R @ inside.T, full_matrices=False)
+    basis = Q @ U
+    w = Wt.T @ ((basis.T @ ((tau - Y @ kept) * weights)) / s)
+    leverage = np.minimum(np.sum(basis**2, axis=1), MOST)
+    return kept + (w @ inside) / scale, leverage, untold, scale, float(s[0] / s[-1]) if len(s) else np.inf
 
 
 def _variance(residuals: Array, leverage: Array, joint: Indices, part: Array, joints: int) -> Array:
@@ -267,7 +270,7 @@ def _correlation(z: Array, joint: Indices, group: Indices, joints: int) -> Array
 
 
 def _covariance(
-    weighted: Array, basis: Array, correlation: Array, joint: Indices, group: Indices, scale: Array, untold: Array
+    weighted: Array, correlation: Array, joint: Indices, group: Indices, scale: Array, untold: Array
 ) -> tuple[Array, Array]:
     """Return covariance and information of β."""
     p = weighted.shape[1]
