@@ -1,13 +1,15 @@
 """Whether stated intervals hold the truth: base parameters of simulated arms over 100 seeds, and FIGAROH beside.
 
-    python benchmarks/identification.py [--arms puma560,arm7] [--gains two_link] [--seeds 100] [--figaroh PYTHON]
+    python benchmarks/identification.py [--arms puma560,arm7] [--gains two_link] [--said puma560]
+        [--seeds 100] [--figaroh PYTHON]
 
 Logs are those of `tests/simulated_logs.py`: friction, encoders that count, noisy torques; seeds are 0, 1, 2, ... and
 none is picked. Counted is for how many the 95 % interval of each base parameter holds its true value, and the joint
 ellipsoid all of them. `--gains` does so where drives show currents, without and with a payload of which the mass is
-told: gains and the payload are among the parameters. `--figaroh` names the Python of an environment with `pip install
-figaroh==1.0.2`, which is given the same log of the first seed and the same motion, differentiated and filtered by us,
-as its own examples do by theirs.
+told: gains and the payload are among the parameters. `--said` says the gains of all drives, without and with one of
+them wrong, and prints how many times as long that takes as the same logs in N m. `--figaroh` names the Python of an
+environment with `pip install figaroh==1.0.2`, which is given the same log of the first seed and the same motion,
+differentiated and filtered by us, as its own examples do by theirs.
 """
 
 from __future__ import annotations
@@ -25,13 +27,16 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT), str(ROOT / "tes
 
 import numpy as np  # noqa: E402
 from scipy.stats import binom  # noqa: E402
-from simulated_logs import ARMS, DRIVEN, Arm, Coverage, coverage, coverage_of_gains  # noqa: E402
+from simulated_logs import ARMS, DRIVEN, TERMS, Arm, Coverage, Driven, coverage, coverage_of_gains  # noqa: E402
 
 from symdyn.identification import identify  # noqa: E402
 from symdyn.scene.scene_files import write_text  # noqa: E402
 
 LEAST, MOST = 90, 99
 """Seeds of 100 that are to hold."""
+
+SAID = (1.5, 5.0)
+"""Times the same logs with forces that gains may take which are said: all rightly, and one wrongly."""
 
 
 def told(found: Coverage, seconds: float) -> None:
@@ -47,6 +52,33 @@ def told(found: Coverage, seconds: float) -> None:
     if gains:
         print(f"  of gains least {min(gains.values())}, most {max(gains.values())} of {seeds}: {gains}")
     print(f"  joint ellipsoid: {found.joint} of {seeds}; (β - truth)/error has rms {found.ratio:.3f}")
+
+
+def said(driven: Driven, seeds: int) -> None:
+    """Print what it costs to say all gains: times the same logs with forces, medians of ratios inside a round."""
+    names, scene = list(driven.units), driven.arm.scene
+
+    def seconds(logs: list[dict[str, np.ndarray]], gains: list[float] | None, loaded: bool) -> float:
+        units = gains and {name: f"{k!r}*A" for name, k in zip(names, gains, strict=True)}
+        begin = time.process_time()
+        identify(scene, logs, friction=TERMS, units=units or None, payloads=driven.given if loaded else ())
+        return time.process_time() - begin
+
+    right = list(driven.gains)
+    wrong = [0.6 * k if j == (len(names) - 1) // 2 else k for j, k in enumerate(right)]
+    for loaded in (True, False):
+        rounds = []
+        for seed in range(seeds + 1):
+            logs = driven.logs(seed)[: 2 if loaded else 1]
+            forces = [one | {name: k * one[name] for name, k in zip(names, right, strict=True)} for one in logs]
+            rounds.append([seconds(forces, None, loaded), seconds(logs, right, loaded), seconds(logs, wrong, loaded)])
+        plain, *others = np.array(rounds[1:]).T  # what is compiled is compiled in the first
+        print(f"{driven.arm.name}, all gains said, {'with' if loaded else 'without'} a payload, {seeds} seeds")
+        print(f"  forces {np.median(plain):.2f} s of one core")
+        for title, one, most in zip(("right", "one wrong"), others, SAID, strict=True):
+            times = float(np.median(one / plain))
+            verdict = "reached" if times <= most else "missed"
+            print(f"  {title}: {np.median(one):.2f} s, {times:.2f} times; wanted at most {most:g}: {verdict}")
 
 
 def beside(arm: Arm, python: str) -> None:
@@ -90,6 +122,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arms", default="puma560,arm7", help=f"of {', '.join(ARMS)}")
     parser.add_argument("--gains", default="", help=f"of {', '.join(DRIVEN)}")
+    parser.add_argument("--said", default="", help=f"of {', '.join(DRIVEN)}")
     parser.add_argument("--seeds", type=int, default=100)
     parser.add_argument("--figaroh", metavar="PYTHON", help="of an environment that has it")
     asked = parser.parse_args()
@@ -102,6 +135,8 @@ def main() -> None:
     for name in filter(None, asked.gains.split(",")):
         begin = time.process_time()
         told(coverage_of_gains(DRIVEN[name], asked.seeds), time.process_time() - begin)
+    for name in filter(None, asked.said.split(",")):
+        said(DRIVEN[name], asked.seeds)
 
 
 if __name__ == "__main__":

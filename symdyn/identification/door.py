@@ -104,7 +104,7 @@ def identify(
 
     forces = [j for j in model.rows if scene.drives[j] and j not in shown and j not in said]
     alone = not payloads and all(j in shown or j in said for j in model.rows if scene.drives[j]) and len(said) == 1
-    doubted = doubts(model, said, forces, found, freed, alone)
+    doubted = doubts(model, said, forces, shown, found, freed, alone)
     gains = told_gains(scene, shown, found.regression, found.gains)
     notes = [note for log, (_, told) in zip(logs, parts, strict=True) for note in (*log.notes, *told)]
     notes += [*_expected(model, logs, moved, load, shown), *found.notes]

@@ -6,12 +6,13 @@ it may as well be that a column of forces is off, which a gain that was said rig
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
 from symdyn.errors import IdentifyError
 from symdyn.identification.fitting import Fitted
+from symdyn.identification.freed_gain import bounds, steps
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.regression import Regression
 from symdyn.identification.units import Said
@@ -31,6 +32,9 @@ ALIKE, FAR = 0.1, 0.1
 LEVEL = 1.5
 """Times the least sum of squares up to which several gains explain what is off as well as the best."""
 
+NEAR = 0.5
+"""Part of what is said from which on one step of a gain is looked at by a whole fit."""
+
 FEW = 3
 """Parameters from which on they may be said to be off by one factor."""
 
@@ -39,6 +43,7 @@ def doubts(
     model: LinearModel,
     said: Mapping[int, Said],
     forces: Sequence[int],
+    shown: Collection[int],
     found: Fitted,
     again: Callable[[int], Fitted],
     alone: bool,
@@ -49,6 +54,7 @@ def doubts(
         model: the mechanism.
         said: gains by the number of their velocity.
         forces: numbers of velocities whose drives show forces; columns of these may be what is off.
+        shown: numbers of velocities whose gains are found with the rest.
         found: the fit with them.
         again: fits once more with the gain of this velocity free, what its drive shows taken for a force so far.
         alone: whether nothing else is of known size: no payload, and no other drive that shows its force.
@@ -57,7 +63,9 @@ def doubts(
         return _by_one_factor(model, said, found.regression)
     units = ["N m" if kind == "rad" else "N" for kind in velocity_units(model.scene)]
     freed: list[tuple[float, int, str, Fitted]] = []
-    for j in (*said, *(forces if said else ())):
+    for j, bound in _in_doubt((*said, *(forces if said else ())), found, shown):
+        if freed and bound > LEVEL * min(one[0] for one in freed):
+            break
         try:
             other = again(j)
         except IdentifyError:  # the data do not tell it
@@ -93,6 +101,14 @@ def doubts(
         f"{' and '.join(given)} do not fit together: left free, {' or '.join(free)}, and {fit}; the data do not tell "
         "which one is wrong, and what was found with them is off, too. A payload of known mass tells"
     ]
+
+
+def _in_doubt(drives: Sequence[int], found: Fitted, shown: Collection[int]) -> list[tuple[int, float]]:
+    """Return drives whose gains may be others, with a bound of the sum of squares of a fit without it, least first."""
+    step = steps(found.rows, found.regression, drives)
+    far = [j for j in drives if abs(step[j].size) > NEAR * max(SURE * step[j].error, OFF)]
+    least = bounds(found.rows, far, shown)
+    return sorted(((j, 100**2 * least[j]) for j in far), key=lambda one: one[1])
 
 
 def _by_one_factor(model: LinearModel, said: Mapping[int, Said], regression: Regression) -> list[str]:
