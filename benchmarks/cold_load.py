@@ -45,7 +45,6 @@ def seconds(scene: Path, more: list[str], cache: str) -> tuple[float, float]:
     """Return what a process spends until its functions are there, and until the first value."""
     where = os.environ | {"SYMDYN_CACHE_DIR": cache, "PYTHONPATH": str(HERE)}
     where.pop("PYTHONDONTWRITEBYTECODE", None)  # Python's own compiled modules are there
-    where.pop("PYTHONDONTWRITEBYTECODE", None)  # Python's own compiled modules are there
     ran = subprocess.run([sys.executable, "-c", RUN, scene, *more], env=where, check=True, capture_output=True)
     loaded, first = map(float, ran.stdout.split())
     return loaded, first

@@ -63,6 +63,9 @@ TO_C = {64: 0.15, 256: 0.6, 1024: 3.0}
 WRITTEN = {256: 1.0, 1024: 3.0}
 """Seconds at most of `symdyn generate` of forward dynamics, files beside C included, by the bodies of a chain."""
 
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+"""Python's own compiled modules are there, which all but the first process finds."""
+
 LOOPS = {200: 2.0, 1000: 15.0}
 """Seconds at most of deriving, by the loops of a row."""
 
@@ -121,14 +124,15 @@ def _show(found: Sequence[tuple[float, ...]], size: int) -> list[float]:
 
 def _alone(path: Path, *words: str) -> tuple[float, ...]:
     """Return processor seconds of reading, of deriving and, if asked, of C."""
-    ran = subprocess.run([sys.executable, "-c", MEASURE, str(path), *words], cwd=HERE, capture_output=True, check=True)
+    command = [sys.executable, "-c", MEASURE, str(path), *words]
+    ran = subprocess.run(command, cwd=HERE, env=ENVIRONMENT, capture_output=True, check=True)
     return tuple(map(float, ran.stdout.split()))
 
 
 def _command(*given: str) -> tuple[float, float]:
     """Return processor seconds of a command, start and end of the process included, and its memory, MB."""
     words = [sys.executable, "-m", "symdyn", *given]
-    process = subprocess.Popen(words, cwd=HERE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(words, cwd=HERE, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, spent = os.wait4(process.pid, 0)  # of this process alone: memory of all children is that of the largest
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:

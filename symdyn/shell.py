@@ -13,8 +13,8 @@ _OWN = [False]
 SELDOM = 50_000
 """Objects after which Python looks for cycles among them: unasked 700, of which imports and graphs make very many."""
 
-LATE = ("__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
-"""Methods that `dataclass` writes as text and compiles for every class, and that few classes are ever asked for."""
+LATE = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
+"""Methods that `dataclass` writes as text and compiles for every class; few classes of many are ever asked for them."""
 
 COMPILE = "_create_fn"
 """What it compiles them by in Python 3.11 and 3.12; later ones compile all methods of a class at once."""
@@ -22,11 +22,11 @@ COMPILE = "_create_fn"
 
 def take() -> None:
     """Say that the process runs one command line and nothing else."""
+    compiled = getattr(dataclasses, COMPILE, None)
+    if compiled is not None and not is_own():
+        setattr(dataclasses, COMPILE, _late(compiled))
     _OWN[0] = True
     gc.set_threshold(SELDOM)
-    compiled = getattr(dataclasses, COMPILE, None)
-    if compiled is not None:
-        setattr(dataclasses, COMPILE, _late(compiled))
 
 
 def is_own() -> bool:
@@ -37,19 +37,19 @@ def is_own() -> bool:
 def _late(compiled: Callable[..., Any]) -> Callable[..., Any]:
     """Return what compiles methods of dataclasses, those of `LATE` when they are first called."""
 
-    def method_of(name: str, *text: Any, **names: Any) -> Any:
+    def method_of(name: str, *text: Any, **known: Any) -> Any:
         if name not in LATE:
-            return compiled(name, *text, **names)
+            return compiled(name, *text, **known)
 
-        made = cache(partial(compiled, name, *text, **names))
+        made = cache(partial(compiled, name, *text, **known))
 
-        def late(self: object, *given: Any) -> Any:
+        def late(self: object, *given: Any, **named: Any) -> Any:
             method = made()
             method.__qualname__ = late.__qualname__
             for owner in type(self).__mro__:
                 if vars(owner).get(name) is late:
                     setattr(owner, name, method)
-            return method(self, *given)
+            return method(self, *given, **named)
 
         late.__name__ = name
         return late

@@ -149,9 +149,17 @@ def words_of(line: str, platform: str = sys.platform) -> list[str]:
     return [word.strip('"') for word in shlex.split(line, posix=False)]
 
 
-@cache
+_ASKING = threading.Lock()
+
+
 def _known(command: tuple[str, ...], machine: str, language: Language) -> Compiler:
-    """Return the compiler behind a command line; it is asked who it is once a process."""
+    """Return the compiler behind a command line; it is asked who it is once a process, whichever thread comes first."""
+    with _ASKING:
+        return _asked(command, machine, language)
+
+
+@cache
+def _asked(command: tuple[str, ...], machine: str, language: Language) -> Compiler:
     dialect = language.dialect(command)
     _, words = _run((*command, *dialect.version), patience=30.0)
     chosen = any(word.startswith(("-march", "-mcpu", "/clang:-march", "/arch", "-Ctarget-cpu")) for word in command)
