@@ -92,7 +92,7 @@ def measure(
                 tried = [first, *(_case(function, bounded_at, rng, analysis, real) for _ in range(1, states))]
             cases, bounded = [case for case in tried if case is not None], first is not None
             found += [
-                _compare(function, name, getattr(module, function.name), cases, numbers, real, bounded or not cases)
+                _compare(function, name, getattr(module, function.name), cases, real, bounded or not cases)
                 for name, module in modules.items()
                 if hasattr(module, function.name)
             ]
@@ -169,7 +169,6 @@ def _compare(
     module: str,
     call: Callable[..., Any],
     cases: Sequence[_Case],
-    numbers: Midpoints,
     real: str,
     bounded: bool,
 ) -> Accuracy:
@@ -178,7 +177,7 @@ def _compare(
         got = np.ravel(call(*case.inputs)).tolist()
         largest = 0.0
         for value, exact, allowed in zip(got, case.exact, case.allowed, strict=True):
-            error = float(abs(numbers.number(value) - exact)) if isfinite(value) else inf
+            error = abs(float(exact - value)) if isfinite(value) else inf
             worst = max(worst, error / allowed)
             largest = max(largest, error)
         errors.append(largest / case.ulp)
