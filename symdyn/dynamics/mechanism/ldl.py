@@ -75,10 +75,13 @@ class Factored:
         return x
 
     def steps(self) -> tuple[RowStep, ...]:
-        """Return the steps of `solve`, each row with all that is taken from it."""
+        """Return the steps of `solve`, each row with all that is taken from it, what was found last at the end.
+
+        So the sum of a row need not wait for it from the start.
+        """
         n, one = range(1, len(self.reciprocal) + 1), self.graph.one
         up = {j: [(i, j) for i in reversed(n) if j in _path(self.parent, self.parent[i])] for j in n}
-        down = {i: [(i, j) for j in _path(self.parent, self.parent[i])] for i in n}
+        down = {i: [(i, j) for j in reversed(_path(self.parent, self.parent[i]))] for i in n}
         above = (RowStep(j - 1, one, self._terms(up[j], 0)) for j in reversed(n))
         below = (RowStep(i - 1, self.reciprocal[i - 1], self._terms(down[i], 1)) for i in n)
         return (*(step for step in above if step.terms), *below)
