@@ -26,6 +26,7 @@ import cuda_on_host
 import numpy
 import pytest
 from browser import pictured, window
+from kernels import executed
 from patience import HANG
 
 ADDRESS = "http://127.0.0.1:9/canary"
@@ -425,13 +426,13 @@ def in_fmu(path: Path) -> list[str]:
 
 def in_jupyter(path: Path) -> list[str]:
     """Execute a notebook as Jupyter does, and look for files that it leaves and cells that fail."""
-    nbformat, nbclient = map(pytest.importorskip, ("nbformat", "nbclient"))
+    nbformat = pytest.importorskip("nbformat")
     before = {*os.listdir(path.parent)}
     book = nbformat.read(path, as_version=4)
     paths = os.pathsep.join(part for part in sys.path if part)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", paths)
         where = {"metadata": {"path": str(path.parent)}}
-        nbclient.NotebookClient(book, timeout=HANG, resources=where, allow_errors=True).execute()
+        executed(book, resources=where, allow_errors=True)
     outputs = [output for cell in book.cells for output in cell.get("outputs", ())]
     return left_behind(path.parent, before) + [x["evalue"] for x in outputs if x["output_type"] == "error"]

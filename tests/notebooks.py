@@ -8,12 +8,13 @@ from __future__ import annotations
 import os
 import re
 import sys
-import warnings
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import nbformat
+from kernels import executed
 
 ROOT = Path(__file__).resolve().parent.parent
 BOOKS = sorted((*ROOT.glob("docs/notebooks/*.ipynb"), *ROOT.glob("docs/gallery/*.ipynb")))
@@ -29,23 +30,20 @@ def stored(path: Path) -> Any:
     return nbformat.read(path, as_version=4)
 
 
-def run(path: Path, seconds: int = 300) -> Any:
+def run(path: Path) -> Any:
     """Return a notebook with what its cells show today."""
-    from nbclient import NotebookClient
-
-    here = str(Path(sys.executable).parent)
-    if here not in os.environ["PATH"].split(os.pathsep):  # for cells that call symdyn's commands
-        os.environ["PATH"] = here + os.pathsep + os.environ["PATH"]
-    os.environ["MATPLOTLIBRC"], os.environ["SOURCE_DATE_EPOCH"] = str(ROOT / "docs" / "site" / "matplotlibrc"), "0"
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as in tests: in how many parts sums are taken decides last digits
+    given = {
+        "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"])),  # of symdyn's commands
+        "MATPLOTLIBRC": str(ROOT / "docs" / "site" / "matplotlibrc"),
+        "SOURCE_DATE_EPOCH": "0",
+        "OPENBLAS_NUM_THREADS": "1",  # as in tests: in how many parts sums are taken decides last digits
+    }
     book = stored(path)
     for cell in book.cells:
         cell.metadata = {}
     where = {"metadata": {"path": str(path.parent)}}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the kernel's ports
-        settings = {"kernel_name": "python3", "record_timing": False, "coalesce_streams": True}
-        NotebookClient(book, timeout=seconds, resources=where, **settings).execute()
+    with patch.dict(os.environ, given):
+        executed(book, kernel_name="python3", resources=where, record_timing=False, coalesce_streams=True)
     kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
     book.metadata = {"kernelspec": kernel, "language_info": {"name": "python", "pygments_lexer": "ipython3"}}
     return book

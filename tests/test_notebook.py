@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from browser import chromium, opened
 from hostile import PAYLOADS, in_browser, scene_with, unescaped
-from patience import HANG
+from kernels import executed
 
 import symdyn
 from symdyn.notebook import bundle
@@ -216,10 +216,10 @@ FITS = """() => [...document.querySelectorAll('.symdyn-shown img')].filter(x => 
 @pytest.mark.long(0)
 @pytest.mark.runs("chromium")
 def test_a_notebook_run_by_jupyter_looks_right_in_a_browser(tmp_path: Path) -> None:
-    nbformat, nbclient = map(pytest.importorskip, ("nbformat", "nbclient"))
+    nbformat = pytest.importorskip("nbformat")
     cells = [nbformat.v4.new_code_cell(text) for text in CELLS.strip().splitlines()]
     book = nbformat.v4.new_notebook(cells=cells)
-    nbclient.NotebookClient(book, timeout=HANG, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    executed(book, resources={"metadata": {"path": str(tmp_path)}})
     outputs = [cell.outputs[-1].data for cell in book.cells]
     assert all({"text/html", "text/plain"} <= set(data) for data in outputs)
     assert "text/latex" in outputs[1]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from patience import HANG
+from kernels import executed
 
 import symdyn
 from symdyn.emit.print.formula_text import text_of
@@ -219,13 +219,12 @@ def test_a_typed_answer_is_judged() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("exercises", [False, True])
 def test_a_notebook_executes_in_jupyter(exercises: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    client = pytest.importorskip("nbclient", reason="nbclient is not installed (extra dev)")
     pytest.importorskip("ipykernel", reason="ipykernel is not installed (extra dev)")
     root = str(Path(symdyn.__file__).parent.parent)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")])))
     found = nbformat.reads(book("cart_pole", exercises), as_version=4)
 
-    client.NotebookClient(found, timeout=HANG, kernel_name="python3").execute()
+    executed(found, kernel_name="python3")
 
     outputs = [output for cell in found.cells if cell.cell_type == "code" for output in cell.outputs]
     told = "".join(output.get("text", "") for output in outputs)
