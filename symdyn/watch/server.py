@@ -67,6 +67,7 @@ class PageServer(ThreadingHTTPServer):
 
     daemon_threads = True
     block_on_close = False
+    request_queue_size = 2 * MOST  # of fewer the system drops some that come at once, and they try again later
 
     def __init__(self, title: str, board: Board, changed: Callable[[dict[str, Any]], None], port: int = 0) -> None:
         """Listen on a free port; `changed` takes what the page sends."""
