@@ -30,7 +30,8 @@ from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Wo
 from symdyn.teach.lesson import named, together
 from symdyn.teach.roads.lagrange.velocities import folded, length
 from symdyn.teach.roads.multipliers.conditions import multiplier, slope
-from symdyn.teach.roads.multipliers.constrained import Constrained, Tie
+from symdyn.teach.roads.multipliers.constrained import Constrained
+from symdyn.teach.roads.multipliers.tie import Tie
 
 WIDEST = 10
 """Rows of a system that is shown as one matrix."""

@@ -7,7 +7,8 @@ from symdyn.graph import Expr
 from symdyn.teach.document import Block, Formula, Matrix, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.roads.lagrange.velocities import folded
-from symdyn.teach.roads.multipliers.constrained import Constrained, Tie
+from symdyn.teach.roads.multipliers.constrained import Constrained
+from symdyn.teach.roads.multipliers.tie import Tie
 
 WIDEST = 8
 """Velocities up to which all slopes are shown as one matrix."""

@@ -25,7 +25,8 @@ from symdyn.spatial import Vec, apply_transposed
 from symdyn.teach.document import Block, Formula
 from symdyn.teach.lesson import together
 from symdyn.teach.roads.lagrange.rotations import angular_velocity
-from symdyn.teach.roads.multipliers.constrained import Constrained, Tie
+from symdyn.teach.roads.multipliers.constrained import Constrained
+from symdyn.teach.roads.multipliers.tie import Tie
 from symdyn.teach.roads.quaternions.wheels import WAYS, in_letters, name_normal, normal, rolls
 from symdyn.unlocked import cached_property
 

@@ -16,7 +16,8 @@ from symdyn.scene import GROUND, Contact, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, add, apply_transposed, cross, dot, scale, sub
 from symdyn.teach.document import Letter
-from symdyn.teach.roads.multipliers.constrained import Constrained, Tie
+from symdyn.teach.roads.multipliers.constrained import Constrained
+from symdyn.teach.roads.multipliers.tie import Tie
 
 WAYS = {"tie.force along the track": 0, "tie.force across the track": 1, "tie.normal force": 2}
 
