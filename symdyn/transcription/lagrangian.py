@@ -21,7 +21,8 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.graph import gradient, tangents
 from symdyn.simulation.equations.compiled_routines import argument, compiled, plain
 from symdyn.transcription.grid import Places
-from symdyn.transcription.local import Source, appearing, argument_of, inputs_of
+from symdyn.transcription.local import appearing, argument_of, inputs_of
+from symdyn.transcription.source import Source
 from symdyn.transcription.transcribed import PLACES, Collocation
 
 WEIGHTS = "weights"

@@ -23,14 +23,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import chain, product
 from operator import add
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME
@@ -39,17 +37,12 @@ from symdyn.dynamics.roads.named_functions import Argument
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.graph.ops import SYMBOL
-from symdyn.scene import Quantity, Scene, express
+from symdyn.scene import Quantity, express
 from symdyn.scene.values.signals import point_names
-from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.compiled_routines import compiled, plain, points
 from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 
 Pattern = tuple[tuple[int, str, int], ...]
-
-Formulas = tuple[tuple[str, tuple[Quantity, ...]], ...]
-"""Those of the user, by the function that they are."""
 
 
 @dataclass(frozen=True)
@@ -90,44 +83,6 @@ class Written:
     rows: int
     holding: tuple[int, ...]
     rest: tuple[Expr, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Source:
-    """Where the functions of a problem come from: the same for every mesh, method and bounds.
-
-    Pickled is what they are made from; another process makes them again.
-
-    Attributes:
-        scene: the mechanism.
-        free: names of the parameters that are unknowns.
-        formulas: those of path, running and final.
-        workspace: with the graph that they are written on.
-        written: their entries.
-        locals: the functions, compiled.
-    """
-
-    scene: Scene
-    free: tuple[str, ...]
-    formulas: Formulas
-    workspace: Workspace
-    written: Written
-    locals: Mapping[str, Local]
-
-    def __reduce__(self) -> tuple[Callable[..., Source], tuple[Scene, tuple[str, ...], Formulas]]:
-        """Return the function that makes it, and of what."""
-        return source, (self.scene, self.free, self.formulas)
-
-
-@lru_cache(maxsize=16)
-def source(scene: Scene, free: tuple[str, ...], formulas: Formulas) -> Source:
-    """Return the functions of a scene, the parameters that are unknowns without value; theirs decide about loops."""
-    values = parameter_values(scene)
-    opened = replace(scene, parameters=tuple(replace(p, value=None) if p.name in free else p for p in scene.parameters))
-    at = {name: number_of(values[name], values, f"parameters.{name}", Faults("")) or 0.0 for name in free}
-    w = Workspace(opened, LoopChoices(parameters=tuple(at.items())))
-    found = written(w, free, dict(formulas))
-    return Source(scene, free, formulas, w, found, locals_of(w, found))
 
 
 def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Quantity]]) -> Written:

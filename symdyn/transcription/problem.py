@@ -20,8 +20,8 @@ from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values, read_formula
 from symdyn.transcription.grid import grid
 from symdyn.transcription.layout import Layout, Number, Range, ends_of, known_names, texts
-from symdyn.transcription.local import source
 from symdyn.transcription.remarks import remarks, taken
+from symdyn.transcription.source import source
 from symdyn.transcription.tableaux import METHODS
 from symdyn.transcription.transcribed import Collocation
 

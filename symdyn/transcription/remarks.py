@@ -11,7 +11,7 @@ from symdyn.scene import Quantity, Scene, parse
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import listed
 from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.transcription.local import Source
+from symdyn.transcription.source import Source
 
 WHAT = {
     "balance": "the equations of motion",

@@ -31,8 +31,9 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.scene import Scene
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Places, sliced
-from symdyn.transcription.local import Local, Source
+from symdyn.transcription.local import Local
 from symdyn.transcription.slopes import Slopes
+from symdyn.transcription.source import Source
 from symdyn.transcription.tableaux import Method
 from symdyn.unlocked import cached_property
 

@@ -24,14 +24,14 @@ from symdyn.emit.print.breaking import (
     matrix_width,
     together,
 )
-from symdyn.emit.print.formula_text import BREAK, Latex, value_text
+from symdyn.emit.print.formula_text import BREAK, Latex
+from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Printable, PrintedConstraints
-from symdyn.emit.print.printed_names import latex_symbols, latex_unit
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.forces import elastic
-from symdyn.scene.units import coordinates_with_units, drives_with_units
 
 BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
 
@@ -229,33 +229,6 @@ def _mirrored(i: int, j: int) -> str:
 
 
 DISPLAYS = {"equations": _equations, "coefficients": _coefficients, "textbook": _textbook, "matrix": _matrix}
-
-
-# The symbol table
-
-
-def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
-    """Return the rows: coordinates, drives, time, parameters."""
-    rows = []
-    for joint, q, unit in coordinates_with_units(scene):
-        rows.append(symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", unit))
-    for joint, drive, unit in drives_with_units(scene):
-        text = f"driving {'force' if unit == 'N' else 'torque'} of joint {joint.name}"
-        rows.append(symbol_row(write.symbols[drive], text, unit))
-    if timed:
-        rows.append(symbol_row(write.symbols[TIME], "time", "s"))
-    for given in scene.inputs:
-        rows.append(symbol_row(write.symbols[given.name], given.text or "input", given.unit))
-    for parameter in scene.parameters:
-        value = in_latex(value_text(parameter.value)) if parameter.value is not None else ""
-        rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
-    return rows
-
-
-def symbol_row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:
-    """Return one row of the table."""
-    shown = latex_unit(unit)
-    return {"symbol": symbol, "text": in_latex(text), "unit": f"${shown}$" if shown else "", "value": value}
 
 
 RATE = r"(\dot G\,\dot q)"
