@@ -15,7 +15,8 @@ from symdyn.dynamics.loops.loop_words import direction_words
 from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import velocity_name
-from symdyn.simulation.followed import CLOSED, Followed, Following, Known, Tied
+from symdyn.simulation.followed import Followed
+from symdyn.simulation.following import CLOSED, Following, Known, Tied
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.path_equations import PathEquations, Place
 from symdyn.simulation.prescribed.point_path import Approach, ScenePath

@@ -1,70 +1,24 @@
-"""What follows from laws of some coordinates through loops, contacts and rows: positions, velocities, accelerations.
-
-    g              coordinates with a law         q̇ = H u
-    r, G           residuals and rows; those of rows that hold velocities only are 0 and stand in G alone
-
-    positions      q_g = q_g(t),  r(q) = 0              Newton's method from the position before
-    velocities     H_g u = q̇_g,  G u = 0
-    accelerations  H_g u̇ = q̈_g - Ḣ_g u,  G u̇ = -Ġ u
-
-Where positions do not follow so, as those of a wheel that rolls do not, q̇ = H u is integrated, and each sample brought
-back to what holds positions. What neither laws nor rows determine is refused, but for coordinates that no row knows,
-which rest, and idle motions, which are least.
-"""
+"""Positions, velocities and accelerations that follow from laws, time after time, as far as it goes (`following`)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_numbers import FLAT, Numbers
-from symdyn.dynamics.loops.mobility import idle_motions
-from symdyn.dynamics.loops.newton import free_motions
+from symdyn.dynamics.loops.loop_numbers import FLAT
 from symdyn.errors import SimulateError
-from symdyn.scene import Joint, Scene, velocity_name
+from symdyn.simulation.following import Following, Known, Tied
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.trajectory import END
-
-Known = Callable[[Array], tuple[Array, Array, Array]]
-
-CLOSED = 1e-10
-"""Largest residual, over the size of the numbers, of a position that follows from the others."""
-
-AGREED = 1e-7
-"""Largest velocity against a row, over the size of the velocities, of laws that agree with it."""
-
-STEPS = 30
-
-NEGLIGIBLE = 1e-10
-"""Singular values below it, over the largest, are zero."""
-
-NOTHING = 1e-7
-"""Components of unit motions below it are zero."""
 
 AHEAD = 1e-7
 """s by which it is looked ahead for whether a wheel falls or rises."""
 
-RTOL, ATOL = 1e-12, 1e-13
-"""Tolerances of positions that are integrated."""
-
-
-@dataclass(frozen=True)
-class Tied:
-    """A mechanism with loops, contacts or rows.
-
-    Attributes:
-        numbers: it, in numbers.
-        functions: "kinematics" H, "turning" Ḣ u, "constraint_residual" r, "constraint_jacobian" G and
-            "constraint_bias" Ġ u of the kept rows, each of its name, q and u.
-        holding: whether each kept row holds a position.
-    """
-
-    numbers: Numbers
-    functions: Callable[[str, Array, Array], Array]
-    holding: Array
+THIRDS = 30
+"""Steps to a place where a wheel lies flat, each of which leaves two thirds of an interval."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +43,7 @@ class Followed:
 def followed(
     tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known], t: Array, guess: Array
 ) -> Followed:
-    """Return what follows from laws at times, as far as it goes; see the module's legend.
+    """Return what follows from laws at times, as far as it goes; see the legend of `following`.
 
     Args:
         tied: the mechanism and its functions.
@@ -141,7 +95,7 @@ def _fallen(one: Following, t: Array, q: Array, u: Array) -> tuple[int, str] | N
             if not moves[i] < 0 < moves[i + 1]:
                 continue
             low, high = float(t[i]), float(t[i + 1])
-            for _ in range(STEPS):  # a third of the interval less at every step
+            for _ in range(THIRDS):  # a third of the interval less at every step
                 left, right = low + (high - low) / 3, high - (high - low) / 3
                 one_third, two_thirds = one.placed(left, q[i]), one.placed(right, q[i])
                 low, high = (low, right) if w(one_third) < w(two_thirds) else (left, high)
@@ -149,196 +103,3 @@ def _fallen(one: Following, t: Array, q: Array, u: Array) -> tuple[int, str] | N
                 found.append((i + 1, f"motion: t = {low:.6g} s: {gauge.fell_flat}"))
                 break
     return min(found, default=None)
-
-
-class Following:
-    """The equations of the module's legend at a time and a position."""
-
-    def __init__(self, tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known]) -> None:
-        """Prepare the laws of the coordinates `given`."""
-        self.tied = tied
-        self.numbers, self.functions, self.holding = tied.numbers, tied.functions, tied.holding
-        self.given, self.laws, self.quasi = list(given), laws, quasi
-        self.scene = self.numbers.scene
-        self.still = np.zeros(self.numbers.state.n)
-        self.places = [self.scene.coordinates.index(name) for name in given]
-        tabled = [joint for joint, u in _velocities_of(self.scene) if all(k in quasi for k in u)]
-        told = {name for joint in tabled for name in joint.coordinates}
-        self.moving = np.array([k for k, name in enumerate(given) if name not in told], dtype=int)
-        rates = [velocity_name(given[k]) for k in self.moving]
-        names = list(self.scene.velocities)
-        exact = [names.index(rate) for rate in rates if rate in names] + list(quasi)
-        self.loose = np.array([k for k in range(len(names)) if k not in exact], dtype=int)
-
-    def at(self, t: float) -> tuple[Array, Array, Array]:
-        """Return positions, rates and second rates of the laws at one time."""
-        position, rate, second = self.laws(np.array([t]))
-        return position[0], rate[0], second[0]
-
-    def matrix(self, q: Array, holding: bool = False) -> Array:
-        """Return H_g over unit rows of tabled velocities over G, of rows that hold positions only on request."""
-        H, G = self.functions("kinematics", q, self.still), self.functions("constraint_jacobian", q, self.still)
-        if holding:
-            return np.vstack([H[self.places], G[self.holding]])
-        return np.vstack([H[[self.places[k] for k in self.moving]], np.eye(len(self.still))[list(self.quasi)], G])
-
-    def missed(self, q: Array) -> float:
-        """Return the largest residual."""
-        return float(np.abs(self.functions("constraint_residual", q, self.still)).max(initial=0.0))
-
-    def placed(self, t: float, q: Array) -> Array:
-        """Return the position next to a guess that keeps laws and loops.
-
-        Raises:
-            SimulateError: there is none near by.
-        """
-        wanted = self.at(t)[0]
-        q = q.copy()
-        q[self.places] = wanted
-        for _ in range(STEPS):
-            r = self.functions("constraint_residual", q, self.still)
-            size = float(np.abs(r).max(initial=0.0))
-            if size <= 1e-14 * max(1.0, float(np.abs(q).max(initial=0.0))):
-                break
-            H, G = self.functions("kinematics", q, self.still), self.functions("constraint_jacobian", q, self.still)
-            step = shortest(np.vstack([H[self.places], G]), np.concatenate([wanted - q[self.places], -r]))
-            tried = self.numbers.moved(q, step)
-            tried[self.places] = wanted
-            if not self.missed(tried) < size and size < CLOSED:
-                break
-            q = tried
-        off = self.missed(q)
-        if not off <= CLOSED * max(1.0, float(np.abs(q).max(initial=0.0))):
-            values = ", ".join(f"{x:.6g}" for x in wanted)
-            what = f" with {', '.join(self.given)} = {values}" if self.given else ""
-            raise SimulateError(f"motion: t = {t:g} s: the loops cannot be closed{what}; they miss by {off:.3g}")
-        return q
-
-    def velocities(self, t: float, q: Array) -> Array:
-        """Return u.
-
-        Raises:
-            SimulateError: the laws contradict each other, or the rows.
-        """
-        A, b = self.matrix(q), self.first(t)
-        u = self.solved(A, b)
-        if float(np.abs(A @ u - b).max(initial=0.0)) > AGREED * max(1.0, float(np.abs(u).max(initial=0.0))):
-            raise SimulateError(
-                f"motion: t = {t:g} s: the loops and rows do not allow the velocities of {', '.join(self.given)} "
-                f"together; give laws for fewer coordinates of {self.scene.name}"
-            )
-        return u
-
-    def accelerations(self, t: float, q: Array, u: Array) -> Array:
-        """Return u̇."""
-        return self.solved(self.matrix(q), self.second(t, q, u))
-
-    def first(self, t: float) -> Array:
-        """Return the right side of `matrix` for velocities."""
-        return self._demanded(t, 1)
-
-    def second(self, t: float, q: Array, u: Array) -> Array:
-        """Return the right side of `matrix` for accelerations."""
-        b = self._demanded(t, 2)
-        b[: len(self.moving)] -= self.functions("turning", q, u)[[self.places[k] for k in self.moving]]
-        bias = self.functions("constraint_bias", q, u)
-        b[len(b) - len(bias) :] = -bias
-        return b
-
-    def solved(self, A: Array, b: Array) -> Array:
-        """Return x with A x = b, what laws say as it is."""
-        x = A[: len(self.moving) + len(self.quasi)].T @ b[: len(self.moving) + len(self.quasi)]
-        x[self.loose] = 0.0
-        x[self.loose] = shortest(A[:, self.loose], b - A @ x)
-        return x
-
-    def _demanded(self, t: float, order: int) -> Array:
-        """Return the right side for velocities (1) or accelerations (2), less what depends on velocities."""
-        tabled = [float(law(np.array([t]))[order - 1][0]) for law in self.quasi.values()]
-        return np.concatenate([self.at(t)[order][self.moving], tabled, np.zeros(len(self.holding))])
-
-    def rolls(self, q: Array) -> bool:
-        """Tell whether rows that hold velocities only determine what laws and positions do not."""
-        return _rank(self.matrix(q)) > _rank(self.matrix(q, holding=True))
-
-    def integrated(self, t: Array, q: Array) -> Iterator[Array]:
-        """Yield positions at times by integration of the velocities, each of shape (nq,).
-
-        Raises:
-            SimulateError: the velocities have no finite value on the way.
-        """
-        from scipy.integrate import DOP853
-
-        def rates(now: float, at: Array) -> Array:
-            here = at.copy()
-            here[self.places] = self.at(now)[0]
-            return np.asarray(self.functions("kinematics", here, self.still) @ self.velocities(now, here))
-
-        yield q
-        if len(t) < 2:
-            return
-        solver = DOP853(rates, t[0], q, t[-1], rtol=RTOL, atol=ATOL)
-        curve = None
-        for now in t[1:]:
-            while solver.t < now:
-                solver.step()
-                curve = None
-                if solver.status == "failed":
-                    raise SimulateError(
-                        f"motion: t = {solver.t:.6g} s: what follows through the rows has no finite rate there; "
-                        f"let the motion end sooner, or give laws for other coordinates than {', '.join(self.given)}"
-                    )
-            curve = curve or solver.dense_output()
-            yield np.asarray(curve(now), dtype=np.float64)
-
-    def undetermined(self, q: Array) -> tuple[str, ...]:
-        """Return which coordinates rest and which motions are idle.
-
-        Raises:
-            SimulateError: laws are missing.
-        """
-        free = free_motions(self.matrix(q))
-        if not len(free):
-            return ()
-        loose = [k for k in range(len(self.still)) if float(np.abs(free[:, k]).max()) > NOTHING]
-        names = [name for name in self.names_of(loose) if name not in self.given]
-        if not any(not row[k].is_zero for row in self.numbers.constraints.G for k in loose):
-            return (f"no law is given for {', '.join(names)}: at rest",)
-        G = self.functions("constraint_jacobian", q, self.still)
-        idle = idle_motions(self.numbers, G, q)
-        ways = np.array([way for _, way in idle]).reshape(-1, len(self.still))
-        if _rank(np.vstack([ways, free])) == _rank(ways):
-            return tuple(f"idle: {words}; it is least" for words, _ in idle)
-        raise SimulateError(
-            f"motion: laws are missing: {len(free)} freedom{'s' * (len(free) != 1)} of {self.scene.name} "
-            f"{'is' if len(free) == 1 else 'are'} left, and {', '.join(names)} not determined"
-            f"{' by ' + ', '.join(self.given) if self.given else ''}; give {len(free)} more, such as "
-            f"--motion {names[0]}=0.3 for rest"
-        )
-
-    def names_of(self, velocities: Sequence[int]) -> list[str]:
-        """Return the coordinates that velocities move."""
-        found: dict[str, None] = {}
-        for joint, u in _velocities_of(self.scene):
-            if len(u) == len(joint.coordinates):
-                found |= {joint.coordinates[k - u[0]]: None for k in velocities if k in u}
-            elif set(u) & set(velocities):
-                found |= dict.fromkeys(joint.coordinates)
-        return list(found)
-
-
-def _velocities_of(scene: Scene) -> Iterator[tuple[Joint, range]]:
-    """Yield the joints that move, with the numbers of their velocities."""
-    first = 0
-    for joint in scene.moving:
-        yield joint, range(first, first + len(joint.rates))
-        first += len(joint.rates)
-
-
-def shortest(A: Array, b: Array) -> Array:
-    """Return the shortest of all x that come closest to A x = b."""
-    return np.asarray(np.linalg.lstsq(A, b, rcond=NEGLIGIBLE)[0], dtype=np.float64)
-
-
-def _rank(A: Array) -> int:
-    return int(np.linalg.matrix_rank(A, tol=NEGLIGIBLE * float(np.abs(A).max(initial=1.0)))) if A.size else 0

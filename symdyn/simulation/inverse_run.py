@@ -28,7 +28,8 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.opened import numbers_at
-from symdyn.simulation.followed import Followed, Tied, followed
+from symdyn.simulation.followed import Followed, followed
+from symdyn.simulation.following import Tied
 from symdyn.simulation.initial import Values, no_equations, read_guess
 from symdyn.simulation.inverse_functions import InverseFunctions
 from symdyn.simulation.joint_limits import passages, passed

@@ -23,7 +23,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.simulation.followed import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
+from symdyn.simulation.following import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
 from symdyn.simulation.prescribed.point_path import Approach, Asked, PointPath
 
 AGREED = 1e-7

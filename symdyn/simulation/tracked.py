@@ -19,7 +19,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
-from symdyn.simulation.followed import CLOSED
+from symdyn.simulation.following import CLOSED
 from symdyn.simulation.path_equations import AGREED, PathEquations, Place
 
 CLEAR = 1e-2
