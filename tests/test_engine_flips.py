@@ -17,7 +17,7 @@ from engine.trials.options import PAIRED
 ROOT = Path(__file__).resolve().parent.parent
 
 FLIPS = (  # file seen from dynamics/, what stands there, what is planted
-    ("recursive/rnea.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
+    ("recursive/link_motion.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
     ("recursive/rnea.py", "wrench[i] = (sub(wrench[i][0], n),", "wrench[i] = (add(wrench[i][0], n),"),
     ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
     ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
@@ -38,6 +38,11 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
 )
 
 
+@pytest.mark.parametrize(("file", "right"), [flip[:2] for flip in FLIPS])
+def test_a_sign_stands_once_where_it_will_be_turned(file: str, right: str) -> None:
+    assert (ROOT / "symdyn" / "dynamics" / file).read_text(encoding="utf-8").count(right) == 1
+
+
 @pytest.mark.runs
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "right", "wrong"), FLIPS, ids=[f"{file}: {wrong}" for file, _, wrong in FLIPS])
@@ -46,7 +51,6 @@ def test_a_sign_turned_round_is_found(tmp_path: Path, file: str, right: str, wro
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     path = tmp_path / "symdyn" / "dynamics" / file
     text = path.read_text(encoding="utf-8")
-    assert text.count(right) == 1, f"{file} reads otherwise; plant the sign where it is now"
     path.write_text(text.replace(right, wrong), encoding="utf-8")
 
     run = subprocess.run(
