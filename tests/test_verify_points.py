@@ -111,3 +111,14 @@ def test_balls_divide_by_nothing_that_may_be_zero() -> None:
         third = numbers.constant(Fraction(1, 3))
         with pytest.raises(ZeroDivisionError, match="rounding error"):
             numbers.div(third, third * 3 - 1)
+
+
+def test_bounds_outlast_what_doubles_hold() -> None:
+    """Errors are doubles where these hold them; on the way over 1e400 none is lost."""
+    numbers = Midpoints(50)
+    with numbers:
+        errors = RunningErrors(numbers, 2.0**-53, 2.0**-50)
+        factor = errors.constant(Fraction(10) ** 200)
+        back = errors.div(errors.mul(factor, factor), errors.constant(Fraction(10) ** 300))
+        assert float(back.value) == pytest.approx(1e100)
+        assert float(back.error) == pytest.approx(5 * 2.0**-53 * 1e100)
