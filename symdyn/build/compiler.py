@@ -237,9 +237,9 @@ def _run(command: Sequence[str], patience: float, place: Path | None = None) -> 
             stop_command(process)
 
         timer = threading.Timer(patience, stop)  # wait(patience) would look only every 50 ms
-        timer.start()
         try:
-            with waiting(process):
+            with waiting(process):  # at once, or who is interrupted meanwhile leaves it running
+                timer.start()
                 code = process.wait()
         finally:
             timer.cancel()
