@@ -19,7 +19,7 @@ from symdyn.build import RUNNERS, build, run_python
 from symdyn.dynamics import derive
 from symdyn.emit import beside, emit, write
 from symdyn.errors import BuildError, MissingProgram
-from symdyn.program import Program, lower, prepare
+from symdyn.program import Program, in_lines, lower, prepare
 from symdyn.program.assemble import shared
 from symdyn.scene import example
 from symdyn.verify.written import READERS, printed, prove_texts
@@ -67,7 +67,7 @@ def test_a_kernel_as_cpp_computes_what_scalar_c_does_to_the_bit(
     names = [f"{stem}_{one}" for one in sources.functions]
     library = launcher(sources.texts[f"{stem}.cu"], tmp_path, names, [len(r.function.arguments) for r in made.routines])
     monkeypatch.setenv("CC", "gcc -ffp-contract=off -O1 -mno-fma")
-    c = build(emit(made, "c", real), machine="portable")
+    c = build(emit(in_lines(made), "c", real), machine="portable")
 
     n = 300
     for one, kernel, routine in zip(sources.functions, names, made.routines, strict=True):

@@ -152,8 +152,8 @@ def print_rich(shown: Any) -> None:
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table on stdout; columns whose name ends in a space are numbers and aligned to the right."""
-    if not sys.stdout.isatty():
-        print(*_lines_of(title, columns, rows), sep="\n")
+    if not sys.stdout.isatty() and len(head := next(lines := _lines_of(title, columns, rows))) <= WIDTH:
+        print(head, *lines, sep="\n")
         return
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
@@ -167,7 +167,7 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 
 def _lines_of(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Iterate over the lines of a table as it is outside of terminals, where no line has to be broken."""
+    """Iterate over the lines of a table as it is outside of terminals; where one is too long, rich breaks it."""
     cells = [[column.rstrip() for column in columns], *rows]
     widths = [max(map(_width, column)) for column in zip(*cells, strict=True)]
     whole = sum(widths) + 3 * len(widths) - 1
