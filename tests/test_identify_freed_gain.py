@@ -34,8 +34,11 @@ def rows(said: tuple[float, ...], noise: float = 0.05, dependent: bool = False) 
 
 @pytest.mark.parametrize("dependent", [False, True])
 @pytest.mark.parametrize("said", [(1.0, 1.0, 1.0), (1.0, 2.5, 1.0), (-0.2, 1.0, 1.0)])
-def test_a_bound_is_what_the_best_of_all_gains_leaves(said: tuple[float, ...], dependent: bool) -> None:
+@pytest.mark.parametrize("last", [EACH, 3], ids=["many", "fewer rows than columns"])
+def test_a_bound_is_what_the_best_of_all_gains_leaves(said: tuple[float, ...], last: int, dependent: bool) -> None:
     seen = rows(said, dependent=dependent)
+    of = slice(2 * EACH + last)
+    seen = Rows(seen.Y[of], seen.tau[of], seen.joint[of], seen.frequency[of], seen.group[of])
     size = np.array([np.linalg.norm(seen.tau[seen.joint == j]) for j in range(3)])[seen.joint]
 
     found = bounds(seen, (0, 1, 2), ())

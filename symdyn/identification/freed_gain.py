@@ -94,7 +94,8 @@ def _bound(pressed: Mapping[int, Array], free: int) -> float:
     """Return the least of all gains, of rows of each drive: columns, then what is known, then what it shows."""
     from scipy.optimize import minimize_scalar
 
-    own = pressed[free]
+    few = pressed[free]
+    own = np.vstack([few, np.zeros((max(0, few.shape[1] - len(few)), few.shape[1]))])  # for all singular values
     others = np.vstack([np.zeros((1, own.shape[1])), *(one for j, one in pressed.items() if j != free)])
     both = np.vstack([others, own])[:, :-2]
     scale = np.linalg.norm(both, axis=0)
