@@ -61,13 +61,13 @@ def sub(a: Quantity, b: Quantity) -> Quantity:
 
 def neg(a: Quantity) -> Quantity:
     """Return -a."""
-    factor, rest = _split(a)
+    factor, rest = split(a)
     return _scaled(-factor, rest)
 
 
 def mul(a: Quantity, b: Quantity) -> Quantity:
     """Return a b."""
-    (x, rest_a), (y, rest_b) = _split(a), _split(b)
+    (x, rest_a), (y, rest_b) = split(a), split(b)
     rest = rest_b if rest_a == ONE else rest_a if rest_b == ONE else Quantity(Op.MUL, (rest_a, rest_b))
     return _scaled(x * y, rest)
 
@@ -78,7 +78,7 @@ def div(a: Quantity, b: Quantity) -> Quantity:
     Raises:
         FormulaError: b is zero.
     """
-    (x, rest_a), (y, rest_b) = _split(a), _split(b)
+    (x, rest_a), (y, rest_b) = split(a), split(b)
     if y == 0:
         raise FormulaError("it divides by zero; check the denominator")
     return _scaled(x / y, rest_a if rest_b == ONE else Quantity(Op.DIV, (rest_a, rest_b)))
@@ -143,13 +143,13 @@ def function(op: Op, *args: Quantity) -> Quantity:
     return Quantity(op, args)
 
 
-def _split(a: Quantity) -> tuple[Fraction, Quantity]:
+def split(a: Quantity) -> tuple[Fraction, Quantity]:
     """Return the constant in front of a product, and the rest (ONE for a constant)."""
     value = fraction(a)
     if value is not None:
         return value, ONE
     if a.op is Op.NEG:
-        factor, rest = _split(a.args[0])
+        factor, rest = split(a.args[0])
         return -factor, rest
     if a.op is Op.MUL:
         value = fraction(a.args[0])

@@ -1,0 +1,96 @@
+"""Dimensions: what a number measures, as exponents of the base quantities of the International System of Units.
+
+The radian is 1, so that a torque and an energy have one dimension, and an angle has none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
+"""The units whose exponents a dimension holds, in this order."""
+
+_NONE = (Fraction(0),) * len(BASE)
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """What a number measures.
+
+    >>> (MASS * LENGTH / TIME**2).text, (MASS * LENGTH**2).text, Dimension().text
+    ('N', 'kg m^2', '1')
+
+    Attributes:
+        exponents: of the units in `BASE`.
+    """
+
+    exponents: tuple[Fraction, ...] = _NONE
+
+    def __mul__(self, other: Dimension) -> Dimension:
+        return Dimension(tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+    def __truediv__(self, other: Dimension) -> Dimension:
+        return Dimension(tuple(a - b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+    def __pow__(self, power: Fraction | int) -> Dimension:
+        return Dimension(tuple(a * power for a in self.exponents))
+
+    @property
+    def text(self) -> str:
+        """A unit of it, by its name where it has one: "N m", "kg m^2/s"; "1" of a plain number."""
+        return _NAMES.get(self) or product(list(zip(BASE, self.exponents, strict=True)))
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def product(powers: list[tuple[str, Fraction]]) -> str:
+    """Return a product of powers of units as text.
+
+    >>> product([("W", Fraction(1)), ("m", Fraction(-1)), ("K", Fraction(-1))]), product([("s", Fraction(-2))])
+    ('W/(m K)', '1/s^2')
+    """
+    above = [_power(name, power) for name, power in powers if power > 0]
+    below = [_power(name, -power) for name, power in powers if power < 0]
+    under = below[0] if len(below) == 1 else f"({' '.join(below)})"
+    return (" ".join(above) or "1") + (f"/{under}" if below else "")
+
+
+def _power(name: str, power: Fraction) -> str:
+    return name if power == 1 else f"{name}^{power}" if power.denominator == 1 else f"{name}^({power})"
+
+
+MASS, LENGTH, TIME, CURRENT, TEMPERATURE, AMOUNT, BRIGHTNESS = (
+    Dimension(tuple(Fraction(k == i) for k in range(len(BASE)))) for i in range(len(BASE))
+)
+NUMBER = Dimension()
+VELOCITY = LENGTH / TIME
+ACCELERATION = LENGTH / TIME**2
+FORCE = MASS * ACCELERATION
+TORQUE = FORCE * LENGTH
+POWER = TORQUE / TIME
+VOLTAGE = POWER / CURRENT
+
+_NAMES = {
+    FORCE: "N",
+    TORQUE: "N m",
+    POWER: "W",
+    FORCE / LENGTH: "N/m",
+    FORCE / VELOCITY: "N s/m",
+    FORCE * TIME: "N s",
+    TORQUE * TIME: "N m s",
+    TORQUE * TIME**2: "kg m^2",
+    FORCE / LENGTH**2: "Pa",
+    CURRENT * TIME: "C",
+    VOLTAGE: "V",
+    VOLTAGE / CURRENT: "ohm",
+    CURRENT * TIME / VOLTAGE: "F",
+    VOLTAGE * TIME / CURRENT: "H",
+    VOLTAGE * TIME: "Wb",
+    VOLTAGE * TIME / LENGTH**2: "T",
+    FORCE / VOLTAGE: "N/V",
+    FORCE / CURRENT: "N/A",
+    TORQUE / CURRENT: "N m/A",
+}
+"""Dimensions that are known by another name than the product of their base units."""

@@ -1,0 +1,243 @@
+"""Units: their table, against factors typed from other sources, and their grammar."""
+
+import math
+from fractions import Fraction
+
+import pytest
+
+SI_BROCHURE = {
+    # BIPM, The International System of Units, 9th edition; NIST SP 811 (2008), appendix B; typed by hand.
+    # name: (numerator and denominator of the factor, power of pi, kg, m, s, A, K, mol, cd)
+    "m": ("1", 0, 0, 1, 0, 0),
+    "pm": ("1e-12", 0, 0, 1, 0, 0),
+    "nm": ("1e-9", 0, 0, 1, 0, 0),
+    "um": ("1e-6", 0, 0, 1, 0, 0),
+    "mm": ("0.001", 0, 0, 1, 0, 0),
+    "cm": ("0.01", 0, 0, 1, 0, 0),
+    "dm": ("0.1", 0, 0, 1, 0, 0),
+    "km": ("1000", 0, 0, 1, 0, 0),
+    "in": ("0.0254", 0, 0, 1, 0, 0),
+    "ft": ("0.3048", 0, 0, 1, 0, 0),
+    "kg": ("1", 0, 1, 0, 0, 0),
+    "g": ("0.001", 0, 1, 0, 0, 0),
+    "mg": ("1e-6", 0, 1, 0, 0, 0),
+    "ug": ("1e-9", 0, 1, 0, 0, 0),
+    "ng": ("1e-12", 0, 1, 0, 0, 0),
+    "t": ("1000", 0, 1, 0, 0, 0),
+    "lb": ("0.45359237", 0, 1, 0, 0, 0),
+    "oz": ("0.028349523125", 0, 1, 0, 0, 0),
+    "s": ("1", 0, 0, 0, 1, 0),
+    "ms": ("0.001", 0, 0, 0, 1, 0),
+    "us": ("1e-6", 0, 0, 0, 1, 0),
+    "ns": ("1e-9", 0, 0, 0, 1, 0),
+    "ps": ("1e-12", 0, 0, 0, 1, 0),
+    "min": ("60", 0, 0, 0, 1, 0),
+    "h": ("3600", 0, 0, 0, 1, 0),
+    "rad": ("1", 0, 0, 0, 0, 0),
+    "mrad": ("0.001", 0, 0, 0, 0, 0),
+    "urad": ("1e-6", 0, 0, 0, 0, 0),
+    "deg": ("1/180", 1, 0, 0, 0, 0),
+    "°": ("1/180", 1, 0, 0, 0, 0),
+    "arcmin": ("1/10800", 1, 0, 0, 0, 0),
+    "arcsec": ("1/648000", 1, 0, 0, 0, 0),
+    "gon": ("1/200", 1, 0, 0, 0, 0),
+    "rev": ("2", 1, 0, 0, 0, 0),
+    "turn": ("2", 1, 0, 0, 0, 0),
+    "rpm": ("1/30", 1, 0, 0, -1, 0),
+    "rps": ("2", 1, 0, 0, -1, 0),
+    "Hz": ("1", 0, 0, 0, -1, 0),
+    "mHz": ("0.001", 0, 0, 0, -1, 0),
+    "kHz": ("1000", 0, 0, 0, -1, 0),
+    "MHz": ("1e6", 0, 0, 0, -1, 0),
+    "GHz": ("1e9", 0, 0, 0, -1, 0),
+    "N": ("1", 0, 1, 1, -2, 0),
+    "uN": ("1e-6", 0, 1, 1, -2, 0),
+    "mN": ("0.001", 0, 1, 1, -2, 0),
+    "cN": ("0.01", 0, 1, 1, -2, 0),
+    "daN": ("10", 0, 1, 1, -2, 0),
+    "kN": ("1000", 0, 1, 1, -2, 0),
+    "MN": ("1e6", 0, 1, 1, -2, 0),
+    "kgf": ("9.80665", 0, 1, 1, -2, 0),
+    "lbf": ("4.4482216152605", 0, 1, 1, -2, 0),
+    "Nm": ("1", 0, 1, 2, -2, 0),
+    "uNm": ("1e-6", 0, 1, 2, -2, 0),
+    "mNm": ("0.001", 0, 1, 2, -2, 0),
+    "kNm": ("1000", 0, 1, 2, -2, 0),
+    "MNm": ("1e6", 0, 1, 2, -2, 0),
+    "Ncm": ("0.01", 0, 1, 2, -2, 0),
+    "Nmm": ("0.001", 0, 1, 2, -2, 0),
+    "Ns": ("1", 0, 1, 1, -1, 0),
+    "mNs": ("0.001", 0, 1, 1, -1, 0),
+    "kNs": ("1000", 0, 1, 1, -1, 0),
+    "Nms": ("1", 0, 1, 2, -1, 0),
+    "mNms": ("0.001", 0, 1, 2, -1, 0),
+    "kNms": ("1000", 0, 1, 2, -1, 0),
+    "J": ("1", 0, 1, 2, -2, 0),
+    "uJ": ("1e-6", 0, 1, 2, -2, 0),
+    "mJ": ("0.001", 0, 1, 2, -2, 0),
+    "kJ": ("1000", 0, 1, 2, -2, 0),
+    "MJ": ("1e6", 0, 1, 2, -2, 0),
+    "GJ": ("1e9", 0, 1, 2, -2, 0),
+    "W": ("1", 0, 1, 2, -3, 0),
+    "uW": ("1e-6", 0, 1, 2, -3, 0),
+    "mW": ("0.001", 0, 1, 2, -3, 0),
+    "kW": ("1000", 0, 1, 2, -3, 0),
+    "MW": ("1e6", 0, 1, 2, -3, 0),
+    "GW": ("1e9", 0, 1, 2, -3, 0),
+    "Pa": ("1", 0, 1, -1, -2, 0),
+    "mPa": ("0.001", 0, 1, -1, -2, 0),
+    "hPa": ("100", 0, 1, -1, -2, 0),
+    "kPa": ("1000", 0, 1, -1, -2, 0),
+    "MPa": ("1e6", 0, 1, -1, -2, 0),
+    "GPa": ("1e9", 0, 1, -1, -2, 0),
+    "bar": ("1e5", 0, 1, -1, -2, 0),
+    "mbar": ("100", 0, 1, -1, -2, 0),
+    "A": ("1", 0, 0, 0, 0, 1),
+    "nA": ("1e-9", 0, 0, 0, 0, 1),
+    "uA": ("1e-6", 0, 0, 0, 0, 1),
+    "mA": ("0.001", 0, 0, 0, 0, 1),
+    "kA": ("1000", 0, 0, 0, 0, 1),
+    "C": ("1", 0, 0, 0, 1, 1),
+    "nC": ("1e-9", 0, 0, 0, 1, 1),
+    "uC": ("1e-6", 0, 0, 0, 1, 1),
+    "mC": ("0.001", 0, 0, 0, 1, 1),
+    "V": ("1", 0, 1, 2, -3, -1),
+    "nV": ("1e-9", 0, 1, 2, -3, -1),
+    "uV": ("1e-6", 0, 1, 2, -3, -1),
+    "mV": ("0.001", 0, 1, 2, -3, -1),
+    "kV": ("1000", 0, 1, 2, -3, -1),
+    "ohm": ("1", 0, 1, 2, -3, -2),
+    "uohm": ("1e-6", 0, 1, 2, -3, -2),
+    "mohm": ("0.001", 0, 1, 2, -3, -2),
+    "kohm": ("1000", 0, 1, 2, -3, -2),
+    "Mohm": ("1e6", 0, 1, 2, -3, -2),
+    "Ω": ("1", 0, 1, 2, -3, -2),
+    "uΩ": ("1e-6", 0, 1, 2, -3, -2),
+    "mΩ": ("0.001", 0, 1, 2, -3, -2),
+    "kΩ": ("1000", 0, 1, 2, -3, -2),
+    "MΩ": ("1e6", 0, 1, 2, -3, -2),
+    "F": ("1", 0, -1, -2, 4, 2),
+    "pF": ("1e-12", 0, -1, -2, 4, 2),
+    "nF": ("1e-9", 0, -1, -2, 4, 2),
+    "uF": ("1e-6", 0, -1, -2, 4, 2),
+    "mF": ("0.001", 0, -1, -2, 4, 2),
+    "H": ("1", 0, 1, 2, -2, -2),
+    "nH": ("1e-9", 0, 1, 2, -2, -2),
+    "uH": ("1e-6", 0, 1, 2, -2, -2),
+    "mH": ("0.001", 0, 1, 2, -2, -2),
+    "T": ("1", 0, 1, 0, -2, -1),
+    "nT": ("1e-9", 0, 1, 0, -2, -1),
+    "uT": ("1e-6", 0, 1, 0, -2, -1),
+    "mT": ("0.001", 0, 1, 0, -2, -1),
+    "Wb": ("1", 0, 1, 2, -2, -1),
+    "uWb": ("1e-6", 0, 1, 2, -2, -1),
+    "mWb": ("0.001", 0, 1, 2, -2, -1),
+    "1": ("1", 0, 0, 0, 0, 0),
+    "%": ("0.01", 0, 0, 0, 0, 0),
+    "count": ("1", 0, 0, 0, 0, 0),
+    "counts": ("1", 0, 0, 0, 0, 0),
+}
+"""Name: the exact factor, the power of pi in it, and the exponents of kg, m, s and A."""
+
+ROUNDED = {"slug": (14.593903, 1e-7), "psi": (6894.757, 1e-7)}
+"""NIST SP 811, appendix B.8, to the digits that stand there."""
+
+ELSEWHERE = {"K", "mK", "mol", "mmol", "cd"}
+
+
+def test_every_unit_is_what_the_brochure_says() -> None:
+    from symdyn.scene.values.unit import read_unit, units
+
+    assert set(units()) == set(SI_BROCHURE) | set(ROUNDED) | ELSEWHERE
+    for name, (factor, turns, *exponents) in SI_BROCHURE.items():
+        unit = read_unit(name)
+        assert (unit.scale, unit.turns) == (Fraction(factor), turns), name
+        assert unit.dimension.exponents == (*exponents, 0, 0, 0), name
+        assert unit.size == pytest.approx(float(Fraction(factor)) * math.pi**turns, rel=1e-15), name
+    for name, (factor, digits) in ROUNDED.items():
+        assert read_unit(name).size == pytest.approx(factor, rel=digits), name
+    assert [read_unit(name).dimension.exponents.index(1) for name in ("K", "mol", "cd")] == [4, 5, 6]
+
+
+@pytest.mark.parametrize(
+    ("text", "scale", "turns", "si", "dimension"),
+    [
+        ("kN/m", "1000", 0, "N/m", "N/m"),
+        ("N m s/rad", "1", 0, "N m s/rad", "N m s"),
+        ("m**2", "1", 0, "m**2", "m^2"),
+        ("cm²", "1/10000", 0, "m^2", "m^2"),
+        ("g mm^2", "1/1000000000", 0, "kg m^2", "kg m^2"),
+        ("N*mm", "1/1000", 0, "N m", "N m"),
+        ("N·m", "1", 0, "N·m", "N m"),
+        ("km/h", "5/18", 0, "m/s", "m/s"),
+        ("m/s/s", "1", 0, "m/s/s", "m/s^2"),
+        ("s^-1", "1", 0, "s^-1", "1/s"),
+        ("kN/(m s^2)", "1000", 0, "N/(m s^2)", "kg/s^4"),
+        ("rev/min", "1/30", 1, "rad/s", "1/s"),
+        ("mN m/deg", "9/50", -1, "N m/rad", "N m"),
+        ("µm", "1/1000000", 0, "m", "m"),
+        ("%", "1/100", 0, "1", "1"),
+    ],
+)
+def test_products_powers_and_quotients_are_read(text: str, scale: str, turns: int, si: str, dimension: str) -> None:
+    from symdyn.scene.values.unit import read_unit
+
+    unit = read_unit(text)
+
+    assert (unit.scale, unit.turns, unit.si, unit.dimension.text) == (Fraction(scale), turns, si, dimension)
+    assert read_unit(unit.si).is_coherent
+    assert read_unit(unit.si).dimension == unit.dimension == read_unit(unit.dimension.text).dimension
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("furlongz", "furlongz is no unit"),
+        ("mmm", r"did you mean mm\?"),
+        ("metres", r"did you mean m\?"),
+        ("deg C", "zero of its own"),
+        ("degF", "zero of its own"),
+        ("°C", "zero of its own"),
+        ("N/m s", "two ways"),
+        ("N/", "breaks off"),
+        ("*m", "nothing before"),
+        ("N (m", "lacks a bracket"),
+        ("N m)", "breaks off"),
+        ("m^99", "beyond 9"),
+        ("m^", "breaks off|is no unit"),
+        ("", "is empty"),
+        ("m " * 40, "is no unit"),
+        ("10", "is no unit"),
+    ],
+)
+def test_what_is_no_unit_is_refused_in_words(text: str, words: str) -> None:
+    from symdyn.scene.values.unit import UnitError, read_unit
+
+    with pytest.raises(UnitError, match=words):
+        read_unit(text)
+
+
+@pytest.mark.parametrize("unit", ["mm", "deg", "rpm", "lbf/in", "1/deg"])
+@pytest.mark.parametrize("value", ["500", "pi/4", "sqrt(2)", "54/pi", "1/2 + pi", "pi*sqrt(2)", "2*pi", "pi**2", "0"])
+def test_a_value_goes_into_si_and_back_exactly(value: str, unit: str) -> None:
+    from symdyn.scene import parse
+    from symdyn.scene.values.unit import in_si, out_of_si, read_unit
+
+    there = in_si(parse(value), read_unit(unit))
+
+    assert out_of_si(there, read_unit(unit)) == parse(value)
+    assert in_si(out_of_si(parse(value), read_unit(unit)), read_unit(unit)) == parse(value)
+
+
+def test_cycles_are_refused_where_radians_are_asked_for_with_both_readings() -> None:
+    from symdyn.scene.values.unit import misfit, read_unit
+
+    said = misfit(read_unit("Hz"), read_unit("rad/s"), "3")
+
+    assert said is not None
+    assert "3 cycles a second, 6*pi rad/s = 18.8496" in said
+    assert "did you mean 3 rad/s?" in said
+    assert misfit(read_unit("kHz"), read_unit("Hz")) is None
+    assert misfit(read_unit("rpm"), read_unit("Hz")) is not None
+    assert misfit(read_unit("rpm"), read_unit("rad/s")) is None
+    assert misfit(read_unit("kg"), read_unit("m"), "3") == "is in kg, and m is asked for"
