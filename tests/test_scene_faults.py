@@ -115,8 +115,8 @@ EDITS = [
     ("mass = 1\n", "mass = true\n",
      'bodies.link2: mass = true is true or false; give a number or a formula such as "m1*h1**2/12"'),
     ("mass = 1\n", 'mass = "m1*"\n',
-     'bodies.link2: mass = "m1*" is not a usable formula: it breaks off at its end; check brackets, operators and '
-     "the space in 90 deg"),
+     'bodies.link2: mass = "m1*" is not a usable formula: it breaks off at its end; check brackets and operators; '
+     "a unit stands behind a number alone, as in 5 mm"),
     ("mass = 1\n", 'mass = "m2"\n',
      "bodies.link2: mass = m2 uses the undefined symbol m2; declare it in parameters (known are g, m1, l1)"),
     ("mass = 1\n", 'mass = "q1"\n',

@@ -208,6 +208,7 @@ def test_products_powers_and_quotients_are_read(text: str, scale: str, turns: in
         ("", "is empty"),
         ("m " * 40, "is no unit"),
         ("10", "is no unit"),
+        ("m 2", "is no unit"),
     ],
 )
 def test_what_is_no_unit_is_refused_in_words(text: str, words: str) -> None:

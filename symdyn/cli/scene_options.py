@@ -13,6 +13,7 @@ from symdyn.cli.talk import say
 from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked
 from symdyn.errors import DerivationError, SceneError, printable
 from symdyn.scene import ReadOptions, Scene, bind, in_numbers, read_bindings, read_noting, with_symbols
+from symdyn.scene.declaration.value_in_unit import ask_for_units
 from symdyn.scene.values.formula import split_commas
 
 MOST_NOTES = 20
@@ -161,7 +162,14 @@ def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     if len(reading.notes) > MOST_NOTES:
         notes.append(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
     scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
-    return bind(scene, read_bindings(options.bind)) if options.bind is not None else scene, notes
+    return bind(scene, _bindings(options, scene)) if options.bind is not None else scene, notes
+
+
+def _bindings(options: argparse.Namespace, scene: Scene) -> dict[str, str]:
+    """Return what --bind gives, in units of SI or in units that are said."""
+    given = read_bindings(options.bind)
+    ask_for_units(scene.parameters, given.items(), "--bind")
+    return given
 
 
 def read_scene_to_move(options: argparse.Namespace) -> Scene:

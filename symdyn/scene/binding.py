@@ -15,14 +15,15 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene.checks.draft import KINDS, Draft
 from symdyn.scene.checks.whole import check
+from symdyn.scene.declaration.value_in_unit import value_for
 from symdyn.scene.forces import place_of
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.formula import parse, quantity, split_commas
+from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.mapping import map_quantities, substituted
-from symdyn.scene.values.model import Scene
+from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ZERO, Quantity, express
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.table import Faults, show
 
 
 def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
@@ -30,25 +31,30 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
 
     Args:
         scene: any scene.
-        values: by name of the parameter: a number, formula text without symbols, or a quantity.
+        values: by name of the parameter: a number in SI, formula text without symbols, a value with its unit such as
+            "400 mm", or a quantity.
 
     Raises:
         SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault.
     """
     check_arguments(bind, locals(), SceneError)
     faults = Faults(scene.source or scene.name)
-    names = {parameter.name: None for parameter in scene.parameters}
-    known: dict[str, Quantity] = {}
+    names = {parameter.name: parameter for parameter in scene.parameters}
+    known: dict[str, Parameter] = {}
     for name, raw in values.items():
         if name not in names:
             faults.add("", f'"{name}" is not a parameter; {suggestion(name, names)}')
             continue
         try:
-            known[name] = quantity(raw)
+            value, unit, written = value_for(names[name], raw)
         except FormulaError as error:
-            faults.add(f"parameters.{name}", f"value {error}")
+            reason = str(error)
+            told = f"{show(raw)} {reason}" if reason.startswith("is in ") else reason
+            faults.add(f"parameters.{name}", f"value {told}")
+            continue
+        known[name] = replace(names[name], value=value, unit=unit, written=written)
     faults.close()
-    parameters = tuple(replace(p, value=known.get(p.name, p.value)) for p in scene.parameters)
+    parameters = tuple(known.get(p.name, p) for p in scene.parameters)
     bound = without_zeros(replace(scene, parameters=parameters), faults)
     check(Draft(bound, _places(bound)), faults)
     faults.close()

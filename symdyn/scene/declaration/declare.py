@@ -14,6 +14,7 @@ from symdyn.scene.declaration.dh import BODY_KEYS, expand
 from symdyn.scene.declaration.joint_table import joint_keys, read_joints, read_loops
 from symdyn.scene.declaration.locking import lock, read_locks
 from symdyn.scene.declaration.spanning import span, turned
+from symdyn.scene.declaration.value_in_unit import read_valued
 from symdyn.scene.forces import read_elements
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
@@ -154,23 +155,27 @@ class _Described(TypedDict):
 
 def _parameter(entry: Entry, faults: Faults) -> Parameter:
     table = Table(entry, faults, PARAMETER_KEYS)
+    said = read_valued(table)
     return Parameter(
         name=entry.name,
-        value=table.quantity("value") if "value" in table else None,
+        value=said.value,
         positive=table.flag("positive"),
-        unit=(unit := table.text("unit")),
+        unit=said.unit,
         latex=table.text("latex") if "latex" in table else None,
-        tolerance=table.tolerance(unit),
+        tolerance=table.tolerance(said.written or said.unit),
+        written=said.written,
         **_described(table),
     )
 
 
 def _input(entry: Entry, faults: Faults) -> Input:
     table = Table(entry, faults, INPUT_KEYS)
+    said = read_valued(table)
     return Input(
         name=entry.name,
-        value=table.quantity("value"),
-        unit=table.text("unit"),
+        value=said.value or ZERO,
+        unit=said.unit,
+        written=said.written,
         latex=table.text("latex") if "latex" in table else None,
         **_described(table),
     )

@@ -22,9 +22,10 @@ from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Coupling, Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
-from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.spelling import spell, spell_fraction
 from symdyn.scene.values.table import compose
 from symdyn.scene.values.tolerance import Tolerance
+from symdyn.scene.values.unit import in_si, out_of_si, read_unit
 
 STRAIGHT = ("Tx", "Ty", "Tz", "Rz", "Ry", "Rx")  # the steps of { xyz, rpy }, in their order
 
@@ -66,8 +67,7 @@ def _parameters(parameters: Sequence[Parameter]) -> list[str]:
 
 
 def _parameter(parameter: Parameter) -> str:
-    pairs = [("value", _number(parameter.value))] if parameter.value is not None else []
-    pairs += [("unit", _text(parameter.unit))] if parameter.unit else []
+    pairs = list(_valued(parameter))
     pairs += [("positive", "true")] if parameter.positive else []
     pairs += [("tolerance", _tolerance(parameter.tolerance))] if parameter.tolerance else []
     pairs += [("latex", _text(parameter.latex))] if parameter.latex is not None else []
@@ -75,14 +75,28 @@ def _parameter(parameter: Parameter) -> str:
     return pairs[0][1] if [key for key, _ in pairs] == ["value"] else _inline(pairs)
 
 
+def _valued(letter: Parameter | Input) -> Iterator[tuple[str, str]]:
+    """Return a letter's value and unit as its writer chose it, wherever that reads as the same value again."""
+    value, unit = letter.value, letter.unit
+    if letter.written:
+        chosen = read_unit(letter.written)
+        there = None if value is None else out_of_si(value, chosen)
+        if there is None or in_si(there, chosen) == value:
+            value, unit = there, letter.written
+    if value is not None and not (isinstance(letter, Input) and value == ZERO):
+        yield "value", _number(value)
+    if unit:
+        yield "unit", _text(unit)
+
+
 def _tolerance(one: Tolerance) -> str:
     return _inline([("sigma", _text(one.text))]) if one.sigma else _text(one.text)
 
 
 def _input(one: Input) -> Iterator[tuple[str, str]]:
-    if one.value != ZERO:
-        yield "value", _number(one.value)
-    yield from ((key, _text(said)) for key in ("unit", "latex") if (said := getattr(one, key)))
+    yield from _valued(one)
+    if one.latex:
+        yield "latex", _text(one.latex)
     yield from _described(one)
 
 
@@ -241,7 +255,14 @@ def _inline(pairs: Sequence[tuple[str, str]]) -> str:
 
 
 def _number(quantity: Quantity) -> str:
-    """Return a number as TOML writes it where it is a decimal of bearable length, else a formula in quotes."""
+    """Return a number as TOML writes it where it is a decimal of bearable length, else a formula in quotes.
+
+    One that was written with a unit is written so again.
+    """
+    if quantity.unit:
+        there = out_of_si(quantity, unit := read_unit(quantity.unit))
+        if isinstance(there.value, Fraction) and in_si(there, unit) == quantity:
+            return _text(f"{spell_fraction(there.value)} {unit.text}")
     if isinstance(quantity.value, Fraction):
         plain = decimal(quantity.value)
         if plain is not None:

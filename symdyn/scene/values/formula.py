@@ -5,6 +5,7 @@
     operators   + - * / ** ( )               powers: integers up to 64, and 1/2
     functions   sin cos tan sqrt exp log tanh abs sign atan2 deg
     degrees     90 deg   45/2 deg            the same as deg(90): times pi/180
+    a value     500 mm   1/3 kN/m   3 rpm    a number and a unit, and nothing else: in SI, exactly (see `unit`)
 
 `parse` ends quickly on any text: length, depth and the number of nodes are bounded, and so are the digits of numbers.
 """
@@ -15,6 +16,7 @@ import ast
 import re
 import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral
@@ -26,6 +28,7 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.names import FORMULA_NAMES, nearest
 from symdyn.scene.values.quantity import PI, Quantity, number, symbol
+from symdyn.scene.values.unit import UnitError, in_si, read_unit
 
 __all__ = ["FormulaError", "parse", "quantity"]
 
@@ -69,6 +72,11 @@ HINTS: Mapping[type[ast.AST], str] = {
 
 _DEGREES = re.compile(r"(?<=[\w.)])[ ]+deg\b(?![ ]*\()")
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\Z")
+_VALUE = re.compile(
+    r"(?P<sign>[+-]?)[ ]?(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?:[ ]?/[ ]?(?P<below>[0-9]+))?"
+    r"(?:[ ]?(?P<unit>[^\W\d_].*|[°%].*)|[ ](?P<inverse>1[ ]?/.*))"
+)
+_SUM = re.compile(r"[^eE^*(][+-]|,")
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., ]")
 
 
@@ -110,15 +118,39 @@ def parse(text: str) -> Quantity:
         raise FormulaError(f"is a formula of {len(text)} characters; {LONGEST_TEXT} are allowed")
     try:
         plain = " ".join(text.split())
-        foreign = _FOREIGN.search(plain)
-        if foreign and foreign.group() == "^":
-            raise FormulaError(HINTS[ast.BitXor])
-        if foreign:
-            raise FormulaError(f"{foreign.group()!r} has no place in a formula")
-        return _Reader(_DEGREES.sub("*deg", plain)).read()
+        found = _VALUE.fullmatch(plain)
+        return _formula(plain) if found is None else _value(found, plain)
     except FormulaError as error:
         shown = text if len(text) <= 80 else text[:77] + "..."
-        raise FormulaError(f'"{shown}" is not a usable formula: {error}') from None
+        what = "value" if isinstance(error, UnitError) else "formula"
+        raise FormulaError(f'"{shown}" is not a usable {what}: {error}') from None
+
+
+class _BrokenError(FormulaError):
+    """Text that is not even built as a formula."""
+
+
+def _formula(text: str) -> Quantity:
+    foreign = _FOREIGN.search(text)
+    if foreign and foreign.group() == "^":
+        raise FormulaError(HINTS[ast.BitXor])
+    if foreign:
+        raise _BrokenError(f"{foreign.group()!r} has no place in a formula")
+    return _Reader(_DEGREES.sub("*deg", text)).read()
+
+
+def _value(found: re.Match[str], text: str) -> Quantity:
+    """Return a number with a unit in SI, and a formula that begins like one, such as 90 deg/2."""
+    try:
+        unit = read_unit(found["unit"] or found["inverse"])
+    except UnitError as error:
+        try:
+            return _formula(text)
+        except _BrokenError as broken:
+            raise (broken if _SUM.search(text) else error) from None
+    below = folding.constant(_exact(found["below"] or "1"))
+    size = folding.div(folding.constant(_exact(found["number"])), below)
+    return replace(in_si(folding.neg(size) if found["sign"] == "-" else size, unit), unit=unit.text)
 
 
 class _Reader:
@@ -137,7 +169,9 @@ class _Reader:
                 tree = ast.parse(self.text, mode="eval")
         except SyntaxError as error:
             where = f"at character {error.offset}" if error.offset else "at its end"
-            raise FormulaError(f"it breaks off {where}; check brackets, operators and the space in 90 deg") from None
+            raise _BrokenError(
+                f"it breaks off {where}; check brackets and operators; a unit stands behind a number alone, as in 5 mm"
+            ) from None
         except (ValueError, MemoryError, RecursionError):
             raise FormulaError("it nests too deep; name a part of it as a parameter") from None
         return self.visit(tree.body, 0)

@@ -35,11 +35,12 @@ class Parameter:
         name: as formulas write it.
         value: its value, free of symbols; None leaves it an argument of every generated function.
         positive: an assumption that printing and certificates may use.
-        unit: for tables, e.g. "kg".
+        unit: the coherent unit of its value, e.g. "kg"; "" where none is said.
         latex: how to print it; None derives it from the name.
         text: a description for tables.
         texts: the same in other languages: ("sk", description).
         tolerance: how far the value may be off, for sweeps; no part of the equations.
+        written: the unit that its writer chose, such as "mm", where it is not `unit`, in which the value is.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Parameter:
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
     tolerance: Tolerance | None = None
+    written: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -68,10 +70,11 @@ class Input:
     Attributes:
         name: as formulas write it.
         value: what it is where nobody gives it, free of symbols.
-        unit: for tables, e.g. "V".
+        unit: the coherent unit of its value, e.g. "V"; "" where none is said.
         latex: how to print it; None derives it from the name.
         text: a description for tables.
         texts: the same in other languages: ("sk", description).
+        written: the unit that its writer chose, such as "mV", where it is not `unit`, in which the value is.
     """
 
     name: str
@@ -80,6 +83,7 @@ class Input:
     latex: str | None = None
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
+    written: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ tree with no graph behind it, so that two scenes compare equal when they say the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from symdyn.graph import FUNCTIONS, Expr, Graph, Op, arithmetic
@@ -20,11 +20,14 @@ class Quantity:
         op: what the node computes.
         args: its operands.
         value: the fraction of a constant, the name of a symbol, else None.
+        unit: in which its writer gave a number, such as "mm"; the quantity itself is in SI, and equals the same in
+            another.
     """
 
     op: Op
     args: tuple[Quantity, ...] = ()
     value: Fraction | str | None = None
+    unit: str = field(default="", compare=False, repr=False)
 
     def __neg__(self) -> Quantity:
         return self if self == ZERO else Quantity(Op.NEG, (self,))

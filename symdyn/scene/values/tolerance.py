@@ -13,26 +13,13 @@ from dataclasses import dataclass
 from decimal import Decimal
 
 from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.unit import misfit, read_unit
 
 PERCENT = "%"
 
 WORDS = ("within", "sigma")
 
 FORM = 'give such as "5 %", "0.1 mm" or 0.02, or { sigma = "1 %" }'
-
-UNITS: Mapping[str, tuple[str, float]] = {  # unit: what it measures, and how many of its first one
-    "m": ("length", 1.0),
-    "cm": ("length", 1e-2),
-    "mm": ("length", 1e-3),
-    "um": ("length", 1e-6),
-    "kg": ("mass", 1.0),
-    "g": ("mass", 1e-3),
-    "mg": ("mass", 1e-6),
-    "rad": ("angle", 1.0),
-    "mrad": ("angle", 1e-3),
-    "deg": ("angle", math.pi / 180),
-}
-"""Units that a tolerance may be in though its parameter is in another one of the same kind."""
 
 LONGEST = 60
 
@@ -62,15 +49,15 @@ class Tolerance:
         return f"{self.number} {self.unit}".rstrip()
 
     def size(self, value: float, unit: str) -> float:
-        """Return the amount in the unit of its parameter, which has this value."""
+        """Return the amount in the coherent unit of its parameter, which has this value."""
         if self.unit == PERCENT:
             return abs(value) * float(self.number) / 100
-        scale = UNITS[self.unit][1] / UNITS[unit][1] if self.unit not in ("", unit) else 1.0
+        scale = read_unit(self.unit).size / read_unit(unit).size if self.unit not in ("", unit) else 1.0
         return float(self.number) * scale
 
 
 def read_tolerance(raw: object, unit: str) -> Tolerance:
-    """Return the tolerance of a parameter of this unit.
+    """Return the tolerance of a parameter in this unit, in which a bare number is.
 
     >>> read_tolerance("5 %", "kg").size(2, "kg"), read_tolerance("0.5 mm", "m").size(2, "m")
     (0.1, 0.0005)
@@ -94,8 +81,8 @@ def read_tolerance(raw: object, unit: str) -> Tolerance:
     number, own = match["number"], match["unit"].strip()
     if not 0 < float(number) < math.inf:
         raise FormulaError(f"is no tolerance above zero; {FORM}")
-    like = own in UNITS and unit in UNITS and UNITS[own][0] == UNITS[unit][0]
-    if own not in ("", PERCENT, unit) and not like:
+    if own not in ("", PERCENT, unit) and not (unit and misfit(read_unit(own), read_unit(unit)) is None):
         said = f"its parameter is in {unit}" if unit else "its parameter has no unit"
         raise FormulaError(f"is in {own}, and {said}; {FORM}")
-    return Tolerance(number, own)
+    chosen = "" if not unit or read_unit(unit).is_coherent else unit
+    return Tolerance(number, own or chosen)

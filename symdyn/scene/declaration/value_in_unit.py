@@ -1,0 +1,143 @@
+"""A letter's value and unit as a table says them: `{ value = 500, unit = "mm" }`, `"500 mm"`, or a unit alone.
+
+The value becomes SI, and its unit the coherent one; the unit that was chosen is kept, for whoever writes the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from symdyn.errors import SceneError
+from symdyn.scene.values import folding
+from symdyn.scene.values.folding import FormulaError, fraction
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.model import Input, Parameter
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.spelling import spell, spell_fraction
+from symdyn.scene.values.table import Table
+from symdyn.scene.values.unit import Unit, UnitError, in_si, misfit, out_of_si, read_unit
+from symdyn.scene.values.value import value_of
+
+
+@dataclass(frozen=True)
+class Valued:
+    """A value with its unit.
+
+    Attributes:
+        value: in SI; None where none is said.
+        unit: the coherent unit, "" where none is said.
+        written: the unit that was chosen, where it is another one.
+    """
+
+    value: Quantity | None = None
+    unit: str = ""
+    written: str = ""
+
+
+def read_valued(table: Table) -> Valued:
+    """Return what `value` and `unit` of a table say; what is wrong with them is a fault of the table."""
+    text = table.text("unit")
+    value = table.quantity("value") if "value" in table else None
+    try:
+        unit = read_unit(text) if text else None
+    except UnitError as error:
+        table.refuse("unit", error)
+        return Valued(value)
+    try:
+        return in_unit(value, unit)
+    except FormulaError as error:
+        table.refuse("value", error)
+        return valued(None, unit)
+
+
+def in_unit(value: Quantity | None, unit: Unit | None) -> Valued:
+    """Return a value beside a unit: a bare number is in it, one with a unit of its own is converted.
+
+    Raises:
+        FormulaError: the value's own unit does not fit, or the value is beyond what a double holds.
+    """
+    if value is None or not value.unit:
+        return valued(value and in_si(value, unit) if unit else value, unit)
+    fits(value, unit)
+    return valued(replace(value, unit=""), unit or read_unit(value.unit))
+
+
+def valued(value: Quantity | None, unit: Unit | None) -> Valued:
+    """Return a value in SI beside the unit that was chosen."""
+    if unit is None:
+        return Valued(value)
+    return Valued(value, unit.si, "" if unit.is_coherent else unit.text)
+
+
+def fits(value: Quantity, wanted: Unit | None) -> None:
+    """Look whether a value, where it was written with a unit, is of the kind of another one.
+
+    Raises:
+        UnitError: it is not.
+    """
+    if value.unit and wanted is not None:
+        own = read_unit(value.unit)
+        number = fraction(out_of_si(value, own))
+        reason = misfit(own, wanted, "" if number is None else spell_fraction(number))
+        if reason:
+            raise UnitError(reason)
+
+
+def shown_value(letter: Parameter | Input) -> str:
+    """Return a letter's value for people, in the unit that was chosen and in SI: "500 mm = 0.5 m"."""
+    if letter.value is None:
+        return ""
+    if not letter.written:
+        return spell(letter.value)
+    return f"{spell(out_of_si(letter.value, read_unit(letter.written)))} {letter.written} = {spell(letter.value)}"
+
+
+def value_for(letter: Parameter | Input, raw: object) -> tuple[Quantity, str, str]:
+    """Return a value that is given to a letter, SI where it has no unit of its own; and the letter's units then.
+
+    Raises:
+        FormulaError: it is no value, or one of another kind.
+    """
+    value = quantity(raw)
+    if not value.unit:
+        return value, letter.unit, letter.written
+    unit = read_unit(letter.unit) if letter.unit else None
+    fits(value, unit)
+    own = valued(value, unit or read_unit(value.unit))
+    return replace(value, unit=""), own.unit, letter.written if unit else own.written
+
+
+def ask_for_units(letters: Iterable[Parameter | Input], given: Iterable[tuple[str, str]], option: str) -> None:
+    """Look whether bare numbers were typed for letters that are in another unit than that of SI.
+
+    Args:
+        letters: those of the scene.
+        given: name and text of what was typed.
+        option: in which.
+
+    Raises:
+        SceneError: there are such, and what may be meant.
+    """
+    chosen = {one.name: one for one in letters if one.written}
+    asked = [f"{option}: {question(chosen[name], text)}" for name, text in given if name in chosen and is_bare(text)]
+    if asked:
+        raise SceneError(asked)
+
+
+def is_bare(text: str) -> bool:
+    """Tell whether a text is a number without a unit, other than zero, which is zero in all of them."""
+    try:
+        found = quantity(text)
+    except FormulaError:
+        return False
+    return not (found.unit or found.symbols or found == ZERO)
+
+
+def question(letter: Parameter | Input, text: str) -> str:
+    """Return what a bare number may mean of a letter that is in another unit than that of SI."""
+    number = fraction(quantity(text))
+    size = ONE if number is None else folding.constant(number)
+    there = float(value_of(in_si(size, read_unit(letter.written)), {}) or 0)
+    front = f"{letter.name} is given in {letter.written}: say {letter.name}="
+    return f"{front}{spell(size)}{letter.written} or {letter.name}={there:.12g}{letter.unit}"
