@@ -95,7 +95,7 @@ def rates_of(options: argparse.Namespace) -> dict[str, str]:
 
 def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
     """Return lines and data of the root locus over a range, and write its files."""
-    name, values = over_values.read_values(options.over)
+    name, values = over_values.read_values(options.over, scene=scene)
     system = over_values.systems(
         scene, name, pairs(options.at, "--at"), rates_of(options), flattened(options.forces), (),
         split(options.independent) or (), options.anywhere,

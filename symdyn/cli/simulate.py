@@ -10,6 +10,7 @@ from symdyn.cli.trajectory_options import add_output_options, check_outputs, col
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, simulate
 from symdyn.simulation.feedback.controller import changed, placed
@@ -120,10 +121,10 @@ def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:
         if told:
             raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
         return None
-    values, faults = parameter_values(scene), Faults("")
+    values, units, faults = parameter_values(scene), letter_units(scene), Faults("")
     limits = {}
     for name, text in pairs(options.limits, "--limits").items():
-        formula = read_formula(text, values, f"--limits: {name}", faults)
+        formula = read_formula(text, values, f"--limits: {name}", faults, unit=units.get(name, ""))
         if formula is not None:
             limits[name] = number_of(formula, values, f"--limits: {name}", faults)
     close(faults)

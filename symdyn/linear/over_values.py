@@ -24,7 +24,9 @@ from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.spinning import STILL
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.scene import FormulaError, Parameter, Scene, bind
+from symdyn.scene.declaration.value_in_unit import fits, is_bare, question
 from symdyn.scene.values.formula import parse, split_commas
+from symdyn.scene.values.unit import read_unit
 from symdyn.scene.values.value import value_of
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.initial import read_start
@@ -39,8 +41,10 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 FORM = '"NAME=linspace(0,10,100)", geomspace(0.1,10,50) or [1, 2, 5]'
 
 
-def read_values(text: str, option: str = "--over") -> tuple[str, Array]:
+def read_values(text: str, option: str = "--over", scene: Scene | None = None) -> tuple[str, Array]:
     """Return the name and the values of `NAME=linspace(a,b,n)`, `geomspace(a,b,n)` or `[a, b, ...]`.
+
+    With a scene, numbers are asked about that are bare where its parameter is in another unit than that of SI.
 
     Raises:
         LinearizeError: it is none of these.
@@ -48,31 +52,37 @@ def read_values(text: str, option: str = "--over") -> tuple[str, Array]:
     name, equals, said = (part.strip() for part in text.partition("="))
     if not equals or not NAME.match(name):
         raise LinearizeError(f'{option}: "{text}" names nothing; write {FORM}')
-    return name, numbers(said, f"{option} {name}")
+    letters = () if scene is None else scene.parameters
+    return name, numbers(said, f"{option} {name}", next((one for one in letters if one.name == name), None))
 
 
-def numbers(said: str, where: str) -> Array:
+def numbers(said: str, where: str, letter: Parameter | None = None) -> Array:
     """Return the values of a range or a list, as of `read_values`."""
     found = RANGE.match(said)
     if found and found["kind"] in RANGES:
-        parts = [_number(part, where) for part in split_commas(found["inside"])]
+        texts = split_commas(found["inside"])
+        parts = [_number(part, where, letter if k < 2 else None) for k, part in enumerate(texts)]
         if len(parts) != 3 or parts[2] != int(parts[2]) or not 2 <= parts[2] <= MOST:
             raise LinearizeError(f"{where}: {said} wants a beginning, an end and how many, 2 to {MOST}")
         if found["kind"] == "geomspace" and not parts[0] * parts[1] > 0:
             raise LinearizeError(f"{where}: {said} begins and ends on the same side of zero")
         return np.asarray(RANGES[found["kind"]](parts[0], parts[1], int(parts[2])))
     if said.startswith("[") and said.endswith("]"):
-        return np.array([_number(part, where) for part in split_commas(said[1:-1])])
+        return np.array([_number(part, where, letter) for part in split_commas(said[1:-1])])
     raise LinearizeError(f'{where}: "{said}" is no range; write {FORM}')
 
 
-def number_in(text: str) -> float:
-    """Return the number that a formula without names is.
+def number_in(text: str, letter: Parameter | None = None) -> float:
+    """Return the number that a formula without names is, of a letter or of none.
 
     Raises:
-        FormulaError: it is none.
+        FormulaError: it is none, or in a unit that does not fit the letter's, or in none where it has one of its own.
     """
     formula = parse(text)
+    if letter is not None:
+        fits(formula, read_unit(letter.unit) if letter.unit else None)
+        if letter.written and is_bare(text):
+            raise FormulaError(question(letter, text))
     if formula.symbols:
         raise FormulaError(f"{text} is no number; it names {', '.join(formula.symbols)}")
     value = value_of(formula, {})
@@ -80,9 +90,9 @@ def number_in(text: str) -> float:
     return float(value)
 
 
-def _number(text: str, where: str) -> float:
+def _number(text: str, where: str, letter: Parameter | None) -> float:
     try:
-        return number_in(text)
+        return number_in(text, letter)
     except FormulaError as error:
         raise LinearizeError(f"{where}: {text}: {error}") from None
 

@@ -1,12 +1,12 @@
-"""The units of a scene's coordinates and velocities, "rad", "m" or "1" as the joints have them."""
+"""The units of a scene's letters; of coordinates and velocities "rad", "m" or "1" as the joints have them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import Scene
+from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.model import Letter, Scene
 
 
 def coordinate_units(scene: Scene) -> tuple[str, ...]:
@@ -33,3 +33,14 @@ def drives_with_units(scene: Scene) -> Iterator[tuple[Joint, str, str]]:
         for drive, unit in zip(joint.drives, JOINTS[joint.type].velocities(joint), strict=False):
             if drive:
                 yield joint, drive, "N m" if unit == "rad" else "N"
+
+
+def letter_units(scene: Scene) -> dict[str, str]:
+    """Return the coherent unit of every letter that somebody gives a value, "" of one that says none."""
+    said: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    found = {one.name: one.unit for one in said} | {"t": "s"}
+    found |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
+    for velocity, drive, unit in zip(scene.velocities, scene.drives, velocity_units(scene), strict=True):
+        found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
+        found |= {drive: "N m" if unit == "rad" else "N"} if drive else {}
+    return found

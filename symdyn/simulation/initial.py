@@ -16,6 +16,7 @@ from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, express, velocity_name
 from symdyn.scene.joints.start import starting_position, starting_velocity
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
@@ -75,11 +76,11 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     formulas += starting_velocity(scene)
     moved = prescribed(scene, Graph()).place
     given_u: list[int] = []
-    velocities = scene.velocities
+    velocities, units = scene.velocities, letter_units(scene)
     for name, text in _by_name(rates, "start rates", faults).items():
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
         k = _index(named, velocities, "start rates", faults)
-        formula, value = _value(text, values, f"start rates: {name}", faults)
+        formula, value = _value(text, values, f"start rates: {name}", faults, units.get(named, ""))
         if k is not None and formula is not None and value is not None:
             u[k], formulas[len(q) + k] = value, formula
             given_u.append(k)
@@ -125,9 +126,10 @@ def _position(
     """Return coordinates at the start, which of them the user gives, and the formulas of all."""
     formulas, given = [*starting_position(scene)], list[int]()
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
+    units = letter_units(scene)
     for name, text in _by_name(start, "start", faults).items():
         k = _index(name, scene.coordinates, "start", faults)
-        formula, value = _value(text, values, f"start: {name}", faults)
+        formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
         if k is not None and formula is not None and value is not None:
             q[k], formulas[k] = value, formula
             given.append(k)
@@ -163,9 +165,9 @@ def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int |
 
 
 def _value(
-    text: str, values: Mapping[str, Quantity], where: str, faults: Faults
+    text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str
 ) -> tuple[Quantity | None, float | None]:
-    formula = read_formula(text, values, where, faults)
+    formula = read_formula(text, values, where, faults, unit=unit)
     return formula, None if formula is None else number_of(formula, values, where, faults)
 
 

@@ -41,6 +41,7 @@ class Kind:
         quantile: of a distribution, from probabilities and its arguments; None of a list.
         fault: what is wrong with arguments, "" for nothing.
         defaults: of arguments that may be left out.
+        plain: of arguments that are numbers whatever the unit of what is varied.
     """
 
     keys: tuple[str, ...]
@@ -49,6 +50,7 @@ class Kind:
     quantile: Callable[[Array, Arguments], Array] | None = None
     fault: Callable[[Arguments], str] = lambda _: ""
     defaults: Arguments = ()  # type: ignore[assignment]
+    plain: tuple[str, ...] = ()
 
 
 def _counted(one: Arguments) -> str:
@@ -133,18 +135,21 @@ DISTRIBUTIONS: Mapping[str, Kind] = {
         "count values from start to stop, evenly",
         lambda one: np.linspace(one["start"], one["stop"], int(one["count"])),
         fault=_counted,
+        plain=("count",),
     ),
     "geomspace": Kind(
         ("start", "stop", "count"),
         "count values from start to stop, each the same multiple of the last",
         lambda one: np.geomspace(one["start"], one["stop"], int(one["count"])),
         fault=_geometric,
+        plain=("count",),
     ),
     "logspace": Kind(
         ("start", "stop", "count"),
         "the same from 10**start to 10**stop",
         lambda one: np.logspace(one["start"], one["stop"], int(one["count"])),
         fault=_counted,
+        plain=("start", "stop", "count"),
     ),
     "uniform": Kind(
         ("low", "high"),
@@ -170,6 +175,7 @@ DISTRIBUTIONS: Mapping[str, Kind] = {
         "log(value / median) is normal with standard deviation sigma",
         quantile=_lognormal,
         fault=lambda one: _above_zero("median", one) or _spread(one),
+        plain=("sigma",),
     ),
     "triangular": Kind(
         ("low", "mode", "high"),

@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.scene import FormulaError, Quantity, Scene
+from symdyn.scene import FormulaError, Parameter, Quantity, Scene
+from symdyn.scene.declaration.value_in_unit import is_bare, question
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values.model import Letter
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, shorten
 from symdyn.scene.values.tolerance import read_tolerance
@@ -21,6 +24,9 @@ from symdyn.study.distributions import DISTRIBUTIONS, Distribution
 Over = Mapping[str, Any] | Iterable[str] | str
 
 TOLERANCE = "tolerance"
+
+PLAIN = Parameter("", unit="1")
+"""What an argument is of that is not in the unit of what is varied."""
 
 FORM = 'write such as "m1=linspace(1,2,5)", "k=lognormal(median=10,sigma=0.1)" or "n=[1, 2, 5]"'
 
@@ -73,10 +79,11 @@ def _pairs(over: Over, faults: Faults) -> list[tuple[str, Any]]:
 def _read(scene: Scene, name: str, said: Any, faults: Faults) -> Distribution | None:
     where = f"over {name}"
     values = {one.name: one.value for one in scene.parameters if one.value is not None}
+    letter = _letter(scene, name)
     if not isinstance(said, str):
         return _listed(name, said, faults)
     if said.startswith("[") and said.endswith("]"):
-        numbers = [_number(part, values, where, faults) for part in split_commas(said[1:-1])]
+        numbers = [_number(part, values, where, faults, letter) for part in split_commas(said[1:-1])]
         if not numbers:
             faults.add(where, f"{said} lists nothing; {FORM}")
         known = [one for one in numbers if one is not None]
@@ -90,7 +97,7 @@ def _read(scene: Scene, name: str, said: Any, faults: Faults) -> Distribution | 
         faults.add(where, f'"{said}" is no list of values and no distribution; {near}')
         return None
     kind = DISTRIBUTIONS[call["kind"]]
-    arguments = _arguments(call["kind"], split_commas(call["inside"]), values, where, faults)
+    arguments = _arguments(call["kind"], split_commas(call["inside"]), values, where, faults, letter)
     if arguments is None:
         return None
     if fault := kind.fault(arguments):
@@ -112,6 +119,9 @@ def _toleranced(scene: Scene, name: str, said: str, faults: Faults) -> Distribut
         faults.add(where, f"{name} is no parameter, and a tolerance is of one; write uniform(low, high)")
         return None
     try:
+        if parameter.written and said and is_bare(said.removeprefix("±")):
+            faults.add(where, question(parameter, said))
+            return None
         tolerance = read_tolerance(said, parameter.unit) if said else parameter.tolerance
     except FormulaError as error:
         faults.add(where, f"tolerance({said}) {error}")
@@ -161,7 +171,12 @@ def _listed(name: str, said: Any, faults: Faults) -> Distribution | None:
 
 
 def _arguments(
-    called: str, parts: Sequence[str], values: Mapping[str, Quantity], where: str, faults: Faults
+    called: str,
+    parts: Sequence[str],
+    values: Mapping[str, Quantity],
+    where: str,
+    faults: Faults,
+    letter: Letter,
 ) -> dict[str, float] | None:
     """Return arguments by key, in the order of the kind; None after a fault."""
     kind, texts, before = DISTRIBUTIONS[called], dict[str, str](), len(faults.lines)
@@ -178,12 +193,25 @@ def _arguments(
     missing = [key for key in kind.keys if key not in texts and key not in dict(kind.defaults)]
     if missing:
         faults.add(where, f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; {form}")
-    found = {key: _number(text, values, where, faults) for key, text in texts.items()}
+    if letter.written and set(kind.plain) >= set(kind.keys):
+        faults.add(where, f"{letter.name} is given in {letter.written}, and {form}; write geomspace with units")
+    found = {
+        key: _number(text, values, where, faults, PLAIN if key in kind.plain else letter) for key, text in texts.items()
+    }
     if len(faults.lines) > before:
         return None
     return {key: value for key in kind.keys if (value := found.get(key, dict(kind.defaults).get(key))) is not None}
 
 
-def _number(text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
-    formula = read_formula(text, values, where, faults)
+def _letter(scene: Scene, name: str) -> Letter:
+    """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
+    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    unit = letter_units(scene).get(name, "")
+    return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
+
+
+def _number(text: str, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter) -> float | None:
+    if letter.written and is_bare(text):
+        faults.add(where, question(letter, text))
+    formula = read_formula(text, values, where, faults, unit=letter.unit)
     return None if formula is None else number_of(formula, values, where, faults)

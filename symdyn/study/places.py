@@ -13,6 +13,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics import derive
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene, bind
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
@@ -148,11 +149,11 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
             return _told({TIME: table.t, **table.values})
         return {}, ""
     entries: Mapping[str, Any] = words(split_commas(at), "at", faults) if isinstance(at, str) else dict(at or {})
-    values = parameter_values(scene)
+    values, units = parameter_values(scene), letter_units(scene)
     found: dict[str, Array] = {}
     for name, said in entries.items():
         if isinstance(said, str):
-            formula = read_formula(said, values, f"at: {name}", faults)
+            formula = read_formula(said, values, f"at: {name}", faults, unit=units.get(str(name), ""))
             number = None if formula is None else number_of(formula, values, f"at: {name}", faults)
             found[str(name)] = np.asarray(np.nan if number is None else number)
         else:

@@ -10,6 +10,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, velocity_name
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.initial import Start, read_start
@@ -129,6 +130,7 @@ class Layout:
     ) -> Start | None:
         """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
         speeds: dict[str, Number] = {}
+        units = letter_units(self.scene)
         for name, text in end_rates.items():
             speed = velocity_name(name) if velocity_name(name) in self.scene.velocities else name
             if speed in speeds:
@@ -140,7 +142,7 @@ class Layout:
         ):
             known_names(where, tuple(given), names, faults)
             for name, text in given.items():
-                formula = read_formula(str(text), values, f"{where}: {name}", faults)
+                formula = read_formula(str(text), values, f"{where}: {name}", faults, unit=units.get(name, ""))
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
                 if name in names and x is not None:
                     self._fix(-1, kind, names.index(name), name, x, where, lower, upper, faults)

@@ -12,7 +12,7 @@ from symdyn.errors import SceneError
 from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError, fraction
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import Input, Parameter
+from symdyn.scene.values.model import Letter
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.spelling import spell, spell_fraction
 from symdyn.scene.values.table import Table
@@ -84,7 +84,7 @@ def fits(value: Quantity, wanted: Unit | None) -> None:
             raise UnitError(reason)
 
 
-def shown_value(letter: Parameter | Input) -> str:
+def shown_value(letter: Letter) -> str:
     """Return a letter's value for people, in the unit that was chosen and in SI: "500 mm = 0.5 m"."""
     if letter.value is None:
         return ""
@@ -93,7 +93,7 @@ def shown_value(letter: Parameter | Input) -> str:
     return f"{spell(out_of_si(letter.value, read_unit(letter.written)))} {letter.written} = {spell(letter.value)}"
 
 
-def value_for(letter: Parameter | Input, raw: object) -> tuple[Quantity, str, str]:
+def value_for(letter: Letter, raw: object) -> tuple[Quantity, str, str]:
     """Return a value that is given to a letter, SI where it has no unit of its own; and the letter's units then.
 
     Raises:
@@ -108,7 +108,7 @@ def value_for(letter: Parameter | Input, raw: object) -> tuple[Quantity, str, st
     return replace(value, unit=""), own.unit, letter.written if unit else own.written
 
 
-def ask_for_units(letters: Iterable[Parameter | Input], given: Iterable[tuple[str, str]], option: str) -> None:
+def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], option: str) -> None:
     """Look whether bare numbers were typed for letters that are in another unit than that of SI.
 
     Args:
@@ -134,7 +134,7 @@ def is_bare(text: str) -> bool:
     return not (found.unit or found.symbols or found == ZERO)
 
 
-def question(letter: Parameter | Input, text: str) -> str:
+def question(letter: Letter, text: str) -> str:
     """Return what a bare number may mean of a letter that is in another unit than that of SI."""
     number = fraction(quantity(text))
     size = ONE if number is None else folding.constant(number)

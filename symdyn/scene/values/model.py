@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from typing import TypeAlias
 
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
@@ -84,6 +85,10 @@ class Input:
     text: str = ""
     texts: tuple[tuple[str, str], ...] = ()
     written: str = field(default="", compare=False)
+
+
+Letter: TypeAlias = Parameter | Input
+"""What has a value, and a unit that its writer may choose."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, bind, express, spell, velocity_name
 from symdyn.scene.joints.start import starting_position, starting_velocity
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
@@ -139,14 +140,15 @@ def read_lanes(scene: Scene, start: object, rates: object, values: object, fault
     _positive(scene, arrays, faults)
     bound = _bound(scene, plain, arrays, faults)
     with noted(faults):
-        allowed = parameter_values(bound)
+        allowed, units, places = parameter_values(bound), letter_units(bound), bound.coordinates
         _prescribed(bound, read, faults)
         for what in ("start", "start rates"):
             for name, one in read[what].items():
                 if isinstance(one, np.ndarray):
                     read[what][name] = np.broadcast_to(one, (count,)) if len(one) in (1, count) else one
                 else:
-                    read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults)
+                    unit = units.get(velocity_name(name) if what == "start rates" and name in places else name, "")
+                    read[what][name] = read_formula(one, allowed, f"{what}: {name}", faults, unit=unit)
     return Lanes(bound, count, read["start"], read["start rates"], arrays)
 
 

@@ -17,9 +17,11 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
-from symdyn.errors import SimulateError
+from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, velocity_name
+from symdyn.scene.declaration.value_in_unit import ask_for_units
+from symdyn.scene.units import velocity_units
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.table import Faults
@@ -148,6 +150,8 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
     places = places_of(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
     letters = tuple(one.name for one in scene.inputs)
+    units = ["N m" if unit == "rad" else "N" for unit in velocity_units(scene)] + [one.unit for one in scene.inputs]
+    _ask(scene, entries)
     outputs = {one.name for one in scene.outputs}
 
     def advice(name: str) -> str:
@@ -163,7 +167,8 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
     for where, name, text in said.texts:
         k = place(name, where)
         known = allowed if name in letters else (*allowed, *letters)
-        formula = read_formula(text, known, f"{where}: {name}", faults, advice)
+        unit = "" if k is None else units[k]
+        formula = read_formula(text, known, f"{where}: {name}", faults, advice, unit)
         if k is not None and formula is not None:
             formulas[k] = formula
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
@@ -193,6 +198,20 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
         faults.add("forces", f"{', '.join(names)}: a function has no derivatives; write a formula")
     close(faults)
     return Forces(formulas, tables, tuple(functions), tuple(dict.fromkeys(functions.values())))
+
+
+def _ask(scene: Scene, entries: Entries) -> None:
+    """Look whether a shell gives bare numbers for inputs that are in another unit than that of SI.
+
+    Raises:
+        SimulateError: it does.
+    """
+    texts = [entries] if isinstance(entries, str) else entries if isinstance(entries, (list, tuple)) else ()
+    said = [one.partition("=") for one in texts if isinstance(one, str)]
+    try:
+        ask_for_units(scene.inputs, [(name.strip(), text.strip()) for name, _, text in said], "forces")
+    except SceneError as error:
+        raise SimulateError(error.faults) from None
 
 
 def force_function(

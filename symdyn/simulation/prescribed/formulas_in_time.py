@@ -10,10 +10,12 @@ from pathlib import Path
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
 from symdyn.scene.declaration.reading import read_bounded
+from symdyn.scene.declaration.value_in_unit import fits
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Faults
+from symdyn.scene.values.unit import read_unit
 from symdyn.scene.values.value import Value, value_of
 
 TIME = "t"
@@ -23,13 +25,22 @@ LARGEST_FILE = 64 * 2**20
 
 
 def read_formula(
-    text: object, allowed: Iterable[str], where: str, faults: Faults, advice: Callable[[str], str] | None = None
+    text: object,
+    allowed: Iterable[str],
+    where: str,
+    faults: Faults,
+    advice: Callable[[str], str] | None = None,
+    unit: str = "",
 ) -> Quantity | None:
-    """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name behind it."""
+    """Return a formula whose symbols are among `allowed`; None after a fault, with advice about a name behind it.
+
+    `unit` is that of what it is for; a value that is written with one of another kind is a fault.
+    """
     try:
         formula = parse(text if isinstance(text, str) else str(text))
+        fits(formula, read_unit(unit) if unit else None)
     except FormulaError as error:
-        faults.add(where, str(error))
+        faults.add(where, f"{text} {error}" if str(error).startswith("is in ") else str(error))
         return None
     known = tuple(dict.fromkeys(allowed))
     unknown = [name for name in formula.symbols if name not in known]
