@@ -105,12 +105,19 @@ def quoted(text: str) -> str:
     return f'"{plain}"'
 
 
-def scene_with(texts: dict[str, str], latex: str = "") -> str:
-    """Return a pendulum whose parameters, inputs and outputs have these descriptions and units, and one this LaTeX."""
-    said = [f"unit = {quoted(t)}\ntext = {quoted(t)}" for t in texts.values()]
+UNIT = "Ω*m²·kg^2/(s**2 rad)"
+"""With all signs that a unit may have."""
+
+
+def scene_with(texts: dict[str, str], latex: str = "", units: bool = False) -> str:
+    """Return a pendulum whose parameters, inputs and outputs have these descriptions, and one this LaTeX.
+
+    `units` makes the texts units, too, which no reader takes.
+    """
+    said = [f"unit = {quoted(t if units else UNIT)}\ntext = {quoted(t)}" for t in texts.values()]
     signals = [f'[inputs.u{k}]\n{one}\n[outputs.y{k}]\nformula = "t"\n{one}' for k, one in enumerate(said)]
     force = " + ".join(["0", *(f"u{k}" for k in range(len(said)))])
-    rows = [f"p{k} = {{ unit = {quoted(t)}, text = {quoted(t)} }}" for k, t in enumerate(texts.values())]
+    rows = [f"p{k} = {{ {', '.join(one.splitlines())} }}" for k, one in enumerate(said)]
     return SCENE.format(
         latex=f", latex = {quoted(latex)}" if latex else "",
         parameters="\n".join(rows),

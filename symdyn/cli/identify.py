@@ -15,7 +15,7 @@ from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
 from symdyn.identification import Identification, identify
 from symdyn.identification.linear_model import TERMS
-from symdyn.identification.units import GAINED, UNITS
+from symdyn.identification.units import GAINED
 from symdyn.rounding import in_digits
 from symdyn.scene.values.formula import split_commas
 
@@ -48,7 +48,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--units",
         metavar="LIST",
-        help=f"columns that are not in SI with radians, e.g. t=ms,q*=deg: {', '.join(UNITS)}; "
+        help="columns that are not in SI with radians, e.g. t=ms,q*=deg,tau1=Ncm; "
         f"drives whose gain is not known, e.g. tau*=A: {', '.join(GAINED).replace('%', '%%')}; and those whose gain "
         "is, tau1=0.12*A",
     )

@@ -21,6 +21,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.units import in_si, looks_off
 from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.names import listed, nearest
 from symdyn.scene.values.table import Faults, shorten
 from symdyn.simulation.prescribed.entries import read_entries
@@ -67,7 +68,7 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
     Args:
         scene: the mechanism.
         data: path of a CSV file, arrays by name, a data frame or run, or a list of such, a log each.
-        units: of columns that are not in SI with radians, by name or pattern, such as {"q*": "deg"}: `units.UNITS`.
+        units: of columns that are not in SI with radians, by name or pattern, such as {"q*": "deg"}.
 
     Raises:
         IdentifyError: with every fault, one line each.
@@ -88,7 +89,7 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
     if not said.tables and not faults.lines:
         faults.add("data", "is no log; give a CSV file with the columns t, " + ", ".join(expected(scene)))
     drives = [drive for drive in scene.drives if drive]
-    tables = [in_si(table, units or {}, drives, faults) for table in said.tables]
+    tables = [in_si(table, units or {}, drives, letter_units(scene), faults) for table in said.tables]
     logs = [one for table in tables if (one := _log(scene, table, faults)) is not None]
     if faults.lines:
         raise IdentifyError(faults.lines)

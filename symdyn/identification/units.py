@@ -16,46 +16,15 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
+from symdyn.scene.values.dimension import TIME as TIMES
 from symdyn.scene.values.names import choice
 from symdyn.scene.values.table import Faults
+from symdyn.scene.values.unit import Unit, UnitError, misfit, read_unit
 from symdyn.scene.values.value import value_of
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.prescribed.numbers_in_time import Columns
 
-UNITS: dict[str, float] = {
-    "deg": pi / 180,
-    "deg/s": pi / 180,
-    "rpm": pi / 30,
-    "rev": 2 * pi,
-    "mm": 1e-3,
-    "cm": 1e-2,
-    "mm/s": 1e-3,
-    "in": 0.0254,
-    "ms": 1e-3,
-    "us": 1e-6,
-    "ns": 1e-9,
-    "mNm": 1e-3,
-    "Ncm": 1e-2,
-    "Nmm": 1e-3,
-    "mN": 1e-3,
-    "kN": 1e3,
-    "kNm": 1e3,
-    "rad": 1.0,
-    "m": 1.0,
-    "s": 1.0,
-    "N": 1.0,
-    "Nm": 1.0,
-}
-"""What a column may be in, and by which it becomes SI with radians."""
-
-GAINED: dict[str, tuple[float, str]] = {
-    "A": (1.0, "A"),
-    "mA": (1e-3, "A"),
-    "V": (1.0, "V"),
-    "mV": (1e-3, "V"),
-    "%": (1.0, "%"),
-    "counts": (1.0, "count"),
-}
+GAINED = {"A": "A", "mA": "A", "V": "V", "mV": "V", "%": "%", "counts": "count"}
 """What a drive may show in place of its force, a multiple of it by a gain that data may tell, and what one of it is."""
 
 NEAR, ALIKE = 0.1, 0.9
@@ -85,32 +54,58 @@ class Said:
     unit: str
 
 
-def in_si(table: Columns, units: Mapping[str, str], drives: Collection[str], faults: Faults) -> Columns:
+def in_si(
+    table: Columns, units: Mapping[str, str], drives: Collection[str], kinds: Mapping[str, str], faults: Faults
+) -> Columns:
     """Return columns in SI with radians, those that `units` say, by name or pattern such as "q*", in another unit.
 
-    Of several patterns that fit a column the last counts.
+    Of several patterns that fit a column the last counts. One in a unit of positions, "q*=deg", is of rates, too.
     A drive in a unit of `GAINED` stays what it shows, unless its gain stands before the unit, as in "0.12*A".
+
+    Args:
+        table: as it was read.
+        units: by name or pattern of columns.
+        drives: names of the columns that may be in a unit of `GAINED`.
+        kinds: the units that columns are to be in, by name, "" where that is not known.
+        faults: takes what is wrong.
     """
     factors = dict[str, float]()
     for pattern, said in units.items():
-        factor, unit = _factor(said)
         found = [name for name in (TIME, *table.values) if fnmatchcase(name, pattern)]
         other = [name for name in found if name not in drives]
-        if factor is None:
-            faults.add("units", f"{pattern}: {said} is no unit of a column; {choice(unit, (*UNITS, *GAINED))}")
-        elif not found:
+        try:
+            count, unit = _factor(said)
+        except UnitError as error:
+            faults.add("units", f"{pattern}: {said} is no unit of a column: {error}")
+            continue
+        if not found:
             faults.add(
                 "units", f"{pattern}: {table.source} has no such column; {choice(pattern, (TIME, *table.values))}"
             )
-        elif unit in GAINED and other:
+        elif unit.text in GAINED and other:
             faults.add(
                 "units",
-                f"{pattern}: {unit} is what a drive shows, and {other[0]} is none; {choice(other[0], tuple(drives))}",
+                f"{pattern}: {unit.text} is what a drive shows, and {other[0]} is none; "
+                f"{choice(other[0], tuple(drives))}",
             )
+        elif unit.text in GAINED:
+            factors |= dict.fromkeys(found, count * _size(unit))
         else:
-            factors |= dict.fromkeys(found, factor)
+            for name in found:
+                reason = _misfit(unit, kinds.get(name, ""))
+                if reason:
+                    faults.add("units", f"{pattern}: {name} {reason}")
+            factors |= dict.fromkeys(found, count * unit.size)
     values = {name: x * factors[name] if name in factors else x for name, x in table.values.items()}
     return Columns(table.source, table.t * factors.get(TIME, 1.0), values, table.every)
+
+
+def _misfit(unit: Unit, kind: str) -> str | None:
+    """Return what is wrong with a unit of a column; one of positions may be that of rates, too."""
+    wanted = read_unit(kind or "1")
+    if not kind or unit.dimension in (wanted.dimension * TIMES, wanted.dimension * TIMES**2):
+        return None
+    return misfit(unit, wanted)
 
 
 def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
@@ -119,7 +114,7 @@ def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
     for k, name in enumerate(drives):
         said = [str(one).strip() for pattern, one in units.items() if fnmatchcase(name, pattern)]  # the last one counts
         if said and said[-1] in GAINED:
-            found[k] = GAINED[said[-1]][1]
+            found[k] = GAINED[said[-1]]
     return found
 
 
@@ -128,23 +123,31 @@ def said_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, Said]:
     found = {}
     for k, name in enumerate(drives):
         said = [str(one) for pattern, one in units.items() if fnmatchcase(name, pattern)][-1:]
-        for factor, unit in map(_factor, said):
-            if factor is not None and unit in GAINED and "*" in said[0]:
-                size, one = GAINED[unit]
-                found[k] = Said(factor / size, one)
+        if said and "*" in said[0] and (factor := _factor(said[0]))[1].text in GAINED:
+            found[k] = Said(factor[0], GAINED[factor[1].text])
     return found
 
 
-def _factor(said: str) -> tuple[float | None, str]:
-    """Return what a unit, with a number before it or without, is multiplied by, None where it is none; and the unit."""
-    said = str(said)
-    before, times, unit = (one.strip() for one in said.rpartition("*"))
-    size = UNITS.get(unit, GAINED[unit][0] if unit in GAINED else None)
+def _factor(said: str) -> tuple[float, Unit]:
+    """Return the number before a unit, 1 where there is none, and the unit.
+
+    Raises:
+        UnitError: it is no unit, or no number stands before it.
+    """
+    said = str(said).strip()
+    before, times, text = (one.strip() for one in said.rpartition("*"))
     try:
         number = float(before) if times else 1.0
     except ValueError:
-        return None, said
-    return (None, said) if size is None or not isfinite(number) or number == 0 else (number * size, unit)
+        return 1.0, read_unit(said)  # as N*m
+    if not isfinite(number) or number == 0:
+        raise UnitError("a gain is a number other than zero, such as 0.12*A")
+    return number, read_unit(text)
+
+
+def _size(unit: Unit) -> float:
+    """Return how many of what one of it is called a unit of `GAINED` is."""
+    return float(unit.scale / read_unit(GAINED[unit.text]).scale)
 
 
 def looks_off(scene: Scene, source: str, t: Array, q: Array, qd: Array | None, faults: Faults) -> list[str]:

@@ -14,7 +14,7 @@ from symdyn.scene.declaration.dh import BODY_KEYS, expand
 from symdyn.scene.declaration.joint_table import joint_keys, read_joints, read_loops
 from symdyn.scene.declaration.locking import lock, read_locks
 from symdyn.scene.declaration.spanning import span, turned
-from symdyn.scene.declaration.value_in_unit import read_valued
+from symdyn.scene.declaration.value_in_unit import read_coherent, read_valued
 from symdyn.scene.forces import read_elements
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
@@ -185,7 +185,7 @@ def _output(entry: Entry, faults: Faults) -> Signal:
     table = Table(entry, faults, OUTPUT_KEYS)
     if "formula" not in table:
         table.fault('formula is missing; write what is looked at, such as formula = "point_tip_x"')
-    return Signal(entry.name, table.quantity("formula"), table.text("unit"), **_described(table))
+    return Signal(entry.name, table.quantity("formula"), read_coherent(table), **_described(table))
 
 
 def _described(table: Table) -> _Described:

@@ -51,6 +51,20 @@ def read_valued(table: Table) -> Valued:
         return valued(None, unit)
 
 
+def read_coherent(table: Table) -> str:
+    """Return the `unit` of a table whose formula is computed, which is in SI."""
+    text = table.text("unit")
+    try:
+        unit = read_unit(text) if text else None
+    except UnitError as error:
+        table.refuse("unit", error)
+        return ""
+    if unit is None or unit.is_coherent:
+        return text
+    table.fault(f'unit = "{text}" is of numbers that are not in SI, and what is computed is; write "{unit.si}"')
+    return unit.si
+
+
 def in_unit(value: Quantity | None, unit: Unit | None) -> Valued:
     """Return a value beside a unit: a bare number is in it, one with a unit of its own is converted.
 

@@ -7,8 +7,9 @@ from typing import Any
 
 from symdyn.emit.code.target import Draft
 from symdyn.emit.escape import in_xml
-from symdyn.emit.targets.fmu.units import in_base
 from symdyn.emit.targets.fmu.variables import Variable
+from symdyn.scene.values.dimension import BASE
+from symdyn.scene.values.unit import UnitError, read_unit
 
 VARIABILITY = {"independent": "continuous", "parameter": "tunable"}
 """Of each causality; "continuous" of all others."""
@@ -36,12 +37,15 @@ def described(draft: Draft, variables: Sequence[Variable], differentiated: bool,
 
 def _base(unit: str) -> str:
     """Return a unit in those of SI, as attributes; "" where it cannot be read."""
-    found = in_base(unit)
-    if found is None:
+    try:
+        found = read_unit(unit)
+    except UnitError:  # such as one of a row, "m/s or 1/s"
         return ""
-    factor, exponents = found
-    told = "" if factor == 1 else f' factor="{factor!r}"'
-    return "".join(f' {name}="{count}"' for name, count in exponents.items()) + told or ' factor="1"'
+    exponents = [*zip(BASE, found.dimension.exponents, strict=True), ("rad", found.radians)]
+    if any(count.denominator != 1 for _, count in exponents):
+        return ""
+    told = "" if found.is_coherent else f' factor="{found.size!r}"'
+    return "".join(f' {name}="{count}"' for name, count in exponents if count) + told or ' factor="1"'
 
 
 def _variable(one: Variable) -> dict[str, Any]:
