@@ -28,7 +28,10 @@ from symdyn.graph import growing
 from symdyn.program import Counts, choose, count_derived, formulate, lower, prepare, skipped
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, spell
+from symdyn.scene.declaration.value_in_unit import as_written
 from symdyn.scene.robot_words import leaves
+from symdyn.scene.units import mistakable
+from symdyn.scene.values.model import Letter
 
 MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""
@@ -80,9 +83,16 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "on_request": on_request(scene),
         "parameters": [
-            {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
+            {
+                "name": p.name,
+                "value": spell(p.value) if p.value else None,
+                "unit": p.unit,
+                "text": p.text,
+                **_written(p),
+            }
             for p in scene.parameters
         ],
+        **({"values_with_units": list(said)} if (said := mistakable(scene)) else {}),
         **_signals(scene),
         **counted,
     }
@@ -91,9 +101,16 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
     """Return the inputs and the outputs that a scene names, nothing where it names none."""
-    inputs = [{"name": p.name, "value": spell(p.value), "unit": p.unit, "text": p.text} for p in scene.inputs]
+    inputs = [
+        {"name": p.name, "value": spell(p.value), "unit": p.unit, "text": p.text, **_written(p)} for p in scene.inputs
+    ]
     outputs = [{"name": p.name, "formula": spell(p.formula), "unit": p.unit, "text": p.text} for p in scene.outputs]
     return {name: some for name, some in (("inputs", inputs), ("outputs", outputs)) if some}
+
+
+def _written(letter: Letter) -> dict[str, str]:
+    """Return a value as it was written, where that is in another unit than that of SI."""
+    return {"written": said} if (said := as_written(letter)) else {}
 
 
 def on_request(scene: Scene) -> list[str]:

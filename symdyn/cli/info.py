@@ -102,14 +102,16 @@ def show(facts: dict[str, Any]) -> None:
         print_table("What acts beside gravity and drives", ("", "name", "where", "law"), rows)
     show_loops(facts)
     if facts.get("inputs"):
-        rows = [(p["name"], short(p["value"]), p["unit"], p["text"]) for p in facts["inputs"]]
+        rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["inputs"]]
         print_table("Inputs; passed as inputs, in this order", ("name", "unless given", "unit", ""), rows)
     if facts.get("outputs"):
         rows = [(p["name"], short(p["formula"]), p["unit"], p["text"]) for p in facts["outputs"]]
         print_table("Outputs", ("name", "formula", "unit", ""), rows)
     if facts["parameters"]:
-        rows = [(p["name"], short(p["value"] or "free"), p["unit"], p["text"]) for p in facts["parameters"]]
+        rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["parameters"]]
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
+    for said in facts.get("values_with_units", ()):
+        print(f"{said}\n")
     columns = ("function", "shape", "road", "mul ", "add ", "div ", "sin/cos ", "other ")
     rows = []
     for function in facts["functions"]:
@@ -119,6 +121,12 @@ def show(facts: dict[str, Any]) -> None:
     print_table("Operations of one call that depend on the state", columns, rows)
     print(f"with --functions also: {', '.join(facts['on_request'])}\n")
     show_skipped(facts)
+
+
+def _value(letter: dict[str, Any]) -> str:
+    """Return a value in SI, and behind it how it was written, where that is in another unit."""
+    told = short(letter["value"] or "free")
+    return f"{told} ({letter['written']})" if "written" in letter else told
 
 
 def show_loops(facts: dict[str, Any]) -> None:

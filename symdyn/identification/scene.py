@@ -145,7 +145,7 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
     for name in values:
         if name not in known:
             raise SceneError(f"{scene.name}: {name} is no parameter of it; {choice(name, tuple(known))}")
-    made |= {name: _exact(values[name]) for name in made if name in values}
+    made |= {name: _like(_exact(values[name]), made[name]) for name in made if name in values}
 
     def settled(one: Quantity) -> Quantity:
         return substituted(one, made)
@@ -189,17 +189,22 @@ def body_of_ten(body: Body, ten: Sequence[float]) -> Body:
         return Body(body.name, number(0), None, told[:3], told[3:], "frame", (), True, body.shape)  # type: ignore[arg-type]
     centre = h / m
     reach = float(np.abs(centre).max())
-    com = [_exact(float(one), reach) for one in centre]
+    com = [_like(_exact(float(one), reach), *(body.com or ())) for one in centre]
     central = inertia - (h @ h * np.eye(3) - np.outer(h, h)) / m
     largest = float(np.abs(central).max())
     entries = possible([_exact(e, largest).value for e in _six(central)])  # type: ignore[misc]
-    six = tuple(number(Fraction(e)) for e in entries)
-    return Body(body.name, _exact(float(m)), tuple(com), None, six, "com", (), False, body.shape)  # type: ignore[arg-type]
+    six = tuple(_like(number(Fraction(e)), *body.inertia) for e in entries)
+    return Body(body.name, _like(_exact(float(m)), body.mass), tuple(com), None, six, "com", (), False, body.shape)  # type: ignore[arg-type]
 
 
 def _six(matrix: Array) -> tuple[float, ...]:
     places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     return tuple(float(matrix[place]) for place in places)
+
+
+def _like(found: Quantity, *declared: Quantity) -> Quantity:
+    """Return a number that is to be written in the unit that one of the declared ones was written in."""
+    return replace(found, unit=next((one.unit for one in declared if one.unit), ""))
 
 
 def _exact(value: float, scale: float = 0.0) -> Quantity:

@@ -60,7 +60,8 @@ WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; 
     "value": ("its value; without one it is an argument of generated functions", NUMBER),
     "inputs.value": ("what it is where nobody gives it; zero when left out", NUMBER),
     "positive": ("whether it is above zero whatever its value, so that forms get shorter", FLAG),
-    "unit": ("for tables, comments and axes of plots", TEXT),
+    "unit": ("of its value, such as mm, kg or N/m: a bare number is in it", TEXT),
+    "outputs.unit": ("of SI, for tables, comments and axes of plots", TEXT),
     "tolerance": (
         'how far the value may be off, for sweeps: "5 %" of it, "0.1 mm", 0.02; or { sigma = .. }, a deviation',
         {"anyOf": [TOLERANCE, *(table_shape({word: TOLERANCE}, (word,)) for word in TOLERANCE_WORDS)]},

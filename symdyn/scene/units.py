@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
+from symdyn.scene.declaration.value_in_unit import with_unit
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.mapping import quantities_in
 from symdyn.scene.values.model import Letter, Scene
 
 
@@ -44,3 +47,15 @@ def letter_units(scene: Scene) -> dict[str, str]:
         found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
         found |= {drive: "N m" if unit == "rad" else "N"} if drive else {}
     return found
+
+
+def mistakable(scene: Scene) -> tuple[str, ...]:
+    """Return what is to be said of values with units in which somebody may see a letter of the scene."""
+    letters = letter_units(scene)
+    nouns = (scene.gravity, *scene.parameters, *scene.bodies, *scene.joints, *scene.points, *scene.loops)
+    told = []
+    for one in quantities_in((*nouns, *scene.elements, *scene.inputs, *scene.outputs)):
+        both = [name for name in re.findall(r"[^\W\d_]+", one.unit) if name in letters]
+        if both:
+            told.append(f"{with_unit(one, one.unit)} is a number and a unit: {both[0]} is no letter of the scene there")
+    return tuple(dict.fromkeys(told))

@@ -6,7 +6,7 @@ The value becomes SI, and its unit the coherent one; the unit that was chosen is
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from symdyn.errors import SceneError
 from symdyn.scene.values import folding
@@ -74,7 +74,7 @@ def in_unit(value: Quantity | None, unit: Unit | None) -> Valued:
     if value is None or not value.unit:
         return valued(value and in_si(value, unit) if unit else value, unit)
     fits(value, unit)
-    return valued(replace(value, unit=""), unit or read_unit(value.unit))
+    return valued(value, unit or read_unit(value.unit))
 
 
 def valued(value: Quantity | None, unit: Unit | None) -> Valued:
@@ -98,13 +98,17 @@ def fits(value: Quantity, wanted: Unit | None) -> None:
             raise UnitError(reason)
 
 
-def shown_value(letter: Letter) -> str:
-    """Return a letter's value for people, in the unit that was chosen and in SI: "500 mm = 0.5 m"."""
-    if letter.value is None:
+def as_written(letter: Letter) -> str:
+    """Return a letter's value as its writer said it, "500 mm", where that is in another unit than SI's, else ""."""
+    unit = letter.written or (letter.value.unit if letter.value is not None else "")
+    if not unit or letter.value is None or read_unit(unit).is_coherent:
         return ""
-    if not letter.written:
-        return spell(letter.value)
-    return f"{spell(out_of_si(letter.value, read_unit(letter.written)))} {letter.written} = {spell(letter.value)}"
+    return with_unit(letter.value, unit)
+
+
+def with_unit(value: Quantity, unit: str) -> str:
+    """Return a quantity of SI as a number and a unit."""
+    return f"{spell(out_of_si(value, read_unit(unit)))} {unit}"
 
 
 def value_for(letter: Letter, raw: object) -> tuple[Quantity, str, str]:
@@ -119,7 +123,7 @@ def value_for(letter: Letter, raw: object) -> tuple[Quantity, str, str]:
     unit = read_unit(letter.unit) if letter.unit else None
     fits(value, unit)
     own = valued(value, unit or read_unit(value.unit))
-    return replace(value, unit=""), own.unit, letter.written if unit else own.written
+    return value, own.unit, letter.written if unit else own.written
 
 
 def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], option: str) -> None:

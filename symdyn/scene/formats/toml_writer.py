@@ -78,7 +78,9 @@ def _parameter(parameter: Parameter) -> str:
 def _valued(letter: Parameter | Input) -> Iterator[tuple[str, str]]:
     """Return a letter's value and unit as its writer chose it, wherever that reads as the same value again."""
     value, unit = letter.value, letter.unit
-    if letter.written:
+    if value is not None and value.unit:
+        unit = "" if value.unit == (letter.written or unit) else letter.written or unit
+    elif letter.written:
         chosen = read_unit(letter.written)
         there = None if value is None else out_of_si(value, chosen)
         if there is None or in_si(there, chosen) == value:
