@@ -19,7 +19,10 @@ from symdyn.draw import free_body, picture, pose
 from symdyn.draw.picture_files import check_picture
 from symdyn.errors import DrawError
 from symdyn.scene import FormulaError, Scene, parse
+from symdyn.scene.declaration.value_in_unit import fits
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values.unit import read_unit
 from symdyn.scene.values.value import value_of
 
 
@@ -60,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     with Waiting() as progress:
         progress("drawing")
-        q, values = pose(scene, {} if options.at is None else _at(options.at))
+        q, values = pose(scene, {} if options.at is None else _at(options.at, scene))
         if options.body is not None:
             text = free_body(scene, options.body, q, None, values, view, "", options.scheme, file)
         else:
@@ -112,9 +115,10 @@ def _view(text: str) -> tuple[float, float]:
     return azimuth, elevation
 
 
-def _at(text: str) -> dict[str, float]:
-    """Return the coordinates of `q1=0.3, q2=90 deg`."""
+def _at(text: str, scene: Scene | None = None) -> dict[str, float]:
+    """Return the coordinates of `q1=0.3, q2=90 deg`; with a scene, in units that fit."""
     values: dict[str, float] = {}
+    units = {} if scene is None else letter_units(scene)
     for part in split_commas(text):
         name, equals, formula = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not formula:
@@ -122,7 +126,8 @@ def _at(text: str) -> dict[str, float]:
         if name in values:
             raise DrawError(f"--at: {name} gets two values; give one of them")
         try:
-            value = value_of(parse(formula), {})
+            fits(found := parse(formula), read_unit(units[name]) if units.get(name) else None)
+            value = value_of(found, {})
         except FormulaError as fault:
             raise DrawError(f"--at: the value of {name} {fault}") from fault
         if value is None or not math.isfinite(value):

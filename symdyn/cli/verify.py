@@ -24,8 +24,11 @@ from symdyn.emit.code.short_sines import SHORT_SINES
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
-from symdyn.scene import express, read_bindings
+from symdyn.scene import Scene, express, read_bindings
+from symdyn.scene.declaration.value_in_unit import ask_for_units, fits
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import parse
+from symdyn.scene.values.unit import UnitError, read_unit
 from symdyn.verify import DIFFERENT, PROVED, Certificate, Rigorous, Written, certify, rigorous
 
 STATES = 4
@@ -91,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
     closing = closing_of(options, scene)
     outputs = split(options.functions)
     if options.rigorous:
-        at = None if options.at is None else numbers(options.at)
+        at = None if options.at is None else numbers(options.at, scene)
         with Waiting() as progress:
             bounds = rigorous(
                 scene, outputs, at, options.states, options.seed, options.real, options.formulation, progress, closing
@@ -137,16 +140,21 @@ def _of_files(options: argparse.Namespace, progress: Callable[[str], None]) -> C
     return certify_files(options, progress)
 
 
-def numbers(text: str) -> dict[str, float]:
-    """Return name and value of every part of `q1=0.3, q2=pi/2`.
+def numbers(text: str, scene: Scene) -> dict[str, float]:
+    """Return name and value of every part of `q1=0.3, q2=pi/2`, in units that fit those of the names.
 
     Raises:
         SceneError: a part that is no name = number, or a name that comes twice.
     """
-    values = {}
-    for name, formula in read_bindings(text).items():
+    values, units, given = {}, letter_units(scene), read_bindings(text)
+    ask_for_units(scene.parameters, given.items(), "--at")
+    for name, formula in given.items():
         try:
-            values[name] = float(evaluate([express(parse(formula), Graph())], BigFloats(), {})[0])
+            said = parse(formula)
+            fits(said, read_unit(units[name]) if units.get(name) else None)
+            values[name] = float(evaluate([express(said, Graph())], BigFloats(), {})[0])
+        except UnitError as error:
+            raise SceneError(f"--at {name}: {formula} {error}") from None
         except (KeyError, ArithmeticError, ValueError, TypeError) as fault:
             raise SceneError(f"{name}={formula} is no real number; write q1=0.3,q2=pi/2") from fault
     return values

@@ -80,7 +80,7 @@ def read_bounds(scene: Scene, start: Sequence[float], box: Box, faults: Faults) 
         for name, low, high in _of_joint(scene, joint, values, faults):
             found[name] = found[name].within(low, high)
     points = {one.name for one in scene.points}
-    for where, given, low, high in _asked(box, values, faults):
+    for where, given, low, high in _asked(box, values, {name: one.unit for name, one in found.items()}, faults):
         name = _dotted(given, points)
         if name in found:
             found[name] = found[name].within(low, high)
@@ -167,7 +167,9 @@ def _of_joint(
     return found
 
 
-def _asked(box: Box, values: Mapping[str, Quantity], faults: Faults) -> list[tuple[str, str, float, float]]:
+def _asked(
+    box: Box, values: Mapping[str, Quantity], units: Mapping[str, str], faults: Faults
+) -> list[tuple[str, str, float, float]]:
     """Return place, name, low and high of every entry that can be read."""
     entries: list[tuple[str, object, object]] = []
     if isinstance(box, Mapping):
@@ -189,13 +191,16 @@ def _asked(box: Box, values: Mapping[str, Quantity], faults: Faults) -> list[tup
     found = []
     for name, low, high in entries:
         where = f"box: {name}"
-        ends = [_number(end, usual, where, values, faults) for end, usual in ((low, -math.inf), (high, math.inf))]
+        pair, unit = ((low, -math.inf), (high, math.inf)), units.get(name, "")
+        ends = [_number(end, usual, where, values, faults, unit) for end, usual in pair]
         if None not in ends:
             found.append((where, name, *ends))
     return found  # type: ignore[return-value]
 
 
-def _number(end: object, usual: float, where: str, values: Mapping[str, Quantity], faults: Faults) -> float | None:
+def _number(
+    end: object, usual: float, where: str, values: Mapping[str, Quantity], faults: Faults, unit: str
+) -> float | None:
     if end is None:
         return usual
     if isinstance(end, (int, float, np.number)):
@@ -203,7 +208,7 @@ def _number(end: object, usual: float, where: str, values: Mapping[str, Quantity
             faults.add(where, "nan is no limit; give a number, or leave the end out")
             return None
         return float(end)
-    formula = read_formula(end, values, where, faults)
+    formula = read_formula(end, values, where, faults, unit=unit)
     return None if formula is None else number_of(formula, values, where, faults)
 
 

@@ -61,12 +61,15 @@ class Law:
         return self._profile(np.asarray(times, dtype=np.float64))
 
 
-def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> Law | None:
-    """Return the law that a text of the module's legend says, at values of the parameters; None after a fault."""
+def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str = "") -> Law | None:
+    """Return the law that a text of the module's legend says, at values of the parameters; None after a fault.
+
+    `unit` is that of what moves; values that are written with one of another kind are faults.
+    """
     name, bracket, rest = text.strip().partition("(")
     if bracket and name.strip() in LAWS and _closes_last(rest):
-        return _named(name.strip(), rest.strip()[:-1], text, values, where, faults)
-    formula = read_formula(text, (TIME, *values), where, faults)
+        return _named(name.strip(), rest.strip()[:-1], text, values, where, faults, unit)
+    formula = read_formula(text, (TIME, *values), where, faults, unit=unit)
     if formula is None:
         return None
     try:
@@ -204,6 +207,9 @@ LAWS: Mapping[str, tuple[str, ...]] = {
 }
 """Names of the laws and of their arguments, in order; a spline takes times and points by turns."""
 
+IN_TIME = {"T": "s", "start": "s", "ramp": "s"}
+"""Units of the arguments that are no positions."""
+
 UNITS: Mapping[str, Profile] = {"cubic": _cubic, "quintic": _quintic, "cycloidal": _cycloidal}
 
 
@@ -217,7 +223,9 @@ def _closes_last(rest: str) -> bool:
     return False
 
 
-def _named(name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> Law | None:
+def _named(
+    name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str
+) -> Law | None:
     given: dict[str, str] = {}
     plain: list[str] = []
     before = len(faults.lines)
@@ -229,14 +237,18 @@ def _named(name: str, inside: str, text: str, values: Mapping[str, Quantity], wh
             given[key] = value
         else:
             plain.append(part)
-    read = [_number(one, text, values, where, faults) for one in plain]
+    keys = LAWS[name] or ("T", "x") * len(plain)  # of a spline
+    kinds = [IN_TIME.get(key, unit) for key in keys] + [""] * len(plain)
+    read = [_number(one, text, values, where, faults, kind) for one, kind in zip(plain, kinds, strict=False)]
     if name == "spline":
         return _points(read, text, where, faults) if len(faults.lines) == before else None
     if len(read) > len(LAWS[name]):
         faults.add(where, f'"{text}": {name} takes ({", ".join(LAWS[name])}); {len(read)} arguments were given')
         return None
     numbers = dict(zip(LAWS[name], read, strict=False))
-    numbers |= {key: _number(value, text, values, where, faults) for key, value in given.items()}
+    numbers |= {
+        key: _number(value, text, values, where, faults, IN_TIME.get(key, unit)) for key, value in given.items()
+    }
     missing = [key for key in LAWS[name] if key not in numbers and key not in ("start", "ramp")]
     if missing:
         faults.add(where, f'"{text}": {", ".join(missing)} missing; {name} takes ({", ".join(LAWS[name])})')
@@ -245,8 +257,10 @@ def _named(name: str, inside: str, text: str, values: Mapping[str, Quantity], wh
     return _made(name, {key: value for key, value in numbers.items() if value is not None}, text, where, faults)
 
 
-def _number(text: str, whole: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
-    formula = read_formula(text, values, f"{where}: {whole}", faults)
+def _number(
+    text: str, whole: str, values: Mapping[str, Quantity], where: str, faults: Faults, unit: str
+) -> float | None:
+    formula = read_formula(text, values, f"{where}: {whole}", faults, unit=unit)
     return None if formula is None else number_of(formula, values, f"{where}: {whole}", faults)
 
 

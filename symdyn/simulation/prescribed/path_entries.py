@@ -89,7 +89,7 @@ def _from_laws(name: str, text: str, values: Mapping[str, Quantity], where: str,
             "be turned",
         )
         return None
-    origin = tuple(None if part == FREE else read_law(part, values, where, faults) for part in parts[:3])
+    origin = tuple(None if part == FREE else read_law(part, values, where, faults, "m") for part in parts[:3])
     way, turning, axis = "", list[Law | None](), None
     if len(parts) == 4 and parts[3] != FREE:
         word, bracket, rest = parts[3].partition("(")
@@ -108,7 +108,7 @@ def _from_laws(name: str, text: str, values: Mapping[str, Quantity], where: str,
         if len(inside) != len(TURNS[way]):
             faults.add(where, f'"{parts[3]}": {way} takes ({_takes(way)})')
         else:
-            turning = [read_law(part, values, where, faults) for part in inside]
+            turning = [read_law(part, values, where, faults, "rad") for part in inside]
     if not way and all(law is None for law in origin):
         faults.add(where, f'"{text}" asks for nothing; give a component')
     if len(faults.lines) > before:

@@ -12,6 +12,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.scene import Scene, acceleration_name, velocity_name
+from symdyn.scene.units import letter_units
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.entries import Entries, read_entries
@@ -56,13 +57,13 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     Raises:
         SimulateError: with every fault, one line each.
     """
-    values = parameter_values(scene)
+    values, units = parameter_values(scene), letter_units(scene)
     faults = Faults("")
     laws: dict[str, Law] = {}
     quasi: dict[str, Law] = {}
     said, known = read_entries(entries, "motion", faults), scene.coordinates
     for where, name, read in [
-        *((where, name, partial(read_law, text, values)) for where, name, text in said.texts),
+        *((where, name, partial(read_law, text, values, unit=units.get(name, ""))) for where, name, text in said.texts),
         *(("motion", name, partial(read_function, law)) for name, law in said.functions),
     ]:
         if name not in known:
