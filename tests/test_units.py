@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -242,3 +243,15 @@ def test_cycles_are_refused_where_radians_are_asked_for_with_both_readings() -> 
     assert misfit(read_unit("rpm"), read_unit("Hz")) is not None
     assert misfit(read_unit("rpm"), read_unit("rad/s")) is None
     assert misfit(read_unit("kg"), read_unit("m"), "3") == "is in kg, and m is asked for"
+
+
+def test_the_page_names_every_unit() -> None:
+    from symdyn.scene.values.unit import ROWS
+
+    page = (Path(__file__).parent.parent / "docs" / "units.md").read_text(encoding="utf-8")
+
+    for unit, prefixes in ROWS:
+        assert f"`{unit.text}`" in page, unit.text
+        for prefix in prefixes.split():
+            line = next(line for line in page.splitlines() if line.startswith("|") and f"`{unit.text}`" in line)
+            assert f"`{prefix}`" in line or f"`{prefix}{unit.text}`" in line or "usual prefixes" in line, prefix

@@ -16,21 +16,13 @@ from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.units import coordinate_units, drives_with_units, velocity_units
+from symdyn.scene.values.unit import UnitError, read_unit
 from symdyn.scene.values.value import known_value
 from symdyn.teach.student.vocabulary import Names
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
 SCALED = DRAWN + TWINS + MOVERS
 BOUND = SCALED + 1
-UNITS = {
-    "kg": (1, 0, 0),
-    "m": (0, 1, 0),
-    "s": (0, 0, 1),
-    "N": (1, 1, -2),
-    "J": (1, 2, -2),
-    "W": (1, 2, -3),
-    "rad": (0, 0, 0),
-}
 SCALES = (1.7, 1.3, 0.6)
 """How much larger numbers of kg, m and s become."""
 
@@ -120,34 +112,27 @@ def _scales(scene: Scene) -> dict[str, float]:
     rates = zip(scene.velocities, velocity_units(scene), strict=True)
     second = SCALES[2]
     for velocity, unit in rates:
-        found[velocity] = _scale(UNITS[unit]) / second if unit in UNITS else 1 / second
+        found[velocity] = _scale(powers_of(unit)) / second
         found[acceleration_name(velocity)] = found[velocity] / second
     for coordinate, unit in zip(scene.coordinates, coordinate_units(scene), strict=True):
-        found[coordinate] = _scale(UNITS[unit]) if unit in UNITS else 1.0
+        found[coordinate] = _scale(powers_of(unit))
     for _, drive, unit in drives_with_units(scene):
-        found[drive] = _scale(UNITS["J" if unit == "N m" else "N"])
+        found[drive] = _scale(powers_of(unit))
     return found
 
 
-def _scale(powers: Sequence[int]) -> float:
-    kg, m, s = powers
+def _scale(powers: Sequence[int] | None) -> float:
+    kg, m, s = powers or (0, 0, 0)
     return float(SCALES[0] ** kg * SCALES[1] ** m * SCALES[2] ** s)
 
 
 def powers_of(unit: str) -> tuple[int, int, int] | None:
-    """Return the powers of kg, m and s in a unit such as "N m s/rad" or "kg m^2", None for one that is not known."""
-    total = [0, 0, 0]
-    above, _, below = unit.partition("/")
-    for text, sign in ((above, 1), (below, -1)):
-        for factor in text.replace("*", " ").split():
-            name, _, power = factor.partition("^")
-            if name == "1":
-                continue
-            if name not in UNITS or not (power or "1").isdigit():
-                return None
-            for k in range(3):
-                total[k] += sign * UNITS[name][k] * int(power or 1)
-    return (total[0], total[1], total[2]) if unit else None
+    """Return the powers of kg, m and s in a unit such as "N m s/rad", None where it is not of these alone."""
+    try:
+        kg, m, s, *others = read_unit(unit).dimension.exponents
+    except UnitError:
+        return None
+    return None if any(others) else (int(kg), int(m), int(s))
 
 
 def _mixed(point: Mapping[str, float], k: int, kept: set[str]) -> dict[str, float]:

@@ -1,0 +1,308 @@
+"""Values that say their unit: exact in SI by every door, refused where they do not fit, written back as they were."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmus import model_of, sources_of
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import symdyn
+from symdyn.cli import main
+from symdyn.errors import IdentifyError, SceneError, SimulateError
+from symdyn.scene import (
+    Scene,
+    bind,
+    body,
+    parameter,
+    parse,
+    read_bindings,
+    read_text,
+    revolute,
+    scene,
+    spell,
+    write_text,
+)
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.forces import read_forces
+
+PENDULUM = """
+gravity = [0, -9.81, 0]
+[parameters]
+m = {m}
+l = {l}
+[bodies.bob]
+mass = "m"
+com = [0, "-l", 0]
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "bob"
+axis = [0, 0, 1]
+coordinate = "phi"
+{more}
+"""
+
+UNITS = {  # by hand: unit, the factor and the power of pi to SI, the unit of SI
+    "m": ("1", 0, "m"),
+    "mm": ("1/1000", 0, "m"),
+    "cm": ("1/100", 0, "m"),
+    "um": ("1/1000000", 0, "m"),
+    "in": ("254/10000", 0, "m"),
+    "kg": ("1", 0, "kg"),
+    "g": ("1/1000", 0, "kg"),
+    "t": ("1000", 0, "kg"),
+    "kN/m": ("1000", 0, "N/m"),
+    "N/mm": ("1000", 0, "N/m"),
+    "mN m": ("1/1000", 0, "N m"),
+    "g cm^2": ("1/10000000", 0, "kg m^2"),
+    "km/h": ("10/36", 0, "m/s"),
+    "deg": ("1/180", 1, "rad"),
+    "rpm": ("1/30", 1, "rad/s"),
+    "turn": ("2", 1, "rad"),
+    "mm/s^2": ("1/1000", 0, "m/s^2"),
+    "%": ("1/100", 0, "1"),
+}
+
+
+def pendulum(m: str = "1", l: str = "0.5", more: str = "") -> Scene:  # noqa: E741
+    return read_text(PENDULUM.format(m=m, l=l, more=more), "pendulum.toml")
+
+
+@pytest.mark.mends("30.control.1")
+@pytest.mark.parametrize("l", ['{ value = 500, unit = "mm" }', '"500 mm"'])
+def test_a_pendulum_of_500_mm_swings_as_one_of_half_a_metre(l: str) -> None:  # noqa: E741
+    said, plain = (symdyn.linearize(pendulum(l=one), at={"phi": "0"}).modes[0].frequency for one in (l, "0.5"))
+
+    assert said == plain == pytest.approx(math.sqrt(9.81 / 0.5) / 2 / math.pi, rel=1e-9)
+
+
+PARTS = {"bodies": [body("b", mass=1)], "joints": [revolute("hinge", "ground", "b", axis=[0, 0, 1])]}
+
+BODY = '[bodies.b]\nmass = 1\n[joints.hinge]\ntype = "revolute"\nparent = "ground"\nchild = "b"\naxis = [0, 0, 1]\n'
+
+
+def by_file(said: str) -> Scene:
+    return read_text(f"[parameters]\np = {said}\n{BODY}")
+
+
+def by_python(value: object = None, unit: str = "") -> Scene:
+    return scene("s", parameters=[parameter("p", value, unit=unit)], **PARTS)  # type: ignore[arg-type]
+
+
+RUNS = pytest.mark.runs("cc")
+SWEEP = ("sweep", "--until", "0.1", "--measure", "max(phi)", "--over")
+
+DOORS = {  # what the value of p is, with its unit
+    "value and unit": lambda x, unit, si: by_file(f'{{ value = "{x}", unit = "{unit}" }}'),
+    "text": lambda x, unit, si: by_file(f'"{x} {unit}"'),
+    "text beside the unit of SI": lambda x, unit, si: by_file(f'{{ value = "{x} {unit}", unit = "{si}" }}'),
+    "python": lambda x, unit, si: by_python(x, unit),
+    "python text": lambda x, unit, si: by_python(f"{x} {unit}"),
+    "bound": lambda x, unit, si: bind(by_python(1, si), read_bindings(f"p={x} {unit}")),
+    "bound where it was free": lambda x, unit, si: bind(by_python(None, unit), {"p": f"{x} {unit}"}),
+    "in place of one in the unit": lambda x, unit, si: bind(by_python(7, unit), {"p": f"{x}{unit}"}),
+    "written and read again": lambda x, unit, si: read_text(write_text(by_file(f'"{x} {unit}"'), "toml").text),
+}
+
+
+@pytest.mark.mends("30.control.1")
+@pytest.mark.parametrize("door", DOORS)
+@settings(max_examples=20)
+@given(number=st.fractions(-(10**4), 10**4, max_denominator=10**3), unit=st.sampled_from(list(UNITS)))
+@example(number=Fraction(500), unit="mm")
+@example(number=Fraction(-90), unit="deg")
+@example(number=Fraction(0), unit="rpm")
+def test_a_value_with_its_unit_is_one_quantity_by_every_door(door: str, number: Fraction, unit: str) -> None:
+    factor, turns, si = UNITS[unit]
+
+    (p,) = DOORS[door](number, unit, si).parameters
+
+    assert (p.value, p.unit) == (parse(f"({number})*({factor})*{'pi' if turns else 1}"), si)
+
+
+@pytest.mark.mends("30.control.1")
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ('{ value = 3, unit = "furlongz" }', "furlongz is no unit"),
+        ('{ value = 3, unit = "mmm" }', r"did you mean mm\?"),
+        ('{ value = 3, unit = "deg C" }', "zero of its own"),
+        ('{ unit = "N/m s" }', "two ways"),
+    ],
+)
+def test_a_unit_that_is_none_is_refused(said: str, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        by_file(said)
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ('{ value = "3 kg", unit = "mm" }', "3 kg.* is in kg, and mm is asked for"),
+        ('{ value = "3 Hz", unit = "rad/s" }', r"6\*pi rad/s = 18.8496; or did you mean 3 rad/s\?"),
+        ('{ value = "3 furlongz", unit = "m" }', "furlongz is no unit"),
+        ('{ value = 3, unit = "mm", tolerance = "1 kg" }', "is in kg, and its parameter is in mm"),
+        ('"12 kg + 3 kg"', "a unit stands behind a number alone"),
+    ],
+)
+def test_a_value_of_another_kind_is_refused(said: str, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        by_file(said)
+
+
+@pytest.mark.mends("30.control.1")
+def test_what_is_computed_is_in_si_and_its_unit_too() -> None:
+    with pytest.raises(SceneError, match='what is computed is; write "m"'):
+        pendulum(more='[outputs]\nx = { formula = "1000*l*sin(phi)", unit = "mm" }')
+
+
+@pytest.mark.mends("30.control.1")
+def test_a_tolerance_without_a_unit_is_in_that_of_its_parameter() -> None:
+    from symdyn.scene.values.table import Faults
+    from symdyn.study.over import read_over
+
+    one = pendulum(l='{ value = 500, unit = "mm", tolerance = 5 }')
+    (found,) = read_over(one, (), (), Faults(""))
+
+    assert dict(found.arguments) == pytest.approx({"low": 0.495, "high": 0.505})
+
+
+@pytest.mark.mends("30.control.1")
+@pytest.mark.parametrize(
+    ("words", "asked"),
+    [
+        (["linearize", "--at", "phi=0", "--bind", "l=400"], "l is given in mm: say l=400mm or l=0.4m"),
+        (["linearize", "--at", "phi=0", "--over", "l=linspace(400,500,3)"], "l is given in mm: say l=400mm or l=0.4m"),
+        pytest.param([*SWEEP, "l=[400]"], "say l=400mm or l=0.4m", marks=RUNS),
+        pytest.param([*SWEEP, "l=tolerance(2)"], "say l=2mm or l=0.002m", marks=RUNS),
+        pytest.param(["simulate", "--until", "0.1", "--forces", "V=3"], "say V=3mV or V=0.003V", marks=RUNS),
+    ],
+)
+def test_a_shell_asks_what_a_bare_number_is_where_a_letter_is_not_in_si(
+    words: list[str], asked: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more = 'force = "0*V"\n[inputs]\nV = { value = 20, unit = "mV" }'
+    (tmp_path / "p.toml").write_text(PENDULUM.format(m=1, l='{ value = 500, unit = "mm" }', more=more))
+
+    assert main([words[0], str(tmp_path / "p.toml"), *words[1:]]) == 1
+    assert asked in capsys.readouterr().err
+
+
+def test_python_takes_numbers_of_si_and_text_with_units() -> None:
+    one = pendulum(l='{ value = 500, unit = "mm" }')
+
+    known = [bind(one, {"l": said}).parameters[1].value for said in (0.4, Fraction(2, 5), "0.4", "400 mm", "40cm")]
+
+    assert known == [parse("2/5")] * 5
+    at = {"phi": "0"}
+    assert symdyn.linearize(one, at=at, values={"l": "400 mm"}).modes[0].frequency == pytest.approx(
+        symdyn.linearize(one, at=at, values={"l": 0.4}).modes[0].frequency
+    )
+
+
+WHOLE = """name = "whole"
+gravity = [0, "-9810 mm/s^2", 0]
+
+[parameters]
+m = { value = 1200, unit = "g", positive = true, tolerance = "5 g" }
+l = { value = 500, unit = "mm" }
+w = "3 rpm"
+f = { unit = "kHz" }
+
+[bodies.bob]
+mass = "m"
+com = [0, "-20 cm", 0]
+inertia = ["20 kg cm^2", "5 kg cm^2", "17 kg cm^2"]
+inertia_about = "com"
+
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "bob"
+axis = [0, 0, 1]
+origin = ["100 mm", 0, 0]
+coordinate = "phi"
+damping = "3 mN m s/rad"
+limits = { lower = "-0.5 turn", upper = "3 rad" }
+start = "90 deg"
+start_rates = "3 rpm"
+
+[springs.s]
+from = { body = "ground", at = [0, "30 cm", 0] }
+to = { body = "bob", at = [0, "-1 ft", 0] }
+stiffness = "18 kN/m"
+free = "3 m"
+
+[inputs.V]
+value = 20
+unit = "mV"
+"""
+
+
+def test_a_scene_keeps_the_units_that_its_writer_chose() -> None:
+    one = read_text(WHOLE)
+
+    assert write_text(one, "toml").text == WHOLE
+    assert read_text(write_text(one, "toml").text) == one
+
+
+def test_every_number_of_a_scene_may_say_its_unit() -> None:
+    one = read_text(WHOLE)
+    (spring,), (bob,), (hinge,) = one.elements, one.bodies, one.joints
+
+    assert [spell(x) for x in (spring.stiffness[0], spring.free)] == ["18000", "3"]  # type: ignore[attr-defined]
+    assert [spell(x) for x in (*one.gravity, *bob.com, *bob.inertia[:3])] == [  # type: ignore[misc]
+        *("0", "-9.81", "0", "0", "-0.2", "0"),
+        *("0.002", "0.0005", "0.0017"),
+    ]
+    assert [spell(x) for x in (*hinge.start, *hinge.start_rates, hinge.damping)] == ["pi/2", "0.1*pi", "0.003"]
+    assert [spell(x) for x in (hinge.limits.lower, hinge.limits.upper) if x] == ["-pi", "3"]
+
+
+@pytest.mark.mends("30.control.1")
+def test_a_model_for_exchange_starts_in_si() -> None:
+    model = model_of(sources_of(pendulum(l='{ value = 500, unit = "mm" }')), "fmi3")
+    (found,) = (one for one in model.iter() if one.get("name") == "l")
+
+    assert (found.get("start"), found.get("unit")) == ("0.5", "m")
+
+
+def test_values_that_stand_alone_in_a_run_may_say_their_units() -> None:
+    one = pendulum()
+
+    said = read_start(one, {"phi": "1/12 turn"}, {"phi": "60 rpm"})
+
+    assert (*said.q, *said.u) == pytest.approx((math.pi / 6, 2 * math.pi), rel=1e-15)
+    for start, rates, words in (
+        ({"phi": "30 mm"}, {}, "30 mm is in mm, and rad is asked for"),
+        ({}, {"phi": "3 Hz"}, r"6\*pi rad/s = 18.8496; or did you mean 3 rad/s\?"),
+    ):
+        with pytest.raises(SimulateError, match=words):
+            read_start(one, start, rates)
+    with pytest.raises(SimulateError, match="3 N is in N, and N m is asked for"):
+        read_forces(one, {"tau1": "3 N"})
+
+
+@RUNS
+@pytest.mark.mends("30.control.1")
+def test_a_log_in_a_unit_of_another_kind_is_refused() -> None:
+    t = np.linspace(0, 1, 50)
+
+    with pytest.raises(IdentifyError, match="phi is in mm, and rad is asked for"):
+        symdyn.identify(pendulum(), {"t": t, "phi": np.sin(9 * t), "tau1": np.cos(9 * t)}, units={"phi": "mm"})
+
+
+def test_info_says_of_which_values_letters_are_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "p.toml").write_text(PENDULUM.format(m=1, l='"3 m"', more=""))
+
+    assert main(["info", str(tmp_path / "p.toml")]) == 0
+
+    assert "3 m is a number and a unit: m is no letter of the scene there" in capsys.readouterr().out
+    assert pendulum(l='"3 m"').parameters[1].value == parse("3")
+    assert pendulum(l='{ value = "3", unit = "m" }') == pendulum(l='"3 m"')
