@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError, SceneError, SimulateError
+from symdyn.identification.scene import with_parameters
 from symdyn.scene import (
     Scene,
     bind,
@@ -306,3 +307,22 @@ def test_info_says_of_which_values_letters_are_none(tmp_path: Path, capsys: pyte
     assert "3 m is a number and a unit: m is no letter of the scene there" in capsys.readouterr().out
     assert pendulum(l='"3 m"').parameters[1].value == parse("3")
     assert pendulum(l='{ value = "3", unit = "m" }') == pendulum(l='"3 m"')
+
+
+def test_what_was_identified_is_written_in_the_units_of_the_scene() -> None:
+    rubbing = '[joints.hinge.friction]\ncoulomb = "20 mN m"\nsmoothing = "1 deg/s"\n\n'
+    text = WHOLE.replace('mass = "m"', 'mass = "1200 g"').replace("[inputs.V]", f"{rubbing}[inputs.V]")
+    one = read_text(text.replace('{ unit = "kHz" }', "1"))
+    names = dict(zip(("fv1", "fc1", "k1"), (0.0045, 0.03, 19000.0), strict=True))
+
+    found = with_parameters(one, names)
+    text = write_text(found, "toml").text
+
+    for line in ('damping = "4.5 mN m s/rad"', 'coulomb = "30 mN m"', 'smoothing = "1 deg/s"', 'stiffness = "19 kN/m"'):
+        assert line in text, line
+    assert read_text(text) == found
+    ten = with_parameters(one, {"m1": 1.25})
+    assert 'mass = "1250 g"' in write_text(ten, "toml").text
+    assert read_text(write_text(ten, "toml").text) == ten
+    named = with_parameters(read_text(WHOLE), {"m": 1.3})
+    assert 'm = { value = 1300, unit = "g"' in write_text(named, "toml").text
