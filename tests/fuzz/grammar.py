@@ -57,6 +57,8 @@ NASTY: tuple[Any, ...] = (
         ".",
         "+",
     ),
+    *("500 mm", "500mm", "3 rpm", "3 Hz", "3 deg C", "1/3 kN/m", "3 m", "3 N/m s", "3 %", "1 furlong", "3 µm", "3 m^9"),
+    *("1e400 mm", "3 (m", "3 1/s", "m**99", "kg m^2", "1/0 m", "/", "9" * 60 + " t", "5 m m m m m m m m m m m m"),
     *("90 deg", "90deg", "deg", "pi deg", "1 deg deg", "ground", "arm", "CON", "__class__", "import os", "lambda: 0"),
     *(
         "a\nb",
@@ -241,7 +243,8 @@ def homework(rng: Random) -> str:
 
 def _parameter(rng: Random, may_be_open: bool) -> Any:
     full = {"value": rng.choice((1, 2, 0.3, "1/3")), "unit": "kg", "positive": True, "text": "of it", "latex": r"\mu_1"}
-    return rng.choice((1, 0.5, full, {}, {"positive": True}) if may_be_open else (1, 0.5, full))
+    said = ({"value": 500, "unit": "g"}, "1200 g", {"value": "1.2 kg", "unit": "g", "tolerance": 5})
+    return rng.choice((1, 0.5, full, *said, {}, {"positive": True}) if may_be_open else (1, 0.5, full, *said))
 
 
 def _positive(rng: Random) -> Any:
