@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from fractions import Fraction
 from pathlib import Path
 
@@ -326,3 +327,14 @@ def test_what_was_identified_is_written_in_the_units_of_the_scene() -> None:
     assert read_text(write_text(ten, "toml").text) == ten
     named = with_parameters(read_text(WHOLE), {"m": 1.3})
     assert 'm = { value = 1300, unit = "g"' in write_text(named, "toml").text
+
+
+def test_editors_take_every_value_that_a_scene_may_say() -> None:
+    import jsonschema
+
+    from symdyn.scene.schema import schema
+
+    judge = jsonschema.Draft202012Validator(schema())
+    for said in ("500 mm", "3 m²", "1/3 kN/m", "-90°", "5 %", "3 µm", "8 Ω", "3 N·m", "+.5 kg*m^2/(s^2 rad)", "3 1/s"):
+        assert judge.is_valid(tomllib.loads(f'[parameters]\np = "{said}"\n{BODY}')), said
+        assert by_file(f'"{said}"').parameters[0].value is not None
