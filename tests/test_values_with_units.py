@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from fractions import Fraction
 from pathlib import Path
@@ -338,3 +339,38 @@ def test_editors_take_every_value_that_a_scene_may_say() -> None:
     for said in ("500 mm", "3 m²", "1/3 kN/m", "-90°", "5 %", "3 µm", "8 Ω", "3 N·m", "+.5 kg*m^2/(s^2 rad)", "3 1/s"):
         assert judge.is_valid(tomllib.loads(f'[parameters]\np = "{said}"\n{BODY}')), said
         assert by_file(f'"{said}"').parameters[0].value is not None
+
+
+def said_in(text: str) -> list[str]:
+    """Return a text with each of its values with units in turn, but those of parameters, in candelas."""
+    found = [one for one in re.finditer(r'"-?[0-9./]+ [^"]+"', text) if not text[: one.start()].endswith(" = \n")]
+    return [f'{text[: one.start()]}"3 cd"{text[one.end() :]}' for one in found]
+
+
+@pytest.mark.parametrize("k", range(len(said_in(WHOLE))))
+def test_no_value_of_a_scene_may_be_of_another_kind(k: int) -> None:
+    spoilt = said_in(WHOLE)[k]
+    if 'w = "3 cd"' in spoilt:  # which is a parameter of its own
+        return
+
+    with pytest.raises(SceneError, match=r"3 cd.* is in cd, and "):
+        read_text(spoilt)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('start_rates = "3 rpm"', 'start_rates = "3 Hz"', r"6\*pi rad/s = 18.8496; or did you mean 3 rad/s\?"),
+        (
+            'stiffness = "18 kN/m"',
+            'stiffness = ["18 kN/m", "3 N/m^2", "2 N/m"]',
+            r"\[2\] = .2 N/m. is in N/m, ",
+        ),
+        ('stiffness = "18 kN/m"', 'stiffness = "18 kN m/rad"', "is in kN m/rad, and N/m is asked for"),
+        ('start = "90 deg"', 'locked = true\nposition = "3 mm"', "3 mm.* is in mm, and rad is asked for"),
+    ],
+)
+def test_a_value_that_does_not_fit_its_place_is_refused(old: str, new: str, words: str) -> None:
+    assert old in WHOLE
+    with pytest.raises(SceneError, match=words):
+        read_text(WHOLE.replace(old, new))

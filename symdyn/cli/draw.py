@@ -19,11 +19,11 @@ from symdyn.draw import free_body, picture, pose
 from symdyn.draw.picture_files import check_picture
 from symdyn.errors import DrawError
 from symdyn.scene import FormulaError, Scene, parse
-from symdyn.scene.declaration.value_in_unit import fits
 from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.unit import read_unit
 from symdyn.scene.values.value import value_of
+from symdyn.scene.values.with_unit import fits
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

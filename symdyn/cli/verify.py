@@ -25,10 +25,11 @@ from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, express, read_bindings
-from symdyn.scene.declaration.value_in_unit import ask_for_units, fits
+from symdyn.scene.declaration.value_in_unit import ask_for_units
 from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import parse
 from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.scene.values.with_unit import fits
 from symdyn.verify import DIFFERENT, PROVED, Certificate, Rigorous, Written, certify, rigorous
 
 STATES = 4

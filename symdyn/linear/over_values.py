@@ -24,10 +24,11 @@ from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.spinning import STILL
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.scene import FormulaError, Parameter, Scene, bind
-from symdyn.scene.declaration.value_in_unit import fits, is_bare, question
+from symdyn.scene.declaration.value_in_unit import is_bare, question
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.unit import read_unit
 from symdyn.scene.values.value import value_of
+from symdyn.scene.values.with_unit import fits
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.forces import Forces, read_forces

@@ -23,6 +23,7 @@ from fractions import Fraction
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
+from symdyn.scene.checks.draft import slides
 from symdyn.scene.forces import FORCES, sections
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.ten_parameters import named_body, with_symbolic_inertia
@@ -131,7 +132,7 @@ def _elements(scene: Scene, what: str, names: Names) -> tuple[Element, ...]:
         one, kind = element, FORCES[element.kind]
         counts[kind.section] += 1
         for part in sorted(kind.parts, key=lambda part: isinstance(part, Key)):  # places before numbers
-            one = part.named(one, what, kind.letter, counts[kind.section], names)
+            one = part.named(one, what, kind.letter, counts[kind.section], names, slides(scene, element))
         named.append(one)
     return tuple(named)
 

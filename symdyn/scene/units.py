@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from symdyn.scene.declaration.value_in_unit import with_unit
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import quantities_in
 from symdyn.scene.values.model import Letter, Scene
+from symdyn.scene.values.with_unit import with_unit
 
 
 def coordinate_units(scene: Scene) -> tuple[str, ...]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.force_kind import Part
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.body import Body, Pose
-from symdyn.scene.values.joint import Joint, Limits
-from symdyn.scene.values.key import MOTION, PARAMETERS, TIME
+from symdyn.scene.values.element import Element, Strut
+from symdyn.scene.values.joint import Joint
+from symdyn.scene.values.key import MOTION, PARAMETERS, TIME, Key
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.signals import letters
@@ -35,12 +37,13 @@ class Draft:
 
 
 class Use(NamedTuple):
-    """A quantity of the scene, where it stands, and what it may name beside parameters."""
+    """A quantity of the scene, where it stands, what it may name beside parameters, and its unit of SI or ""."""
 
     where: str
     key: str
     quantity: Quantity
     allowed: frozenset[str] = frozenset()
+    unit: str = ""
 
 
 def uses(draft: Draft) -> Iterator[Use]:
@@ -48,7 +51,7 @@ def uses(draft: Draft) -> Iterator[Use]:
     scene, where = draft.scene, draft.where
     moving = frozenset((*scene.coordinates, *scene.velocities))
     timed = moving | {CLOCK, *(one.name for one in scene.inputs)}
-    yield from _vector("", "gravity", scene.gravity)
+    yield from _vector("", "gravity", scene.gravity, "m/s^2")
     for place, body in zip(where["bodies"], scene.bodies, strict=True):
         yield from _body(place, body)
     for place, joint in zip(where["joints"], scene.joints, strict=True):
@@ -59,37 +62,74 @@ def uses(draft: Draft) -> Iterator[Use]:
         yield from _steps(place, "at", point.at)
     allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIME: timed}
     for place, one in zip(where["elements"], scene.elements, strict=True):
+        straight = slides(scene, one)
         for part in FORCES[one.kind].parts:
-            yield from (Use(place, key, quantity, allowed[names]) for key, quantity, names in part.numbers(one))
+            for (key, quantity, names), unit in zip(part.numbers(one), _units(part, one, straight), strict=True):
+                yield Use(place, key, quantity, allowed[names], unit)
     for place, output in zip(where["outputs"], scene.outputs, strict=True):
-        yield Use(place, "formula", output.formula, frozenset(letters(scene, output.formula.symbols)))
+        yield Use(place, "formula", output.formula, frozenset(letters(scene, output.formula.symbols)), output.unit)
+
+
+def slides(scene: Scene, one: Element) -> bool:
+    """Tell whether what an element pulls along is in m, as between two points or at a joint that slides."""
+    named = next((joint for joint in scene.joints if isinstance(one, Strut) and joint.name == one.joint), None)
+    return named is None or JOINTS[named.type].slides(named)
+
+
+def _units(part: Part, one: Element, straight: bool) -> Iterator[str]:
+    """Return the units of the numbers of a part of an element; of one that is no key, those of places."""
+    for k, (key, _, _) in enumerate(part.numbers(one)):
+        yield part.unit_at(k, straight) if isinstance(part, Key) else "m" if "at[" in key else ""
 
 
 def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
     """Return what a joint says in numbers and parameters beside its placement, by key."""
+    yield from ((use.key, use.quantity) for use in _numbers("", joint))
+
+
+def _numbers(where: str, joint: Joint) -> Iterator[Use]:
+    kind = JOINTS[joint.type]
+    places, speeds, straight = kind.coordinates(joint), kind.velocities(joint), kind.slides(joint)
+    way, force, inertia = ("m", "N", "kg") if straight else ("rad", "N m", "kg m^2")
+    plain = frozenset[str]()
     if joint.coupling is not None:
-        yield from (("mimic.ratio", joint.coupling.ratio), ("mimic.offset", joint.coupling.offset))
-    yield from (("armature", joint.armature), ("damping", joint.damping), ("friction", joint.friction))
-    for part in FORCES[joint.dry.kind].parts if joint.dry else ():
-        yield from ((f"friction.{name}", quantity) for name, quantity, _ in part.numbers(joint.dry))
-    for field in fields(Limits):
-        quantity = getattr(joint.limits, field.name)
+        yield Use(where, "mimic.ratio", joint.coupling.ratio)
+        yield Use(where, "mimic.offset", joint.coupling.offset, plain, way)
+    yield Use(where, "armature", joint.armature, plain, inertia)
+    yield Use(where, "damping", joint.damping, plain, f"{force} s/{way}")
+    yield Use(where, "friction", joint.friction, plain, force)
+    dry = joint.dry
+    for part in FORCES[dry.kind].parts if dry else ():
+        assert dry is not None, "its kind was just asked for"
+        for (name, quantity, _), unit in zip(part.numbers(dry), _units(part, dry, straight), strict=True):
+            yield Use(where, f"friction.{name}", quantity, plain, unit)
+    for limit, unit in (("lower", way), ("upper", way), ("velocity", f"{way}/s"), ("effort", force)):
+        quantity = getattr(joint.limits, limit)
         if quantity is not None:
-            yield f"limits.{field.name}", quantity
-    yield from ((name, x) for key in JOINTS[joint.type].keys for name, x, _ in key.numbers(joint))
-    yield from ((f"start[{k}]", x) for k, x in enumerate(joint.start))
-    yield from ((f"start_rates[{k}]", x) for k, x in enumerate(joint.start_rates))
+            yield Use(where, f"limits.{limit}", quantity, plain, unit)
+    for key in kind.keys:
+        yield from (
+            Use(where, name, x, plain, key.unit_at(k, straight)) for k, (name, x, _) in enumerate(key.numbers(joint))
+        )
+    for k, x in enumerate(joint.start):
+        yield Use(where, f"start[{k}]", x, plain, "".join(places[k : k + 1]))
+    for k, x in enumerate(joint.start_rates):
+        yield Use(where, f"start_rates[{k}]", x, plain, "".join(f"{unit}/s" for unit in speeds[k : k + 1]))
 
 
 def _body(where: str, body: Body) -> Iterator[Use]:
-    yield Use(where, "mass", body.mass)
-    for key, vector in (("com", body.com), ("first_moment", body.first_moment), ("inertia", body.inertia)):
-        yield from _vector(where, key, vector or ())
+    yield Use(where, "mass", body.mass, unit="kg")
+    for key, vector, unit in (
+        ("com", body.com, "m"),
+        ("first_moment", body.first_moment, "kg m"),
+        ("inertia", body.inertia, "kg m^2"),
+    ):
+        yield from _vector(where, key, vector or (), unit)
     for k, particle in enumerate(body.particles):
-        yield Use(where, f"particles[{k}].mass", particle.mass)
-        yield from _vector(where, f"particles[{k}].at", particle.at)
-    yield from (Use(where, f"shape.{name}", size) for name, size in (body.shape.sizes if body.shape else ()))
-    yield from _vector(where, "shape.axis", (body.shape and body.shape.axis) or ())
+        yield Use(where, f"particles[{k}].mass", particle.mass, unit="kg")
+        yield from _vector(where, f"particles[{k}].at", particle.at, "m")
+    yield from (Use(where, f"shape.{name}", size, unit="m") for name, size in (body.shape.sizes if body.shape else ()))
+    yield from _vector(where, "shape.axis", (body.shape and body.shape.axis) or (), "")
 
 
 def _joint(where: str, joint: Joint, timed: frozenset[str]) -> Iterator[Use]:
@@ -98,16 +138,19 @@ def _joint(where: str, joint: Joint, timed: frozenset[str]) -> Iterator[Use]:
     for key, value in JOINTS[joint.type].values(joint):
         if isinstance(value, Pose):
             yield from _steps(where, key.name, value, frozenset(joint.coordinates))
+    speeds = JOINTS[joint.type].velocities(joint)
     for k, force in enumerate(joint.forces):
-        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, timed)
+        unit = "".join("N m" if one == "rad" else "N" for one in speeds[k : k + 1])
+        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, timed, unit)
     if joint.motion is not None:
-        yield Use(where, "motion", joint.motion, frozenset((CLOCK,)))
-    yield from (Use(where, key, quantity) for key, quantity in joint_numbers(joint))
+        yield Use(where, "motion", joint.motion, frozenset((CLOCK,)), "".join(speeds[:1]))
+    yield from _numbers(where, joint)
 
 
-def _vector(where: str, key: str, entries: Sequence[Quantity], allowed: frozenset[str] = frozenset()) -> Iterator[Use]:
-    yield from (Use(where, f"{key}[{i}]", x, allowed) for i, x in enumerate(entries))
+def _vector(where: str, key: str, entries: Sequence[Quantity], unit: str) -> Iterator[Use]:
+    yield from (Use(where, f"{key}[{i}]", x, unit=unit) for i, x in enumerate(entries))
 
 
 def _steps(where: str, key: str, pose: Pose, allowed: frozenset[str] = frozenset()) -> Iterator[Use]:
-    yield from (Use(where, f"{key}.{kind}", amount, allowed) for kind, amount in pose.steps)
+    for kind, amount in pose.steps:
+        yield Use(where, f"{key}.{kind}", amount, allowed, "m" if kind.startswith("T") else "rad")

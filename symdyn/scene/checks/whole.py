@@ -13,7 +13,9 @@ from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import inertia_fault, mass_faults
 from symdyn.scene.values.quantity import Quantity, express
 from symdyn.scene.values.table import Faults, shown
+from symdyn.scene.values.unit import UnitError, read_unit
 from symdyn.scene.values.value import Value, value_of
+from symdyn.scene.values.with_unit import fits, with_unit
 
 
 def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> tuple[str, ...]:
@@ -26,6 +28,7 @@ def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> 
     check_joints(draft, values, faults)
     check_elements(draft, values, faults)
     _formulas(draft, values, faults)
+    _units(draft, faults)
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 
 
@@ -73,6 +76,16 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
             faults.add(use.where, f"{use.key} = {shown(use.quantity)} divides by zero; check the denominator")
         except FormulaError as error:
             faults.add(use.where, f"{use.key} = {shown(use.quantity)} {error}; check the values of its parameters")
+
+
+def _units(draft: Draft, faults: Faults) -> None:
+    """Every value that was written with a unit is in one that fits where it stands."""
+    for use in uses(draft):
+        if use.quantity.unit and use.unit:
+            try:
+                fits(use.quantity, read_unit(use.unit))
+            except UnitError as error:
+                faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {error}')
 
 
 def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:

@@ -28,6 +28,8 @@ from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ZERO, Quantity
 from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Entry, Faults, show
+from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.scene.values.with_unit import fits, with_unit
 
 DECLARED = ("locked", "position")
 
@@ -71,6 +73,10 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
         strangers = [name for name in position.symbols if name not in parameters]
         if strangers:
             faults.add(where, f"position uses {strangers[0]}, which is no parameter")
+        try:
+            fits(position, read_unit(JOINTS[joint.type].coordinates(joint)[0]))
+        except UnitError as error:
+            faults.add(where, f'position = "{with_unit(position, position.unit)}" {error}')
         if len(joint.coordinates) > 1 and position != ZERO:
             faults.add(
                 where, f"has {len(joint.coordinates)} coordinates and is locked at zero only; place it by origin"

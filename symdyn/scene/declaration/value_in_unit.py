@@ -14,10 +14,11 @@ from symdyn.scene.values.folding import FormulaError, fraction
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
-from symdyn.scene.values.spelling import spell, spell_fraction
+from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table
-from symdyn.scene.values.unit import Unit, UnitError, in_si, misfit, out_of_si, read_unit
+from symdyn.scene.values.unit import Unit, UnitError, in_si, read_unit
 from symdyn.scene.values.value import value_of
+from symdyn.scene.values.with_unit import fits, with_unit
 
 
 @dataclass(frozen=True)
@@ -84,31 +85,12 @@ def valued(value: Quantity | None, unit: Unit | None) -> Valued:
     return Valued(value, unit.si, "" if unit.is_coherent else unit.text)
 
 
-def fits(value: Quantity, wanted: Unit | None) -> None:
-    """Look whether a value, where it was written with a unit, is of the kind of another one.
-
-    Raises:
-        UnitError: it is not.
-    """
-    if value.unit and wanted is not None:
-        own = read_unit(value.unit)
-        number = fraction(out_of_si(value, own))
-        reason = misfit(own, wanted, "" if number is None else spell_fraction(number))
-        if reason:
-            raise UnitError(reason)
-
-
 def as_written(letter: Letter) -> str:
     """Return a letter's value as its writer said it, "500 mm", where that is in another unit than SI's, else ""."""
     unit = letter.written or (letter.value.unit if letter.value is not None else "")
     if not unit or letter.value is None or read_unit(unit).is_coherent:
         return ""
     return with_unit(letter.value, unit)
-
-
-def with_unit(value: Quantity, unit: str) -> str:
-    """Return a quantity of SI as a number and a unit."""
-    return f"{spell(out_of_si(value, read_unit(unit)))} {unit}"
 
 
 def value_for(letter: Letter, raw: object) -> tuple[Quantity, str, str]:

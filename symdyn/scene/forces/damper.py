@@ -57,7 +57,16 @@ DAMPER = ForceKind(
     letter="v",
     parts=(
         Ends(),
-        Key[tuple[Quantity, ...]]("damping", coefficients, (), letters=("c",), text="damping of {}", positive=True),
+        Key[tuple[Quantity, ...]](
+            "damping",
+            coefficients,
+            (),
+            letters=("c",),
+            unit=("N m s/rad", "N s/m"),
+            each=("rad^2/s^2", "m^2/s^2"),
+            text="damping of {}",
+            positive=True,
+        ),
     ),
     needs=("damping",),
     missing="damping is missing; write damping = 10, or a list of coefficients of v, v**3, ...",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from symdyn.graph import Graph
+from symdyn.scene.values.dimension import product
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint
@@ -16,6 +17,7 @@ from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import Quantity, Vector, express
 from symdyn.scene.values.shapes import ANYTHING, FLAG, NUMBER, NUMBERS, PLACEMENT, TEXT, VECTOR, Shape
 from symdyn.scene.values.table import Faults, Table, plain, shown
+from symdyn.scene.values.unit import read_unit
 from symdyn.scene.values.value import Value, known_value, value_of
 
 T = TypeVar("T")
@@ -80,7 +82,8 @@ class Key(Generic[T]):
         silent: whether a noun has its value without saying so, where the default does not decide.
         above_zero: what a number of zero or less is, and what to give instead; "" where it may be any.
         letters: of the parameters that stand for its numbers, one, or one an axis; () for none.
-        unit: of those parameters; two of them at a joint that turns, and at one that slides.
+        unit: of its numbers; two of them at a joint that turns, and at one that slides or between two points.
+        each: what the unit of a coefficient is divided by to get that of the next one, likewise.
         text: what they are, the name of what has them in place of {}.
         positive: whether such a parameter is the size of a number and the sign stands in front.
         geometry: whether it is a length of the mechanism, not a force.
@@ -97,6 +100,7 @@ class Key(Generic[T]):
     above_zero: str = ""
     letters: tuple[str, ...] = ()
     unit: str | tuple[str, str] = ""
+    each: tuple[str, str] = ("", "")
     text: str = ""
     positive: bool = False
     geometry: bool = False
@@ -150,17 +154,26 @@ class Key(Generic[T]):
         if self.names is not None:
             yield from ((f"{self.name}{index}", x, self.names) for index, x in indexed(self.of(one)))
 
+    def unit_at(self, k: int, slides: bool) -> str:
+        """Return the unit of the k-th of its numbers, "" where it is not known; of components all are alike."""
+        unit, each = self.unit if isinstance(self.unit, str) else self.unit[slides], self.each[slides]
+        if not (k and unit and each):
+            return unit
+        return product(list((read_unit(unit) * read_unit(each) ** -k).coherent))
+
     def named(self, one: Any, what: str, letter: str, k: int | str, names: Names, slides: bool = False) -> Any:
         """Return the k-th noun of its like with names in place of the numbers of this key; see `Part.named`."""
         if not self.letters or (what == "geometry") != self.geometry:
             return one
         value: Any = self.of(one)
         text = self.text.format(one.name)
-        unit = self.unit if isinstance(self.unit, str) else self.unit[slides]
         if len(self.letters) > 1:
-            value = along(value, self.letters, str(k), unit, text, names)
+            value = along(value, self.letters, str(k), self.unit_at(0, slides), text, names)
         else:
-            called = [names.of(x, f"{self.letters[0]}{k}", unit, text, self.positive) for _, x in indexed(value)]
+            called = [
+                names.of(x, f"{self.letters[0]}{k}", self.unit_at(i, slides), text, self.positive)
+                for i, (_, x) in enumerate(indexed(value))
+            ]
             value = tuple(called) if isinstance(value, tuple) else next(iter(called), value)
         said = {self.name: value}
         return one.shaped(**said) if isinstance(one, Joint) else replace(one, **said)

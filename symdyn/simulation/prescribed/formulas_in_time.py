@@ -10,13 +10,13 @@ from pathlib import Path
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
 from symdyn.scene.declaration.reading import read_bounded
-from symdyn.scene.declaration.value_in_unit import fits
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Faults
 from symdyn.scene.values.unit import read_unit
 from symdyn.scene.values.value import Value, value_of
+from symdyn.scene.values.with_unit import fits
 
 TIME = "t"
 
