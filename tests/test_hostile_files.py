@@ -37,7 +37,6 @@ from hostile import (
 )
 
 from symdyn.scene import read
-from symdyn.scene.values.unit import Unit
 
 pytestmark = pytest.mark.runs()
 
@@ -68,6 +67,8 @@ SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 @pytest.fixture
 def units_are_not_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let any text be a unit, which no reader does, so that what escapes units is seen to escape."""
+    from symdyn.scene.values.unit import Unit
+
     monkeypatch.setattr("symdyn.scene.declaration.value_in_unit.read_unit", Unit)
 
 

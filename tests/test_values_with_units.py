@@ -374,3 +374,12 @@ def test_a_value_that_does_not_fit_its_place_is_refused(old: str, new: str, word
     assert old in WHOLE
     with pytest.raises(SceneError, match=words):
         read_text(WHOLE.replace(old, new))
+
+
+def test_a_command_that_stands_in_a_file_keeps_the_spaces_of_units(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_text(PENDULUM.format(m=1, l='{ value = 500, unit = "mm" }', more=""))
+
+    words = ["generate", str(tmp_path / "p.toml"), "-o", str(tmp_path), "--bind", "l = 400 mm, m = 3 N s^2/m"]
+    assert main(words) == 0
+
+    assert "--bind 'l=400 mm,m=3 N s^2/m'" in (tmp_path / "p.py").read_text()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shlex
 import sys
 from fractions import Fraction
@@ -181,6 +182,10 @@ def read_scene_to_move(options: argparse.Namespace) -> Scene:
     return in_numbers(scene, read_bindings(options.bind)) if options.bind is not None else scene
 
 
+_SPARE = re.compile(r"(?<!\w) +| +(?!\w)")
+"""Spaces that a list does not need; the one of "3 kg m^2" it needs."""
+
+
 def again(options: argparse.Namespace, always: str = "") -> str:
     """Return the command that does the same again, free of folders: what is not as usual, and what is told `always`.
 
@@ -200,7 +205,7 @@ def again(options: argparse.Namespace, always: str = "") -> str:
             repeated = isinstance(action, argparse._AppendAction) and isinstance(value, list)
             for one in value if repeated else [value]:
                 several = one if isinstance(one, list) else [one]
-                words += [action.option_strings[0], *(shlex.quote(str(each).replace(" ", "")) for each in several)]
+                words += [action.option_strings[0], *(shlex.quote(_SPARE.sub("", str(each))) for each in several)]
     return " ".join(words)
 
 
