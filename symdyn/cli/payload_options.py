@@ -6,12 +6,16 @@ from collections.abc import Sequence
 
 from symdyn.errors import IdentifyError
 from symdyn.identification import Payload
-from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values.formula import FormulaError, parse, split_commas
 from symdyn.scene.values.names import choice
+from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.scene.values.value import value_of
+from symdyn.scene.values.with_unit import fits
 
 FORM = "FILE:BODY:mass=KG[,com=[X,Y,Z][,inertia=[XX,YY,ZZ]]]"
 
-KEYS = ("mass", "com", "inertia")
+KEYS = {"mass": "kg", "com": "m", "inertia": "kg m^2"}
+"""What is said of one, and its unit where none is said."""
 
 
 def payloads(texts: Sequence[str]) -> tuple[Payload, ...]:
@@ -19,6 +23,8 @@ def payloads(texts: Sequence[str]) -> tuple[Payload, ...]:
 
     >>> payloads(["loaded.csv:tool:mass=3.2,com=[0,0,0.1]"])
     (Payload(body='tool', mass=3.2, com=(0.0, 0.0, 0.1), inertia=None, log='loaded.csv'),)
+    >>> payloads(["loaded.csv:tool:mass=3200 g,com=[0,0,100 mm]"])[0].com
+    (0.0, 0.0, 0.1)
 
     Raises:
         IdentifyError: with every fault, one line each.
@@ -33,10 +39,15 @@ def payloads(texts: Sequence[str]) -> tuple[Payload, ...]:
         before = len(faults)
         for part in split_commas(rest[1]):
             key, _, value = (one.strip() for one in part.partition("="))
-            numbers = _numbers(value)
             if key not in KEYS:
                 faults.append(f"--payload {text}: there is no {key}; {choice(key, KEYS)}")
-            elif key in given:
+                continue
+            try:
+                numbers = _numbers(value, KEYS[key])
+            except UnitError as error:
+                faults.append(f"--payload {text}: {key} = {value} {error}")
+                continue
+            if key in given:
                 faults.append(f"--payload {text}: {key} is there twice")
             elif numbers is None or (key == "mass") is value.startswith("["):
                 shown = "3.2" if key == "mass" else "[0,0,0.1]"
@@ -53,10 +64,21 @@ def payloads(texts: Sequence[str]) -> tuple[Payload, ...]:
     return tuple(found)
 
 
-def _numbers(text: str) -> tuple[float, ...] | None:
-    """Return a number, or several in brackets."""
+def _numbers(text: str, unit: str) -> tuple[float, ...] | None:
+    """Return a number, or several in brackets, in a unit of SI; None where it is none.
+
+    Raises:
+        UnitError: one says a unit of another kind.
+    """
     inside = split_commas(text[1:-1]) if text.startswith("[") and text.endswith("]") else [text]
     try:
-        return tuple(float(one) for one in inside)
-    except ValueError:
+        quantities = [parse(one) for one in inside]
+        for one in quantities:
+            fits(one, read_unit(unit))
+        values = [value_of(one, {}) for one in quantities]
+    except UnitError:
+        raise
+    except FormulaError:
         return None
+    known = [float(one) for one in values if one is not None]
+    return tuple(known) if len(known) == len(values) else None

@@ -8,7 +8,8 @@
         gravity=[0, -9.81, 0],
     )
 
-Wherever a number is wanted there may be an int, a Fraction, a float (0.1 means 1/10), a formula in text or a quantity.
+Wherever a number is wanted there may be an int, a Fraction, a float (0.1 means 1/10), a formula, a value with its
+unit in text, such as "500 mm", or a quantity. Numbers without a unit are in SI.
 """
 
 from __future__ import annotations
@@ -48,7 +49,17 @@ def parameter(
     text: str = "",
     tolerance: Number | Mapping[str, Number] | None = None,
 ) -> Entry:
-    """Declare a named constant; without a value it becomes an argument of every generated function."""
+    """Declare a named constant; without a value it becomes an argument of every generated function.
+
+    Args:
+        name: as formulas write it.
+        value: a number, in `unit`; or text, "500 mm" too.
+        positive: whether it is above zero whatever its value.
+        unit: of the value, such as "mm"; SI where none is said.
+        latex: how to print it.
+        text: a description for tables.
+        tolerance: how far the value may be off, such as "5 %", "0.1 mm", or a number in `unit`.
+    """
     return entry(
         "parameters", name, value=value, positive=positive, unit=unit, latex=latex, text=text, tolerance=tolerance
     )
@@ -104,8 +115,8 @@ def given(name: str, value: Number | None = None, *, unit: str = "", latex: str 
 
     Args:
         name: as the formulas of forces and loads write it.
-        value: what it is where nobody gives it; zero when left out.
-        unit: for tables, such as "V".
+        value: what it is where nobody gives it, in `unit`, or text, "20 mV" too; zero when left out.
+        unit: of the value, such as "V" or "mV"; generated functions take SI.
         latex: how to print it.
         text: a description for tables.
     """
@@ -119,7 +130,7 @@ def looked_at(name: str, formula: Number, *, unit: str = "", text: str = "") -> 
         name: of its column, and of the functions "output:NAME".
         formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, `point_tip_x` and
             `reaction_hinge_fx`.
-        unit: for tables; told by itself where the formula is one letter.
+        unit: of SI, for tables; told by itself where the formula is one letter.
         text: a description for tables.
     """
     return entry("outputs", name, formula=formula, unit=unit, text=text)
