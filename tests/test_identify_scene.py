@@ -120,7 +120,7 @@ def test_estimates_that_names_cannot_give_are_told():
     known = unknowns(scene)
     count = len(known.base)
 
-    named = fit_names(scene, np.eye(count), known.map @ known.values + 0.1, 1e-6 * np.eye(count))
+    named = fit_names(scene, known.base, np.eye(count), known.map @ known.values + 0.1, 1e-6 * np.eye(count))
 
     assert named.distance > 100
     assert named.spare == count - 2
@@ -132,7 +132,7 @@ def test_what_names_are_not_told_by_stays():
     of_second = [k for k, name in enumerate(known.base) if "R2" in name]
     chosen = np.eye(len(known.base))[of_second]
 
-    named = fit_names(scene, chosen, 1.5 * chosen @ known.map @ known.values, 1e-6 * np.eye(len(chosen)))
+    named = fit_names(scene, known.base, chosen, 1.5 * chosen @ known.map @ known.values, 1e-6 * np.eye(len(chosen)))
 
     assert dict(zip(named.names, named.values, strict=True)) == pytest.approx({"m1": 2, "m2": 1.5}, rel=1e-4)
     assert np.isnan(named.errors[0])

@@ -25,7 +25,7 @@ from symdyn.shown import Shown
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
 
-_PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"R\d+$")
+_PAYLOAD, _FRAME = re.compile(r"^payload (\d+ )?"), re.compile(r"R\d+(_b)*$")
 """What stands before the parameter of a payload, and the link frame behind one of a body."""
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array, Floats
 from symdyn.dynamics import linear_parameters
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable
+from symdyn.identification.by_name import places_of
 from symdyn.identification.unknowns import never_negative, without_values
 from symdyn.scene import Scene
 from symdyn.scene.values.mapping import quantities_in
@@ -65,12 +66,18 @@ def inertial_names(scene: Scene) -> tuple[str, ...]:
 
 
 def fit_names(
-    scene: Scene, combinations: Array, estimate: Array, covariance: Array, unbound: Collection[str] = ()
+    scene: Scene,
+    base: Sequence[str],
+    combinations: Array,
+    estimate: Array,
+    covariance: Array,
+    unbound: Collection[str] = (),
 ) -> Named:
     """Return values of the scene's parameters, by least squares in the metric of the covariance.
 
     Args:
         scene: the mechanism; parameters of its geometry have values.
+        base: names of the base parameters, shape (b,).
         combinations: C, shape (k, b): estimated were C · base parameters.
         estimate: shape (k,).
         covariance: shape (k, k).
@@ -79,7 +86,7 @@ def fit_names(
     from scipy.optimize import least_squares
 
     told = linear_parameters(without_values(scene, unbound), "base_regressor")
-    beta = [value for _, value in told]
+    beta = [told[k][1] for k in places_of(base, [name for name, _ in told])]
     graph = beta[0].graph
     places = {name for one in quantities_in(_geometry(scene)) for name in one.symbols}
     met = {str(node.value) for node in reachable(beta)}

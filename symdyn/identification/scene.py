@@ -15,6 +15,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import IdentifyError, SceneError
+from symdyn.identification.by_name import places_of
 from symdyn.identification.identification import Identification
 from symdyn.identification.named import Named, fit_names, inertial_names
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
@@ -89,7 +90,7 @@ def identified(
     declared = {parameter.name for parameter in found.scene.parameters}
     added = [parameter.name for parameter in scene.parameters if parameter.name not in declared]
     if inertial_names(scene):
-        named = fit_names(scene, *told, added)
+        named = fit_names(scene, found.model.names, *told, added)
         values = {name: float(x) for name, x in zip(named.names, named.values, strict=True)}
         notes = [*_named_notes(scene, named), *_gain_notes(found)]
         if total_mass is not None or inside:
@@ -103,7 +104,8 @@ def identified(
         return Identified(with_parameters(scene, values), values, None, named, tuple(notes))
     known = unknowns(scene, added)
     combinations, estimate, covariance = told
-    physical = nearest_physical(known, combinations @ known.map, estimate, covariance, total_mass, inside, spread)
+    rows = known.map[places_of(found.model.names, known.base)]
+    physical = nearest_physical(known, combinations @ rows, estimate, covariance, total_mass, inside, spread)
     changed = [k for k, name in enumerate(known.bodies) if name not in physical.kept]
     values = {known.names[k]: float(physical.values[k]) for k in _places(changed, len(known.bodies), len(known.names))}
     return Identified(
@@ -112,9 +114,13 @@ def identified(
 
 
 def told_combinations(found: Identification) -> tuple[Array, Array, Array]:
-    """Return C, e, Sigma: combinations of base parameters that data tell, shape (k, b), estimates, covariance."""
+    """Return C, e, Sigma: combinations of base parameters that data tell, shape (k, b), estimates, covariance.
+
+    The base parameters are those of `found.model.names`, in their order.
+    """
     regression = found.regression
-    count = len(found.model.names)  # gains and payloads stand behind them
+    count = len(found.model.names)
+    assert regression.names[:count] == found.model.names, "gains and payloads stand behind base parameters"
     estimate, covariance = regression.estimate[:count], regression.covariance[:count, :count]
     if not len(regression.untold):
         return np.eye(count), estimate, covariance

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra.numeric import Array, Floats
-from symdyn.dynamics.roads.base_columns import base_columns, base_values
+from symdyn.dynamics.roads.base_columns import base_columns, base_of_columns
 from symdyn.dynamics.roads.linear_forces import linear
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SceneError
@@ -84,7 +84,7 @@ def unknowns(scene: Scene, unbound: Collection[str] = ()) -> Unknowns:
     there = found.workspace
     graph = there.graph
     columns = [graph.symbol(name) for name in found.columns]
-    rows = [gradient(one, columns) for one in substitute(base_values(there), found.known)]
+    rows = [gradient(one, columns) for one in substitute(base_of_columns(w), found.known)]
     signed, signs = _signs(there, columns)
     values = _numbers(found.declared, there, scene)
     return Unknowns(
@@ -92,7 +92,7 @@ def unknowns(scene: Scene, unbound: Collection[str] = ()) -> Unknowns:
         there.scene,
         found.columns,
         np.array(values),
-        base_columns(there),
+        base_columns(w),
         np.array([_numbers(row, there, scene) for row in rows]).reshape(-1, len(columns)),
         np.array(signs).reshape(-1, len(columns)),
         signed,

@@ -124,7 +124,10 @@ def felt(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
     forces = rnea(found.tree, w.state.qd, w.state.qdd, holding=False, summing=False)
     rows = [gradient(force, found.symbols) for force in forces]
     names, more = w.once(others)
-    return (*found.names, *names), [*map(list, zip(*rows, strict=True)), *more]
+    suffix = ""
+    while {f"{name}{suffix}" for name in found.names} & {*names}:
+        suffix += "_b"  # a letter of the scene's own is called as one of these
+    return (*(f"{name}{suffix}" for name in found.names), *names), [*map(list, zip(*rows, strict=True)), *more]
 
 
 def others(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
@@ -145,6 +148,19 @@ def base_values(w: Workspace) -> list[Expr]:
     found, own = w.once(grouped), w.once(base)
     every = [*own.values, *parameters(w)[len(INERTIAL) * len(w.scene.bodies) :]]
     return [w.graph.total(every[k] for k in group) for group in found.groups]
+
+
+def base_of_columns(w: Workspace) -> list[Expr]:
+    """Return β as formulas of π, the columns of the regressor, on the graph where these are symbols (`Linear`)."""
+    found: Linear = w.once(linear)
+    there = found.workspace
+    opened = there.once(base)
+    value = dict(zip(opened.names, opened.values, strict=True))
+    own = w.once(base).names
+    assert value.keys() == {*own}, f"link frames part: {own} and {opened.names}"
+    every = [value[name] for name in own]
+    every += [there.graph.symbol(name) for name in found.columns[len(INERTIAL) * len(w.scene.bodies) :]]
+    return [there.graph.total(every[k] for k in group) for group in w.once(grouped).groups]
 
 
 def base_columns(w: Workspace) -> tuple[str, ...]:
