@@ -1,4 +1,4 @@
-"""Joining of two lists of one thing by their names: columns of a fit and unknowns of a file, which come in any order."""
+"""Joining of two lists of one thing by their names, such as columns of a fit and unknowns of a file, in any order."""
 
 from __future__ import annotations
 
