@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.joint import Joint, acceleration_name
-from symdyn.scene.values.mapping import quantities_in
+from symdyn.scene.values.mapping import map_quantities, quantities_in
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.with_unit import with_unit
 
@@ -59,3 +60,13 @@ def mistakable(scene: Scene) -> tuple[str, ...]:
         if both:
             told.append(f"{with_unit(one, one.unit)} is a number and a unit: {both[0]} is no letter of the scene there")
     return tuple(dict.fromkeys(told))
+
+
+def written_in_si(scene: Scene) -> Scene:
+    """Return an equal scene that is written in SI, whatever units its writer chose; for what is generated."""
+    plain = map_quantities(scene, lambda one: replace(one, unit=""))
+    return replace(
+        plain,
+        parameters=tuple(replace(one, written="") for one in plain.parameters),
+        inputs=tuple(replace(one, written="") for one in plain.inputs),
+    )

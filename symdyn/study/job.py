@@ -10,7 +10,7 @@ from typing import Any
 
 from symdyn.scene import Scene
 from symdyn.scene.formats.toml_writer import write_text
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, velocity_units, written_in_si
 from symdyn.scene.values.table import Faults, shorten
 from symdyn.study.design import Design
 
@@ -71,7 +71,7 @@ class Job:
     @property
     def scene_text(self) -> str:
         """The scene as TOML."""
-        return write_text(self.scene).text
+        return write_text(written_in_si(self.scene)).text
 
     @property
     def told(self) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from symdyn.emit.targets.javascript import JS
 from symdyn.graph import Expr, reachable
 from symdyn.graph.ops import CONSTANT, SYMBOL
 from symdyn.scene import write_text
+from symdyn.scene.units import written_in_si
 
 FORMAT = 1
 """Of the file: a reader of another one refuses it."""
@@ -33,7 +34,7 @@ def _write(draft: Draft) -> dict[str, str]:
     parts = {
         "format": _text(FORMAT),
         "about": _lines(draft.about.split("\n")),
-        "scene": _text(write_text(program.scene, "toml", lossy=True).text),
+        "scene": _text(write_text(written_in_si(program.scene), "toml", lossy=True).text),
         "parameters": _lines(parameters),
         "nodes": _lines(_node(node, place) for node in nodes),
         "functions": _lines(_function(function, place) for function in functions),

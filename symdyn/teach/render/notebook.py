@@ -12,6 +12,7 @@ from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_code, in_markdown
 from symdyn.emit.print.formula_text import text_of
 from symdyn.scene import write_text
+from symdyn.scene.units import written_in_si
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.exercises import answer_of
@@ -67,7 +68,9 @@ def _cells(document: Document) -> Iterator[Cell]:
     yield _text("title", f"# {in_markdown(document.title)}")
     asked = any(isinstance(block, Blank) for _, block in document.blocks())
     setup = (SETUP + EXERCISES if asked else SETUP).format(
-        scene=in_code(write_text(document.scene, "toml").text), language=document.language, road=document.road
+        scene=in_code(write_text(written_in_si(document.scene), "toml").text),
+        language=document.language,
+        road=document.road,
     )
     yield _code("setup", setup)
     keys = {section.key for section in document.sections}
