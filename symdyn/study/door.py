@@ -177,6 +177,7 @@ def made(
     left = store.left()
     if path is not None and len(left) < job.blocks:
         notes += (f"{path}: {job.blocks - len(left)} of {job.blocks} blocks are there already",)
+    notes += tuple(f"{path}: {fault}; its block is made again" for fault in left.values() if fault)
     count, kind = job.design.count, job.design.kind
     if kind == "sobol" and count & (count - 1):
         notes += (f"{count} is no power of two, of which Sobol's sequence is most even; {1 << count.bit_length()} is",)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from hashlib import sha256
@@ -16,22 +17,23 @@ import numpy as np
 from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.resources import version
+from symdyn.study.chunks import ALL_FILES, SEAL, seal
 from symdyn.study.job import Job, units_of
-from symdyn.study.store import SUFFIX, InMemory, OnDisk, Store
+from symdyn.study.store import KINDS, SUFFIX, InMemory, OnDisk, Store
 from symdyn.study.study import NOT_MADE
 
 FORMAT = "symdyn.study"
 
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""1 had no checksums, so that nobody knows whether what is in it is what was put."""
+
+CODECS = ("bytes", "zstd", "crc32c")
+"""What a chunk goes through on its way to the disk."""
 
 
 LARGEST_HERE = 5 * 10**8
 """Numbers that a sweep without a store may have; they are held in memory."""
-
-
-KINDS = {"values": "float64", "measures": "float64", "codes": "uint8"}
-"""Arrays of a group, and what they are made of: plain numbers alone, so that nothing read from a disk is executed."""
 
 
 def check_store(path: Path) -> None:
@@ -49,7 +51,7 @@ def opened(path: Path) -> OnDisk:
     Raises:
         StudyError: there is none, or it is no store of a sweep.
     """
-    return OnDisk(path, _opened(path, "r"))
+    return OnDisk(path, *_opened(path, "r"))
 
 
 def store_of(job: Job, path: Path | None) -> tuple[Store, tuple[str, ...]]:
@@ -68,7 +70,7 @@ def store_of(job: Job, path: Path | None) -> tuple[Store, tuple[str, ...]]:
     check_store(path)
     if not path.exists():
         _make(job, path)
-    store = OnDisk(path, _opened(path, "r+"))
+    store = OnDisk(path, *_opened(path, "r+"))
     there, here = _flat(store.about["job"]), _flat(job.told)
     if there != here:
         keys = [key for key in here | there if here.get(key) != there.get(key)]
@@ -87,27 +89,29 @@ def _make(job: Job, path: Path) -> None:
     try:
         aside = Path(tempfile.mkdtemp(prefix=".symdyn-", dir=path.parent))
         group = zarr().create_group(zarr().storage.LocalStore(aside / path.name))
-        rows = min(job.block, count)
+        codecs = zarr().codecs
+        rows, packed = min(job.block, count), (codecs.ZstdCodec(), codecs.Crc32cCodec())
         for name, shape, kind, fill in (
             ("values", (count, len(job.design.names)), "f8", np.nan),
             ("measures", (count, len(job.measures)), "f8", np.nan),
             ("codes", (count,), "u1", NOT_MADE),
         ):
-            group.create_array(name, shape=shape, chunks=(rows, *shape[1:]), dtype=kind, fill_value=fill)
-        group.attrs.update(
-            {
-                "format": FORMAT,
-                "version": FORMAT_VERSION,
-                "symdyn": version(),
-                "scene": job.scene.name,
-                "scene_toml": job.scene_text,
-                "names": list(job.design.names),
-                "measures": [one.name for one in job.measures],
-                "units": units_of(job),
-                "job": json.loads(json.dumps(job.told)),
-                "told": {},
-            }
-        )
+            group.create_array(
+                name, shape=shape, chunks=(rows, *shape[1:]), dtype=kind, fill_value=fill, compressors=packed
+            )
+        about = {
+            "format": FORMAT,
+            "version": FORMAT_VERSION,
+            "symdyn": version(),
+            "scene": job.scene.name,
+            "scene_toml": job.scene_text,
+            "names": list(job.design.names),
+            "measures": [one.name for one in job.measures],
+            "units": units_of(job),
+            "job": json.loads(json.dumps(job.told)),
+            "told": {},
+        }
+        group.attrs.update(about | {SEAL: seal(about, {name: group[name] for name in KINDS})})
         (aside / path.name).rename(path)
     except OSError as fault:
         if not path.exists():  # else another process made it in the meantime
@@ -117,27 +121,31 @@ def _make(job: Job, path: Path) -> None:
             shutil.rmtree(aside, ignore_errors=True)
 
 
-def _opened(path: Path, mode: str) -> Any:
-    """Return the group that stands at a path.
+def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
+    """Return the group that stands at a path, and its arrays by name.
 
     Raises:
         StudyError: there is none, or it is no store of a sweep.
     """
     if not path.exists():
         raise StudyError(f"{path}: there is no such store; symdyn sweep ... -o {path.name} makes one")
-    with _told(path):
+    with _told(path), zarr().config.set(ALL_FILES):
         group = zarr().open_group(zarr().storage.LocalStore(path, read_only=mode == "r"), mode=mode, zarr_format=3)
         about = dict(group.attrs)
         if about.get("format") != FORMAT or not {*KINDS} <= set(group.array_keys()):
             raise StudyError(f"{path} is no sweep of symdyn; give another file")
         if about.get("version") != FORMAT_VERSION:
-            raise StudyError(f"{path} is of another version of symdyn ({about.get('symdyn')}); read it with that one")
-        if wrong := _wrong(about, group):
+            raise StudyError(
+                f"{path} is a store of another version of symdyn ({_shown(about.get('symdyn'))}); stores of before "
+                "have no checksums, and nobody knows whether they are whole; give another file, or delete this one"
+            )
+        arrays = {name: group[name] for name in KINDS}
+        if wrong := _wrong(about, arrays):
             raise StudyError(f"{path} is a spoilt sweep ({wrong}); give another file, or delete this one")
-        return group
+        return group, arrays
 
 
-def _wrong(about: Mapping[str, Any], group: Any) -> str:
+def _wrong(about: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
     """Return what in a group does not fit, "" for nothing: somebody may have changed it, or it is none of ours."""
     words = {"names": list, "measures": list, "units": dict, "told": dict, "job": dict, "scene": str, "symdyn": str}
     for key, kind in (words | {"scene_toml": str}).items():
@@ -154,13 +162,17 @@ def _wrong(about: Mapping[str, Any], group: Any) -> str:
         return "what it tells of runs is no text"
     if sha256(about["scene_toml"].encode()).hexdigest() != job.get("scene_sha256"):
         return "its scene is not the one that its hash is of"
-    count, rows = job.get("count"), group["codes"].chunks[0]
+    count, rows = job.get("count"), arrays["codes"].chunks[0]
     if not isinstance(count, int) or not 1 <= rows <= count:
         return "it has no blocks"
     for name, numbers in KINDS.items():
-        array, columns = group[name], {"values": (len(names),), "measures": (len(measures),)}.get(name, ())
+        array, columns = arrays[name], {"values": (len(names),), "measures": (len(measures),)}.get(name, ())
         if str(array.dtype) != numbers or array.shape != (count, *columns) or array.chunks != (rows, *columns):
             return f"{name} has another shape or kind of numbers than its job"
+        if tuple(one["name"] for one in array.metadata.to_dict()["codecs"]) != CODECS:
+            return f"the chunks of {name} have no checksums"
+    if about.get(SEAL) != seal(about, arrays):
+        return "what it says of itself is not what was written"
     return ""
 
 
@@ -168,7 +180,8 @@ def _wrong(about: Mapping[str, Any], group: Any) -> str:
 def _told(path: Path) -> Iterator[None]:
     """Say of whatever Zarr finds wrong that it is no store."""
     try:
-        yield
+        with warnings.catch_warnings(action="ignore"):  # of files that it does not know; what is missing is said here
+            yield
     except StudyError:
         raise
     except Exception as fault:  # of many kinds, by what is wrong with which file

@@ -2,7 +2,7 @@
 
 A group has `values` (runs, names), `measures` (runs, measures) and `codes` (runs,), a block a chunk, and says in its
 attributes what decides the numbers. A chunk is written aside and renamed, that of `codes` last; a run without a code
-was not made, so that a block counts only when all of it is there, whenever a process was killed.
+was not made, and a block counts only when all its chunks are there and read as they were written (`chunks.py`).
 """
 
 from __future__ import annotations
@@ -12,15 +12,20 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import StudyError
 from symdyn.resources import version
+from symdyn.study.chunks import AGAIN, SEAL, Chunks, seal
 from symdyn.study.found import Found
 from symdyn.study.job import Job, units_of
 from symdyn.study.study import MOST_TOLD, NOT_MADE, Study
 
 SUFFIX = ".zarr"
+
+KINDS = {"values": "float64", "measures": "float64", "codes": "uint8"}
+"""Arrays of a group, and what they are made of: plain numbers alone, so that nothing read from a disk is executed."""
 
 LARGEST = 2**28
 """Bytes of an array that is read into memory; of a larger one slices are read when they are asked for."""
@@ -35,8 +40,8 @@ class Store(Protocol):
 
     block: int
 
-    def left(self) -> tuple[int, ...]:
-        """Return the numbers of blocks that are not there."""
+    def left(self) -> Mapping[int, str]:
+        """Return the numbers of blocks that are to be made, each with what is spoilt of it, "" where it never was."""
 
     def put(self, job: Job, k: int, found: Found) -> None:
         """Take what came of block k."""
@@ -55,9 +60,9 @@ class InMemory:
         self.codes = np.zeros(job.design.count, dtype=np.uint8)
         self.told: dict[int, str] = {}
 
-    def left(self) -> tuple[int, ...]:
+    def left(self) -> Mapping[int, str]:
         """Return the numbers of blocks that are not there."""
-        return tuple(k for k in range(self.job.blocks) if NOT_MADE in self.codes[slice(*self.job.span(k))])
+        return {k: "" for k in range(self.job.blocks) if NOT_MADE in self.codes[slice(*self.job.span(k))]}
 
     def put(self, job: Job, k: int, found: Found) -> None:
         """Take what came of block k."""
@@ -77,25 +82,31 @@ class InMemory:
 class OnDisk:
     """A group of Zarr."""
 
-    def __init__(self, path: Path, group: Any) -> None:
-        """Take an open group."""
-        self.path, self.group = path, group
+    def __init__(self, path: Path, group: Any, arrays: Mapping[str, Any]) -> None:
+        """Take an open group and its arrays, those of `KINDS`."""
+        self.path, self.group, self.arrays = path, group, arrays
         self.about: Mapping[str, Any] = dict(group.attrs)
-        self.block = int(group["codes"].chunks[0])
+        self.values, self.measures, self.codes = (Chunks(path / name, arrays[name]) for name in KINDS)
+        self.block = int(self.codes.array.chunks[0])
         self.told = {int(number): words for number, words in self.about["told"].items()}
 
-    def left(self) -> tuple[int, ...]:
-        """Return the numbers of blocks that are not there, or cannot be read."""
-        codes = self.group["codes"]
-        starts = range(0, codes.shape[0], self.block)
-        return tuple(k for k, first in enumerate(starts) if not self._whole(codes, first))
+    def left(self) -> Mapping[int, str]:
+        """Return the numbers of blocks that are to be made, each with what is spoilt of it, "" where it never was.
 
-    def _whole(self, codes: Any, first: int) -> bool:
-        where = slice(first, first + self.block)
-        try:
-            return NOT_MADE not in codes[where] and all(len(self.group[one][where]) for one in ("values", "measures"))
-        except Exception:  # a chunk that a power cut has spoilt, told by whatever decodes it
-            return False
+        Raises:
+            StudyError: a folder stands where a chunk should be.
+        """
+        found = ((k, self._fault(k)) for k in range(-(-len(self.codes) // self.block)))
+        return {k: fault for k, fault in found if fault is not None}
+
+    def _fault(self, k: int) -> str | None:
+        """Return what is wrong with a block, "" where it was never made, None where it is whole."""
+        faults = [one.fault(k) for one in (self.codes, self.values, self.measures)]
+        if not self.codes.file(k).is_file():  # it is written last
+            return ""
+        if not any(faults) and NOT_MADE in self.codes[k * self.block : (k + 1) * self.block]:
+            return f"{self.codes.shown(k)} lacks runs"
+        return next(filter(None, faults), None)
 
     def put(self, job: Job, k: int, found: Found) -> None:
         """Take what came of block k: its codes last.
@@ -105,12 +116,13 @@ class OnDisk:
         """
         first, last = job.span(k)
         try:
-            self.group["values"][first:last] = job.design.values(first, last)
-            self.group["measures"][first:last] = found.measures
+            self.values[first:last] = job.design.values(first, last)
+            self.measures[first:last] = found.measures
             if found.told:
                 self.told = first_of(self.told, found.told)
-                self.group.attrs["told"] = {str(number): words for number, words in self.told.items()}
-            self.group["codes"][first:last] = found.codes
+                about = dict(self.about) | {"told": {str(number): words for number, words in self.told.items()}}
+                self.group.attrs.update(about | {SEAL: seal(about, self.arrays)})
+            self.codes[first:last] = found.codes
         except OSError as fault:
             raise StudyError(
                 f"{self.path}: cannot write there ({fault.strerror or fault}); what is in it stays, and the same "
@@ -118,34 +130,38 @@ class OnDisk:
             ) from None
 
     def study(self, notes: tuple[str, ...] = (), wall: float = 0.0) -> Study:
-        """Return what is there."""
+        """Return what is there.
+
+        Raises:
+            StudyError: of a block that was made a part is missing, or cannot be read.
+        """
         about = dict(self.about["job"]) | {"symdyn": self.about["symdyn"]}
         told = dict(sorted(self.told.items()))
-        try:
-            measures = Columns(self.group["measures"], tuple(self.about["measures"]))
-            values, codes = _read(self.group["values"]), np.asarray(self.group["codes"][:])
-        except Exception as fault:  # of many kinds, by which library decodes a chunk; or there is too little memory
-            raise StudyError(
-                f"{self.path}: a block cannot be read ({fault}); the command that made it makes what is spoilt again"
-            ) from None
+        codes = self.codes[:]
+        made = np.flatnonzero(np.maximum.reduceat(codes, np.arange(0, len(codes), self.block)) != NOT_MADE)
+        for one in (self.values, self.measures):
+            missing = next((k for k in made.tolist() if not one.file(k).is_file()), None)
+            if missing is not None:
+                raise StudyError(f"{self.path}: a block cannot be read ({one.shown(missing)} is missing); {AGAIN}")
+        measures = Columns(_read(self.measures), tuple(self.about["measures"]), codes != NOT_MADE)
         return Study(
-            self.about["scene"], tuple(self.about["names"]), self.about["units"], values, measures, codes, told, about,
-            notes, wall,
+            self.about["scene"], tuple(self.about["names"]), self.about["units"], _read(self.values), measures, codes,
+            told, about, notes, wall,
         )  # fmt: skip
 
 
 class Columns(Mapping[str, Array]):
     """Columns of an array of Zarr by name, each read when it is asked for, and kept where all are small."""
 
-    def __init__(self, array: Any, names: tuple[str, ...]) -> None:
-        """Take an array, shape (n, columns)."""
-        self._array, self._names = _read(array), names
+    def __init__(self, array: Array | Chunks, names: tuple[str, ...], made: NDArray[np.bool_]) -> None:
+        """Take an array, shape (n, columns), and which of its rows were made, shape (n,)."""
+        self._array, self._names, self._made = array, names, made
 
     def __getitem__(self, name: str) -> Array:
-        """Return one column, shape (n,)."""
+        """Return one column, shape (n,); NaN where no run was made."""
         if name not in self._names:
             raise KeyError(name)
-        return np.asarray(self._array[:, self._names.index(name)])
+        return np.where(self._made, self._array[:, self._names.index(name)], np.nan)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
@@ -154,8 +170,8 @@ class Columns(Mapping[str, Array]):
         return len(self._names)
 
 
-def _read(array: Any) -> Any:
-    return array if array.nbytes > LARGEST else array[:]
+def _read(chunks: Chunks) -> Any:
+    return chunks if chunks.array.nbytes > LARGEST else chunks[:]
 
 
 def first_of(told: Mapping[int, str], more: Mapping[int, str]) -> dict[int, str]:
