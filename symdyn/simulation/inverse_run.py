@@ -27,6 +27,7 @@ from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
+from symdyn.simulation.equations.crossings import SLACK
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.followed import Followed, followed
 from symdyn.simulation.following import Tied
@@ -218,7 +219,7 @@ def _passed(scene: Scene, functions: InverseFunctions, t: Array, q: Array, u: Ar
     if not functions.limits:
         return []
     each = zip(functions.limits, functions("limits", t, q, u, tau=tau).T, strict=True)
-    return [line for limit, value in each for line in passed(limit, scene, passages(t, value > 0))]
+    return [line for limit, value in each for line in passed(limit, scene, passages(t, value > SLACK))]
 
 
 def _own(scene: Scene) -> dict[str, Law]:

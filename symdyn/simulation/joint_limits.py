@@ -13,7 +13,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.graph import Graph
 from symdyn.scene import Scene
-from symdyn.simulation.equations.crossings import STOPS, Limit
+from symdyn.simulation.equations.crossings import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import Hit
 
@@ -77,7 +77,7 @@ def beyond(system: StateEquations, t: Array, x: Array) -> Array:
     if not system.limits:
         return np.zeros((len(t), 0), dtype=bool)
     values = system.tell("events", t, x)
-    return np.asarray(values[:, values.shape[1] - len(system.limits) :] > 0)
+    return np.asarray(values[:, values.shape[1] - len(system.limits) :] > SLACK)
 
 
 def passages(t: Array, outside: Array) -> list[float]:

@@ -71,6 +71,9 @@ def integrated(
     t = np.concatenate([np.empty(0), *(piece.t for piece in pieces)])
     x = np.concatenate([np.empty((0, len(problem.x))), *(piece.x for piece in pieces)])
     low = _low(pieces)
+    if pieces and pieces[-1].stopped and len(t) and t[-1] > now[0]:  # a limit is passed before its slack is
+        before = t <= now[0]
+        t, x = t[before], x[before]
     if not len(t) or now[0] > t[-1]:  # where it stands when it ends between two samples
         t, x = np.append(t, now[0]), np.vstack([x, now[1]])
     hits = tuple(sorted((hit for piece in pieces for hit in piece.hits), key=lambda hit: (hit.t, flags[hit.event])))

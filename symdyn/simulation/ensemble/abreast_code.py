@@ -21,6 +21,8 @@ from symdyn.emit.targets.c import BATCH, C
 from symdyn.emit.targets.c.gathered import LANES
 from symdyn.program.prepare import PREPARE
 from symdyn.simulation.ensemble.abreast_functions import Abreast
+from symdyn.simulation.integrate.looks import CLOSER, FIRST, Looks
+from symdyn.simulation.integrate.watch import ROUNDING
 
 KEPT = 8
 """Numbers that are kept of a formula that is folded."""
@@ -92,6 +94,7 @@ def library(functions: Abreast, quaternions: Iterable[int]) -> Library:
     values = {
         "stem": opening, "lanes": LANES, "nq": nq, "nx": nq + nv, "values": functions.values, "seen": functions.seen,
         "watched": functions.watched, "outward": functions.outward, "quaternions": list(quaternions), **tableau(),
+        "first": _looks(FIRST), "closer": _looks(CLOSER), "rounding": repr(ROUNDING),
     }  # fmt: skip
     name = f"{opening}.c"
     files = {**sources.texts, name: sources.texts[name] + render("ensemble/abreast.c.jinja", values)}
@@ -119,6 +122,13 @@ def tableau() -> dict[str, Any]:
         "steps": steps, "extra": extra, "dense": [_sum(row) for row in of.D], "fifth": _sum(of.E5),
         "third": _sum(of.E3), "stages": of.N_STAGES_EXTENDED,
     }  # fmt: skip
+
+
+def _looks(of: Looks) -> dict[str, Any]:
+    """Return nodes, and the rows of coefficients that tell of bends, as text."""
+    rows = zip(of.coefficients, of.bends, strict=True)
+    lines = [{"numbers": [repr(float(x)) for x in row], "bends": repr(float(bend))} for row, bend in rows if bend]
+    return {"parts": [repr(float(x)) for x in of.parts], "coefficients": lines}
 
 
 def _sum(row: Array) -> str:

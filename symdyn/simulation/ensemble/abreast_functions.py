@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.program.routine import check
 from symdyn.scene import Quantity
 from symdyn.simulation.equations.compiled_routines import acting, function_of
-from symdyn.simulation.equations.crossings import STOPS, ends, limits_of
+from symdyn.simulation.equations.crossings import SLACK, STOPS, ends, limits_of
 from symdyn.simulation.equations.opened import Opened
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -84,7 +85,7 @@ def abreast(
     drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if driving else tau
     limits = [] if ignore_limits else [one for one in limits_of(w.scene, w.graph, drives) if one.kind in STOPS]
     both = [*(substitute(expressed(w, stops, moving), place) if stops else ()), *(f for f, _ in ends(w.scene, w.graph))]
-    watched: list[Expr] = [*both, *(limit.beyond for limit in limits)]
+    watched: list[Expr] = [*both, *(limit.beyond - Fraction(str(SLACK)) for limit in limits)]
     functions = [
         function_of(w, name, entries, TAKEN)
         for name, entries in (

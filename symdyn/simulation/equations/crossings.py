@@ -6,8 +6,9 @@
     upper          x - limit                lower     limit - x
     velocity       v² - limit²              effort    τ² - limit²
 
-Limits are negative inside and positive outside. Only their passages outwards are looked for: nothing in the equations
-keeps a limit, but behind those of position they are no longer those of the mechanism, whose joint rests on its stop.
+Limits are negative inside and positive outside; one is passed that is positive by more than `SLACK`. Only passages
+outwards are looked for: nothing in the equations keeps a limit, but behind those of position they are no longer those
+of the mechanism, whose joint rests on its stop.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ from symdyn.scene import JOINTS, Joint, Scene, express
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 
-SLACK = Fraction(1, 10**9)
-"""What a motion may be beyond a limit, rad or m, for one that rests on it rounds."""
+SLACK = 1e-9
+"""What a motion may be beyond a limit, of its unit or that squared, for one that rests on it rounds."""
 
 UNITS = {"lower": ("rad", "m"), "upper": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
 """By the key of a limit, where a joint turns and where it slides."""
@@ -80,16 +81,16 @@ def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]
             continue
         x = joint_position(joint, graph)
         if given.lower is not None:
-            found.append(Limit(joint, "lower", express(given.lower, graph) - x - SLACK))
+            found.append(Limit(joint, "lower", express(given.lower, graph) - x))
         if given.upper is not None:
-            found.append(Limit(joint, "upper", x - express(given.upper, graph) - SLACK))
+            found.append(Limit(joint, "upper", x - express(given.upper, graph)))
         sizes = [("velocity", given.velocity, rates[0])]
         if joint.coupling is None:
             sizes.append(("effort", given.effort, drives[velocities.index(joint.rates[0])]))
         for kind, largest, value in sizes:
             if largest is not None:
                 size = express(largest, graph)
-                found.append(Limit(joint, kind, value * value - size * size - SLACK))
+                found.append(Limit(joint, kind, value * value - size * size))
     still = {parameter.name for parameter in scene.parameters}
     return [
         one

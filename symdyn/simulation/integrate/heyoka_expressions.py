@@ -140,55 +140,47 @@ def size(system: StateEquations) -> int:
     return system.once(_operations).total()
 
 
-def equations(system: StateEquations, name: str = "rates") -> Function:
-    """Return what series are made of: rates, of a closed mechanism by all rows at once, or events.
+def equations(system: StateEquations) -> Function:
+    """Return the rates that series are made of, of a closed mechanism by all rows at once.
 
     What fails where a choice of independent velocities does would end the series there.
     """
-    made = _compiled(system, name)
-    return made.prepared["together" if made is not system.compiled else name].function
+    made = _compiled(system)
+    return made.prepared["together" if made is not system.compiled else "rates"].function
 
 
-def _compiled(system: StateEquations, name: str) -> Compiled:
-    closed = system.together if name == "rates" and system.closed and not system.linear else None
+def _compiled(system: StateEquations) -> Compiled:
+    closed = system.together if system.closed and not system.linear else None
     return system.compiled if closed is None else closed
 
 
 def _operations(system: StateEquations) -> Counter[Op]:
-    names = [name for name in ("rates", "events") if name in system.calls]
-    nodes = reachable([entry for name in names for entry in equations(system, name).entries])
-    return Counter(node.op for node in nodes if node.args)
+    return Counter(node.op for node in reachable(equations(system).entries) if node.args)
 
 
-def translate(
-    system: StateEquations, name: str = "rates", real: Callable[[Fraction], Any] | None = None
-) -> tuple[list[Any], list[Any]]:
-    """Return the variables of the state and the entries of a function as heyoka's expressions.
+def translate(system: StateEquations, real: Callable[[Fraction], Any] | None = None) -> tuple[list[Any], list[Any]]:
+    """Return the variables of the state and its rates as heyoka's expressions.
 
     W, the work, is a state that nothing depends on. Prepared values are heyoka's parameters, in the order of
     `parameters`; or constants where `real` is given, which rounds all of them.
     """
     algebra = Expressions(real or float)
-    function = equations(system, name)
+    function = equations(system)
     symbols = {argument.name: argument.symbols for argument in function.arguments}
     states = [*symbols["q"], *symbols["qd"]]
     names = [str(symbol.value) for symbol in states] + (["work of forces"] if system.works else [])
     variables = [algebra.heyoka.expression(one) for one in names]
     values: dict[Expr, Any] = dict(zip(states, variables, strict=False))
     values[symbols[TIME][0]] = algebra.heyoka.time
-    made, rates = (_compiled(system, one) for one in (name, "rates"))
     prepared = symbols.get(PREPARED, ())
     if real is None:
-        first = 0 if made is rates else len(rates.values(system.opened.values))
-        values |= {symbol: algebra.heyoka.par[first + k] for k, symbol in enumerate(prepared)}
+        values |= {symbol: algebra.heyoka.par[k] for k, symbol in enumerate(prepared)}
     else:
-        known = made.values(system.opened.values)
+        known = parameters(system)
         values |= {symbol: algebra.constant(Fraction(float(x))) for symbol, x in zip(prepared, known, strict=True)}
-    entries = evaluate(function.entries, algebra, values)
-    return variables, entries
+    return variables, evaluate(function.entries, algebra, values)
 
 
 def parameters(system: StateEquations) -> npt.NDArray[np.float64]:
-    """Return the prepared values of the rates, and of the events where these have others."""
-    made = {id(one): one for one in (_compiled(system, name) for name in ("rates", "events"))}
-    return np.concatenate([one.values(system.opened.values) for one in made.values()])
+    """Return the prepared values of the rates."""
+    return _compiled(system).values(system.opened.values)

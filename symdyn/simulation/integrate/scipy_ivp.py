@@ -15,7 +15,8 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.implicit import slopes_in_turn
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem
-from symdyn.simulation.integrate.steps import Step, follow
+from symdyn.simulation.integrate.steps import follow
+from symdyn.simulation.integrate.watch import Step
 
 MULTISTEP = ("BDF", "LSODA")
 

@@ -3,40 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
 from symdyn.graph import Op, reachable
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.method import Hit, IntegrationError, Piece, Problem
-
-
-@dataclass(frozen=True)
-class Step:
-    """One step of an integrator that goes step by step.
-
-    Attributes:
-        t0, t1: where it begins and ends.
-        x1: state at its end.
-        at: states inside, shape (k, nx), at times (k,).
-        evaluations: of the right-hand side, so far.
-    """
-
-    t0: float
-    t1: float
-    x1: Array
-    at: Callable[[Array], Array]
-    evaluations: int
-
+from symdyn.simulation.integrate.method import IntegrationError, Piece, Problem
+from symdyn.simulation.integrate.watch import Step, Watch
 
 Resume = Callable[[float, Array], None]
 
 
 def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float = 1.0) -> Iterator[Piece]:
-    """Yield a piece a step: its samples, events by bisection on its interpolant, and projection at its end.
+    """Yield a piece a step: its samples, events on its interpolant, and projection at its end.
 
     Steps are made when they are asked for. They `resume` from another state than that of the last one where a
     projection has moved it, which waits for `slack` times its limit: multistep methods lose their past then; and where
@@ -118,65 +98,3 @@ class Pace:
 
 def _jumps(system: StateEquations) -> bool:
     return any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries))
-
-
-class Watch:
-    """Zeros of the events inside steps; what is zero at the start has not crossed."""
-
-    POINTS = 4
-    """Parts of a step that are looked at, so that two crossings in one step are seen unless they are very close."""
-
-    def __init__(self, problem: Problem) -> None:
-        """Remember the values at t = 0."""
-        self.problem = problem
-        self.last: Array = np.empty(0)
-        self.restart(0.0, problem.x)
-
-    def restart(self, t: float, x: Array) -> list[Hit]:
-        """Go on from another state, or with other forces; return the events that were jumped over."""
-        if not self.problem.stops:
-            return []
-        values = self._values(np.array([t]), x[None])[0]
-        if not len(self.last):
-            self.last = values
-            return []
-        return [Hit(int(k), float(t), x) for k in np.nonzero(self._crossed(values))[0]]
-
-    def _crossed(self, values: Array) -> npt.NDArray[np.bool_]:
-        """Tell which events lie between the last values and these, which are the last ones then."""
-        crossed = self.last * values < 0
-        crossed[self.problem.outward :] &= values[self.problem.outward :] > 0
-        self.last = np.where(values == 0, self.last, values)  # a zero met exactly is seen by the next value
-        return crossed
-
-    def _values(self, t: Array, x: Array) -> Array:
-        return self.problem.system.tell("events", t, x)
-
-    def within(self, step: Step) -> list[Hit]:
-        """Return the events of a step, in order of time."""
-        if not self.problem.stops:
-            return []
-        times = np.linspace(step.t0, step.t1, self.POINTS + 1)[1:]
-        states = np.vstack([step.at(times[:-1]), step.x1])
-        hits: list[Hit] = []
-        before = step.t0
-        for t, values in zip(times, self._values(times, states), strict=True):
-            for k in np.nonzero(self._crossed(values))[0]:
-                hits.append(self._hit(step, int(k), before, float(t)))
-            before = float(t)
-        return sorted(hits, key=lambda hit: hit.t)
-
-    def _hit(self, step: Step, event: int, low: float, high: float) -> Hit:
-        """Return where an event's formula vanishes between two times."""
-        from scipy.optimize import brentq
-
-        def state(t: float) -> Array:
-            return step.x1 if t == step.t1 else step.at(np.array([t]))[0]
-
-        def value(t: float) -> float:
-            return float(self._values(np.array([t]), state(t)[None])[0, event])
-
-        if value(low) * value(high) > 0:  # the zero was met exactly at `low`
-            return Hit(event, low, state(low))
-        t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=8.9e-16))
-        return Hit(event, t, state(t))

@@ -20,7 +20,8 @@ from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem
-from symdyn.simulation.integrate.steps import Step, follow
+from symdyn.simulation.integrate.steps import follow
+from symdyn.simulation.integrate.watch import Step
 
 SMALLEST, SMALLEST_IDA = 1e-15, 1e-12
 """The finest tolerances that the methods get along with; below, IDA's equations are not solved to it."""

@@ -11,12 +11,12 @@ Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynam
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.system import StateEquations
@@ -31,6 +31,7 @@ from symdyn.simulation.integrate.heyoka_expressions import (
     translate,
 )
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
+from symdyn.simulation.integrate.watch import Step, Watch
 
 COMPACT = 250
 """Operations from which on loops are compiled in place of straight code, which would take long."""
@@ -53,71 +54,38 @@ LOST = 1e3
 SMALLEST = float(np.finfo(np.float64).eps)
 
 
-@dataclass
-class Integrator:
-    """heyoka's integrator of some equations; it serves one run after the other.
-
-    Attributes:
-        ta: heyoka's own.
-        found: events of the run, as they come.
-    """
-
-    ta: Any
-    found: list[Hit]
-
-
 @contextmanager
-def integrator(problem: Problem) -> Iterator[Integrator]:
-    """Lend an integrator that stands at the start of a problem; it is compiled once for all values of parameters."""
-    system, key = problem.system, (max(problem.rtol, SMALLEST), bool(problem.stops))
-    idle = system.once(_idle).setdefault(key, [])
-    one = idle.pop() if idle else _integrator(system, *key)
-    one.found.clear()
-    one.ta.time, one.ta.state[:] = 0.0, problem.x
-    one.ta.pars[:] = parameters(system)[: len(one.ta.pars)]  # behind the last one that is used heyoka has none
-    yield one
-    idle.append(one)
+def integrator(problem: Problem) -> Iterator[Any]:
+    """Lend heyoka's integrator at the start of a problem; it is compiled once for all values of parameters."""
+    system, tolerance = problem.system, max(problem.rtol, SMALLEST)
+    idle = system.once(_idle).setdefault(tolerance, [])
+    ta = idle.pop() if idle else _integrator(system, tolerance)
+    ta.time, ta.state[:] = 0.0, problem.x
+    ta.pars[:] = parameters(system)[: len(ta.pars)]  # behind the last one that is used heyoka has none
+    yield ta
+    idle.append(ta)
 
 
-def _idle(system: StateEquations) -> dict[tuple[float, bool], list[Integrator]]:
-    """Return where integrators wait, by tolerance and whether they look for events; at first there are none."""
+def _idle(system: StateEquations) -> dict[float, list[Any]]:
+    """Return where integrators wait, by tolerance; at first there are none."""
     return {}
 
 
-def _integrator(system: StateEquations, tolerance: float, watches: bool) -> Integrator:
-    heyoka, found = library(), list[Hit]()
-
-    def hit(event: int, t: float, ta: Any) -> None:
-        if t > 0.0:  # heyoka also reports what is zero at the start
-            ta.update_d_output(t)
-            found.append(Hit(event, t, ta.d_output.copy()))
-
+def _integrator(system: StateEquations, tolerance: float) -> Any:
     variables, entries = translate(system)
     compact = size(system) > (COMPACT_SOON if system.closed else COMPACT)
     options: dict[str, Any] = {"tol": tolerance, "compact_mode": compact}
     soon = system.closed and not compact
     if soon:  # where each step is looked at, its code is not worth more than it costs
         options["opt_level"] = 0
-    worth_keeping = not (compact or soon or watches)  # loops compile soon, and events hear in this process alone
-    if watches:
-        _, formulas = translate(system, "events")
-        outward, ways = len(formulas) - len(system.limits), heyoka.event_direction
-        options["nt_events"] = [
-            heyoka.nt_event(
-                formula,
-                lambda ta, t, sign, k=k: hit(k, t, ta),
-                direction=ways.any if k < outward else ways.positive,
-            )
-            for k, formula in enumerate(formulas)
-        ]
     start = np.zeros(len(variables))
 
     def make() -> Any:
-        return heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), start, **options)
+        return library().taylor_adaptive(list(zip(variables, entries, strict=True)), start, **options)
 
     with interrupts_wait():
-        ta = kept_integrators.integrator([*variables, *entries], options, make) if worth_keeping else make()
-    return Integrator(ta, found)
+        kept = not (compact or soon)  # loops compile soon
+        return kept_integrators.integrator([*variables, *entries], options, make) if kept else make()
 
 
 def run(problem: Problem) -> Iterator[Piece]:
@@ -126,19 +94,19 @@ def run(problem: Problem) -> Iterator[Piece]:
     Raises:
         IntegrationError: the motion leaves what doubles hold.
     """
-    with integrator(problem) as one:
-        yield from _stretches(problem, one.ta, one.found)
+    with integrator(problem) as ta:
+        yield from _stretches(problem, ta)
 
 
-def _stretches(problem: Problem, ta: Any, found: list[Hit]) -> Iterator[Piece]:
-    stretch = Stretch(ta, problem, found)
+def _stretches(problem: Problem, ta: Any) -> Iterator[Piece]:
+    stretch = Stretch(ta, problem)
     times, done = problem.times, 1
     yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
     goal = min(_sure_step(ta), problem.until)
     while ta.time < problem.until:
         inside = times[done : np.searchsorted(times, goal, side="right")][:SAMPLES]
         x, steps, why = stretch.cover(inside, min(goal, float(inside[-1])) if len(inside) == SAMPLES else goal)
-        hits, found[:] = sorted(found, key=lambda one: one.t), []
+        hits, stretch.found = stretch.found, []
         stop = next((one for one in hits if problem.stops[one.event]), None)
         now = (float(ta.time), ta.state.copy()) if stop is None else (stop.t, stop.x)
         kept = inside[: len(x)][inside[: len(x)] <= now[0]]
@@ -154,11 +122,13 @@ def _stretches(problem: Problem, ta: Any, found: list[Hit]) -> Iterator[Piece]:
 
 
 class Stretch:
-    """Some steps of heyoka's, and the samples in them."""
+    """Some steps of heyoka's, the samples in them, and the events that are `found`."""
 
-    def __init__(self, ta: Any, problem: Problem, found: list[Hit]) -> None:
-        """Take an integrator and where it puts the events that it finds."""
-        self.ta, self.problem, self.found = ta, problem, found
+    def __init__(self, ta: Any, problem: Problem) -> None:
+        """Take an integrator that stands at the start."""
+        self.ta, self.problem = ta, problem
+        self.watch, self.found = Watch(problem), list[Hit]()
+        self.begin = 0.0
         self.guard = Guard(problem) if guarded(problem.system) else None
         self.longest = math.inf
         self.why = ""
@@ -170,13 +140,13 @@ class Stretch:
         """
         if self.guard is not None:
             return self._step_by_step(inside, goal)
-        begin, start = float(self.ta.time), self.ta.state.copy()
+        begin, start, watch = float(self.ta.time), self.ta.state.copy(), self.watch.copy()
         grid = np.unique(np.concatenate([[begin], inside, [goal]]))
-        each = {"callback": self._after} if self.problem.project.active or any(self.problem.stops) else {}
+        each = {"callback": self._after} if self.problem.project.active or self.problem.stops else {}
         outcome, _, _, steps, _, states = self.ta.propagate_grid(grid, max_steps=STRETCH, **each)
         if outcome == library().taylor_outcome.err_nf_state:  # once more, to stand where it was still finite
             self.ta.time, self.ta.state[:] = begin, start
-            self.found.clear()
+            self.begin, self.watch, self.found = begin, watch, []
             return self._step_by_step(inside, goal)
         return states[np.searchsorted(grid, inside[inside <= grid[len(states) - 1]])], int(steps), self.why
 
@@ -184,13 +154,12 @@ class Stretch:
         ta, steps = self.ta, 0
         rows: list[Array] = []
         while ta.time < goal and steps < STRETCH:
-            begin, start, before = float(ta.time), ta.state.copy(), len(self.found)
+            begin, start = float(ta.time), ta.state.copy()
             ta.step(max_delta_t=min(goal - begin, self.longest), write_tc=True)
             finite = math.isfinite(ta.time) and bool(np.all(np.isfinite(ta.state)))
             if not finite or (self.guard is not None and not self.guard.holds(ta.tc, begin, ta.time - begin)):
                 self.longest = (ta.time - begin) / 2 if finite else 0.0
                 ta.time, ta.state[:] = begin, start
-                del self.found[before:]
                 if self.longest <= SMALLEST * max(1.0, begin):
                     return _states(rows, start), steps, _stuck(begin)
                 continue
@@ -204,15 +173,28 @@ class Stretch:
         return _states(rows, ta.state), steps, self.why
 
     def _after(self, ta: Any) -> bool:
-        """Bring the state back to its constraints after a step, where it has drifted; tell whether to go on."""
-        project = self.problem.project
+        """Look for events in a step, and bring its end back to its constraints; tell whether to go on."""
+        project, end = self.problem.project, float(ta.time)
+        begin, self.begin = self.begin, end
+        if self.problem.stops and end > begin:
+            self.found += self.watch.within(Step(begin, end, ta.state.copy(), _series(ta.tc.copy(), begin)))
         drift = project.drift(ta.state) if project.active else 0.0
         if drift > LOST * project.limit:
-            self.why = f"the series leave the constraints after t = {ta.time:g} s"
+            self.why = f"the series leave the constraints after t = {end:g} s"
             return False
         if drift > PATIENT * project.limit:
             ta.state[:] = project.projected(ta.state)
+            self.found += self.watch.restart(end, ta.state.copy())
         return not any(self.problem.stops[one.event] for one in self.found)
+
+
+def _series(coefficients: Array, begin: float) -> Callable[[Array], Array]:
+    """Return the states (k, nx) at times of a step, from its series (nx, orders + 1) about its begin."""
+
+    def states(times: Array) -> Array:
+        return np.asarray(polyval(times - begin, coefficients.T).T)
+
+    return states
 
 
 def _states(rows: list[Array], like: Array) -> Array:
