@@ -9,6 +9,7 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol
 from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics import Workspace
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange.second_kind import Energies, driving_forces, energies
@@ -44,6 +45,15 @@ def refuse_quaternions(scene: Scene) -> None:
                 f"{scene.name}: joint {joint.name} turns by a quaternion; --road quaternions is the lesson about it, "
                 'and orientation = "zyx" (or another sequence of axes) gives it angles, which this road takes'
             )
+
+
+def is_tied(scene: Scene) -> bool:
+    """Whether a condition of a loop or a row ties coordinates: the second hinge of a door adds none.
+
+    Raises:
+        DerivationError: its loops cannot be assembled.
+    """
+    return scene.is_closed and bool(Workspace(scene).loops.decisions.kept)
 
 
 @dataclass
@@ -171,13 +181,18 @@ class Lesson(Prose):
             DerivationError: the scene has quaternions, or loops or other constraints.
         """
         refuse_quaternions(self.scene)
-        if self.scene.is_closed:
+        if is_tied(self.scene):
             raise DerivationError(
                 f"{self.scene.name}: Lagrange's road (5.21) is for open mechanisms, and this one has constraints; "
                 "--road multipliers goes on with them, --road dalembert finds all reactions"
             )
 
     # Derived once
+
+    @cached_property
+    def workspace(self) -> Workspace:
+        """The scene's decisions about its rows."""
+        return Workspace(self.scene)
 
     @cached_property
     def forms(self) -> ClosedForm:

@@ -11,7 +11,7 @@ from symdyn.scene.values.signals import as_parameters
 from symdyn.scene.values.texts import in_language
 from symdyn.teach.document import Document
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.lesson import SMALL_SCENE, Prose
+from symdyn.teach.lesson import SMALL_SCENE, Prose, is_tied
 from symdyn.teach.roads.dalembert import walkthrough as dalembert
 from symdyn.teach.roads.dalembert.side_by_side import side_by_side
 from symdyn.teach.roads.lagrange import walkthrough as lagrange
@@ -51,7 +51,7 @@ def _turns_by_quaternion(scene: Scene) -> bool:
 
 
 ROADS: Mapping[str, Road] = {
-    "lagrange": Road(lagrange.UNTIL, _compared, lambda scene: not scene.is_closed and not _turns_by_quaternion(scene)),
+    "lagrange": Road(lagrange.UNTIL, _compared, lambda scene: not _turns_by_quaternion(scene) and not is_tied(scene)),
     "quaternions": Road(quaternions.UNTIL, quaternions.quaternions_walkthrough, _turns_by_quaternion),
     "multipliers": Road(multipliers.UNTIL, multipliers.multipliers_walkthrough, lambda scene: scene.is_closed),
     "dalembert": Road(dalembert.UNTIL, dalembert.dalembert_walkthrough, lambda scene: False),

@@ -21,6 +21,7 @@ from symdyn.teach.roads.lagrange.rotations import rotation_steps
 from symdyn.teach.roads.lagrange.shows import with_figures
 from symdyn.teach.roads.lagrange.velocities import position_steps, velocity_steps
 from symdyn.teach.shown_state import choose_state
+from symdyn.teach.silent_loops import silent_steps
 from symdyn.teach.textbook import errata, numbers_for, with_appendix
 
 UNTIL = ("energies", "lagrangian", "equations", "coefficients", "numbers")
@@ -41,7 +42,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     page = name_coefficients(lesson)
     letters = picture_letters(lesson.scene, lesson.graph, chosen)
     shown = scene_step(lesson, scene_picture(lesson, chosen, letters))
-    first = [shown, task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
+    first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
         lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
         lesson.section("principle", principle_steps(lesson, page)),

@@ -21,7 +21,6 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Function, Symbol, express_form, form_of, terms_of
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops.constraint_rows import Label, differentiated
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.partition import Partition
@@ -31,7 +30,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, ta
 from symdyn.scene import GROUND
 from symdyn.spatial import sub
 from symdyn.teach.document import Block, Letter
-from symdyn.teach.lesson import Lesson, refuse_quaternions
+from symdyn.teach.lesson import Lesson, is_tied, refuse_quaternions
 from symdyn.teach.masses import AXES
 from symdyn.teach.roads.multipliers.tie import Tie
 from symdyn.teach.roads.multipliers.written_conditions import Writer
@@ -51,16 +50,12 @@ class Constrained(Lesson):
             DerivationError: the scene has quaternions, or no conditions.
         """
         refuse_quaternions(self.scene)
-        if not self.scene.is_closed:
+        if not is_tied(self.scene):
+            idle = "these loops and rows forbid nothing that joints do not" if self.scene.is_closed else "it is open"
             raise DerivationError(
-                f"{self.scene.name}: nothing ties the coordinates of an open mechanism, so there are no multipliers; "
+                f"{self.scene.name}: nothing ties the coordinates ({idle}), so there are no multipliers; "
                 "--road lagrange shows it"
             )
-
-    @cached_property
-    def workspace(self) -> Workspace:
-        """The scene's decisions about its rows."""
-        return Workspace(self.scene)
 
     @cached_property
     def ties(self) -> tuple[Tie, ...]:

@@ -21,6 +21,7 @@ from symdyn.teach.roads.multipliers.conditions import condition_steps, name_ties
 from symdyn.teach.roads.multipliers.constrained import Constrained
 from symdyn.teach.roads.multipliers.motion import choose_tied_motion
 from symdyn.teach.roads.multipliers.numbers import forces_step, tied_power_step
+from symdyn.teach.silent_loops import silent_steps
 
 UNTIL = ("conditions", "energies", "lagrangian", "equations", "system", "numbers")
 """The parts that it may end with."""
@@ -37,7 +38,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     name_ties(lesson)
     chosen, found, last = choose_tied_motion(lesson), lesson.masses, UNTIL.index(until)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
-    first = [shown, task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
+    first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
         lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
         lesson.section("conditions", condition_steps(lesson)),

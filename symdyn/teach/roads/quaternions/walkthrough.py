@@ -25,6 +25,7 @@ from symdyn.teach.roads.quaternions.equations import (
 from symdyn.teach.roads.quaternions.kinematics import body_velocity_steps, rotation_steps, symbols_step
 from symdyn.teach.roads.quaternions.numbers import choose_turned, conserved_steps
 from symdyn.teach.roads.quaternions.turning import Turning
+from symdyn.teach.silent_loops import silent_steps
 
 UNTIL = ("rotations", "energies", "equations", "numbers")
 """The parts that it may end with."""
@@ -41,7 +42,10 @@ def quaternions_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     last, right = UNTIL.index(until), right_sides(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
     sections = [
-        lesson.section("scene", [shown, task_step(lesson), *acting_steps(lesson), symbols_step(lesson)]),
+        lesson.section(
+            "scene",
+            [shown, *silent_steps(lesson), task_step(lesson), *acting_steps(lesson), symbols_step(lesson)],
+        ),
         lesson.section("rotations.quaternion", rotation_steps(lesson)),
     ]
     if last >= 1:
