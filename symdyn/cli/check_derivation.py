@@ -68,7 +68,12 @@ def as_dict(answer: Answer) -> dict[str, Any]:
         for one in answer.differences
     ]
     told = {name: getattr(answer, name) for name in ("line", "name", "verdict", "right", "error_log10", "turned")}
-    told |= {"shifted": formula(answer.shifted), "scaled": answer.scaled, "valued": list(answer.valued)}
+    told |= {
+        "shifted": formula(answer.shifted),
+        "scaled": answer.scaled,
+        "valued": list(answer.valued),
+        "multiplied": list(answer.multiplied),
+    }
     return told | {"forgotten": answer.forgotten, "differences": differences}
 
 

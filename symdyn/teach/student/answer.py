@@ -32,6 +32,7 @@ class Answer:
         shifted: by how much a potential energy lies elsewhere, which is free; None for not at all.
         scaled: whether an equation is the scene's times a factor.
         valued: parameters in whose place the formula has the scene's numbers.
+        multiplied: multipliers that stand in an energy, each times a condition, as they may.
         forgotten: the coordinate q whose -dK/dq is all that is missing; "" for none.
         mistake: the rule that was forgotten, None for none.
     """
@@ -45,6 +46,7 @@ class Answer:
     shifted: Form | None = None
     scaled: bool = False
     valued: tuple[str, ...] = ()
+    multiplied: tuple[str, ...] = ()
     forgotten: str = ""
     mistake: Mistake | None = None
 

@@ -29,6 +29,8 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
     if answer.right:
         if answer.shifted is not None:
             return [say["shifted"].format(name=name, shift=text_of(answer.shifted))]
+        if answer.multiplied:
+            return [say["multiplied"].format(name=name, symbols=", ".join(answer.multiplied))]
         if answer.valued:
             return [say["valued"].format(name=name, symbols=", ".join(answer.valued))]
         if answer.scaled:

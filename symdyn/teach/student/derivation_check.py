@@ -27,6 +27,7 @@ from symdyn.scene.values.signals import as_parameters
 from symdyn.teach.student.answer import EMPTY, EQUAL, Answer
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.equation import untitled, without_slope
+from symdyn.teach.student.multipliers import ENERGIES, energy_judged
 from symdyn.teach.student.quantity import equality, judged, less, minus
 from symdyn.teach.student.statements import Statement, read_statements
 from symdyn.teach.student.vocabulary import Names, Target
@@ -51,10 +52,11 @@ def check_derivation(
     """
     scene = as_parameters(scene_of(scene))
     page = printable(scene)
-    others = tuple(row.multiplier for row in page.constraints.rows)
+    multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
+    others = tuple(multipliers)
     names = Names(scene, others)
     read = read_statements(text, scene, name, target, others)
-    diagnosis = Diagnosis(scene)
+    diagnosis = Diagnosis(scene, multipliers)
     asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in symbols_of(f)}
     goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
     places = names.places
@@ -72,7 +74,10 @@ def check_derivation(
                 answers.append(Answer(statement.line, str(goal), EMPTY))
                 continue
             forms = filled.forms or (known[str(statement.targets[0])],)
-            compared = [judged(statement.line, str(goal), form, right, scene, goal.kind) for form in forms]
+            if goal.kind in ENERGIES:
+                compared = [energy_judged(statement.line, goal.kind, form, right, page) for form in forms]
+            else:
+                compared = [judged(statement.line, str(goal), form, right, scene, goal.kind) for form in forms]
             if goal.kind == "tau":
                 pairs = zip(compared, forms, strict=True)
                 compared = [without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
@@ -92,7 +97,7 @@ def _names_only(statement: Statement, names: Names, count: int) -> bool:
 
 def _diagnosed(answer: Answer, found: Form, right: Form, key: str, diagnosis: Diagnosis) -> Answer:
     """Return the answer with the rule that was forgotten, if a wrong one is a mistake that is known."""
-    if answer.verdict != DIFFERENT or not key:
+    if answer.verdict != DIFFERENT or answer.mistake or not key:
         return answer
     scene = diagnosis.scene
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import isfinite
 
 from symdyn.algebra.form import Form, express_form, form_of
@@ -11,17 +11,17 @@ from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene, express
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
-from symdyn.teach.student.points import SCALED, Points, points_of
+from symdyn.teach.student.points import NONE, SCALED, Points, points_of
 from symdyn.unlocked import cached_property
 
 CLOSE = 1e-9
 
 
 class Diagnosis:
-    """The mistakes of one scene, made when they are asked for."""
+    """The mistakes of one scene, made when they are asked for; `others` are its multipliers, with their units."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, others: Mapping[str, str] = NONE) -> None:
+        self.scene, self.others = scene, others
         self.known: dict[str, list[Mistake]] = {}
 
     @cached_property
@@ -35,7 +35,7 @@ class Diagnosis:
     @cached_property
     def points(self) -> Points:
         """Return the points of the scene."""
-        return points_of(self.scene)
+        return points_of(self.scene, self.others)
 
     def of(self, key: str, right: Form | None = None, most: int = MOST) -> list[Mistake]:
         """Return the mistakes of a quantity, at most so many; `right` is it where the course does not say."""

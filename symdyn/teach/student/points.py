@@ -11,6 +11,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
@@ -25,6 +26,7 @@ SCALED = DRAWN + TWINS + MOVERS
 BOUND = SCALED + 1
 SCALES = (1.7, 1.3, 0.6)
 """How much larger numbers of kg, m and s become."""
+NONE: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,8 @@ class Points:
 
     def fits(self, mine: Sequence[float], right: Sequence[float]) -> bool:
         """Whether a value changes as the right one when units do, or none can tell."""
-        return not self.united(right) or abs(mine[1] * right[0] - right[1] * mine[0]) <= 1e-7 * abs(right[1] * mine[0])
+        off = abs(mine[1] * right[0] - right[1] * mine[0])
+        return not self.united(right) or not off > 1e-7 * abs(right[1] * mine[0])  # nan: a symbol of no known unit
 
     def values(self, nodes: Sequence[Expr], at: Sequence[int] | None = None) -> list[list[float]]:
         """Return the values of nodes, point by point; nan where there is none."""
@@ -84,9 +87,9 @@ def _value(node: Expr, seeds: Mapping[Expr, float]) -> float:
         return float("nan")
 
 
-def points_of(scene: Scene) -> Points:
-    """Return the points of a scene."""
-    names = Names(scene)
+def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
+    """Return the points of a scene; `others` are symbols beside it, such as multipliers, with their units."""
+    names = Names(scene, tuple(others))
     every = list(dict.fromkeys(names.symbols.values()))
     parameters = {p.name for p in scene.parameters}
     resting = {*parameters, *scene.coordinates}
@@ -95,14 +98,17 @@ def points_of(scene: Scene) -> Points:
     movers = [_mixed(point, k, resting) for k, point in enumerate(drawn[:MOVERS])]
     given = {p.name: known_value(p.value, {}) for p in scene.parameters if p.value is not None and p.name in every}
     bound = {name: float(value) for name, value in given.items() if value is not None}
-    scales = _scales(scene)
+    scales = _scales(scene, others)
     scaled = {name: value * scales.get(name, 1.0) for name, value in drawn[0].items()}
     declared = [{**point, **bound} for point in (*drawn[:2], *movers[:2])] if bound else []
     return Points((*drawn, *twins, *movers, scaled, *declared), bool(scales))
 
 
-def _scales(scene: Scene) -> dict[str, float]:
-    """Return what the value of each symbol is times in other units; none if a unit is not known."""
+def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
+    """Return what the value of each symbol is times in other units; none if a unit is not known, nan for one without.
+
+    The unit of a multiplier is not known where the row is the user's: what it stands in has no unit that can be told.
+    """
     found: dict[str, float] = {}
     for parameter in scene.parameters:
         powers = powers_of(parameter.unit)
@@ -118,7 +124,7 @@ def _scales(scene: Scene) -> dict[str, float]:
         found[coordinate] = _scale(powers_of(unit))
     for _, drive, unit in drives_with_units(scene):
         found[drive] = _scale(powers_of(unit))
-    return found
+    return found | {name: _scale(powers_of(unit)) if unit else float("nan") for name, unit in others.items()}
 
 
 def _scale(powers: Sequence[int] | None) -> float:

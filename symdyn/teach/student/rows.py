@@ -10,7 +10,7 @@ are assembled for parameters of all values near the scene's, then rates and acce
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,10 +21,11 @@ from symdyn.dynamics.loops.assembly import closed_position, witness
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.emit.print.printable import Printable
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, reachable, tangents
+from symdyn.graph import Expr, Op, gradient, reachable, tangents
 from symdyn.scene import JOINTS, Scene, acceleration_name
 from symdyn.spatial import Transform, sub
 
@@ -134,6 +135,18 @@ def holds(form: Form, scene: Scene) -> bool:
     return True
 
 
+def independent(conditions: Sequence[Form], scene: Scene) -> bool:
+    """Whether no condition on positions follows from the others, looked at where the loops are closed.
+
+    Raises:
+        DerivationError: the loops cannot be assembled.
+    """
+    numbers, q = _assembled(scene, 0)
+    rates = [x for form in conditions for x in gradient(express_form(form, numbers.graph), numbers.state.q)]
+    found = np.array(numbers.at(rates, q, {}), dtype=np.float64).reshape(len(conditions), -1)
+    return int(np.linalg.matrix_rank(found, tol=1e-7 * np.abs(found).max(initial=1e-300))) == len(conditions)
+
+
 def _assembled(scene: Scene, seed: int) -> tuple[Numbers, Array]:
     """Return the mechanism with parameters near the scene's, no two related, and a closed position near its start."""
     rng = random.Random(f"{scene.name}:{seed}")
@@ -155,14 +168,15 @@ def _assembled(scene: Scene, seed: int) -> tuple[Numbers, Array]:
 
 
 def _moving(numbers: Numbers, q: Array, rng: random.Random) -> Mapping[Expr, float]:
-    """Return random rates and accelerations that the loops allow."""
+    """Return random rates and accelerations that the loops allow, and a time."""
     state, G = numbers.state, numbers.jacobian(q)
     free = free_motions(G)
     u = np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free
     rates = dict(zip(state.qd, u.tolist(), strict=True))
     bias = numbers.at(numbers.constraints.bias, q, rates)
     a = np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free - np.linalg.pinv(G, rcond=1e-10) @ bias
-    return {**rates, **dict(zip(state.qdd, a.tolist(), strict=True))}
+    moment = {numbers.graph.symbol(TIME): rng.uniform(0.5, 1.5)}
+    return {**rates, **dict(zip(state.qdd, a.tolist(), strict=True)), **moment}
 
 
 def _value(form: Form, numbers: Numbers, q: Array, others: Mapping[Expr, float]) -> float:

@@ -129,7 +129,7 @@ class _Lexer:
         dots = 0
         while dots < 2 and end < len(self.text) and self.text[end] == "'":
             dots, end = dots + 1, end + 1
-        self._add("word", name, end, dots)
+        self._add("command" if name == "pi" and not dots else "word", name, end, dots)
 
     def _index(self, at: int, optional: bool = False) -> tuple[str, int]:
         """Return the index that begins with the underscore at `at`, and where it ends; names of code end in _ too."""
