@@ -2,7 +2,8 @@
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tables 6.3 and 6.4.
 
-Elimination starts at the tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only.
+Elimination starts at the tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only. No
+pivot is zero everywhere: that is looked at over a finite field, where x - x in disguise is zero too.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.algebra.vanishing import vanishes
 from symdyn.dynamics.mechanism.row_solve import RowStep
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
@@ -17,7 +19,7 @@ from symdyn.scene import Scene
 
 
 def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list[Expr]:
-    """Return M⁻¹ b, shape (n,), of a symmetric M, shape (n, n); Singular where a massless body ends a branch.
+    """Return M⁻¹ b, shape (n,), of a symmetric M, shape (n, n); Singular where a pivot is zero everywhere.
 
     Of the moving bodies 1..n parent[i] < i, entry 0 unused: M[i-1][j-1] is zero unless one of i, j is an ancestor of
     the other. A chain (0, 0, 1, 2, …) promises nothing.
@@ -26,7 +28,7 @@ def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list
     H = [list(row) for row in M]
     for k in range(n, 0, -1):
         pivot = H[k - 1][k - 1]
-        if pivot.is_zero:
+        if vanishes(pivot):
             raise Singular(k - 1)
         for i in _path(parent, parent[k]):
             if H[k - 1][i - 1].is_zero:
@@ -108,10 +110,10 @@ class Factored:
 
 
 def factored(graph: Graph, parent: Sequence[int], M: list[list[Expr]]) -> Factored:
-    """Return the factors of a matrix as `solve` takes it; Singular where a massless body ends a branch."""
+    """Return the factors of a matrix as `solve` takes it; Singular where a pivot is zero everywhere."""
     L, reciprocal = [list(row) for row in M], []
     for k in range(len(M), 0, -1):
-        if L[k - 1][k - 1].is_zero:
+        if vanishes(L[k - 1][k - 1]):
             raise Singular(k - 1)
         reciprocal.append(1 / L[k - 1][k - 1])
         for i in _path(parent, parent[k]):

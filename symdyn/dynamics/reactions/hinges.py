@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symdyn.algebra.vanishing import vanishes
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
@@ -216,11 +217,9 @@ def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     turns = [samples.at([x for _, omega in turning for x in omega], seed).reshape(n, 3) for seed in PLACES]
     S = turning if any(np.linalg.matrix_rank(at, tol=TINY) == n for at in turns) else list(hinge.S)
     gram = [[power(a, b) for b in S] for a in S]
-    flat = [x for row in gram for x in row]
-    unit = [float(i == j) for i in range(n) for j in range(n)]
-    if all(abs(samples.at(flat, seed) - unit).max() < TINY for seed in PLACES):
-        return tuple(S)
     one = hinge.graph.one
+    if all(vanishes(gram[i][j] - one if i == j else gram[i][j]) for i in range(n) for j in range(i + 1)):
+        return tuple(S)  # also where loops are open, where angles that they hold may have any value
     columns = [solve(range(-1, n), gram, [one if i == k else zero for i in range(n)]) for k in range(n)]
     return tuple(reduce(plus, map(times, column, S)) for column in columns)
 

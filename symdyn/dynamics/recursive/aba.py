@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.algebra.vanishing import vanishes
 from symdyn.dynamics.mechanism.ldl import Singular
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
@@ -142,7 +143,7 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
     alone = [graph.zero] * (tree.n + 1)
     for i in tree.inward():  # articulated inertias, tips to ground
         p, slides = tree.parent[i], tree.slides[i]
-        if (D := A[i].along_z(slides)[slides][2] + tree.armature[i]).is_zero:
+        if vanishes(D := A[i].along_z(slides)[slides][2] + tree.armature[i]):
             raise Singular(tree.A[i][0][0])
         share[i], alone[i], rest = given_way(A[i], slides, D, tau[i - 1])
         if p:

@@ -1,0 +1,88 @@
+"""Nothing that is generated divides by what is zero everywhere: every divisor of every output by every formulation."""
+
+from __future__ import annotations
+
+from math import cos, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.build import run_python
+from symdyn.dynamics import Unasked, Workspace, derive_one, expected, of_place, roads_of, there
+from symdyn.emit import emit
+from symdyn.graph import Graph, Op, reachable
+from symdyn.program import lower
+from symdyn.scene import read, read_text
+from symdyn.verify import PROVED, certify
+
+ROOT = Path(__file__).parent.parent
+PINNED = [ROOT / "tests" / "data" / f"pinned_{name}.toml" for name in ("particle", "rod")]
+EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
+
+
+@pytest.mark.mends("30.numbers.1")
+@pytest.mark.parametrize("formulation", roads_of("forward_dynamics", read(PINNED[0])))
+def test_a_particle_that_is_pinned_falls_as_a_pendulum(formulation):
+    """Closed form: r² φ̈ = -g x; the mass matrix is singular, and that of what the loop leaves free is not."""
+    scene, phi = read(PINNED[0]), 0.4
+    equations = symdyn.derive(scene, ["forward_dynamics"], road=formulation)
+    module = run_python(emit(lower(equations)))
+    found = module.forward_dynamics(np.array([0, 0, phi]), np.array([0, 0, 1.0]), np.zeros(3))
+    x = 0.3 * cos(phi) - 0.1 * sin(phi)
+    assert found == pytest.approx([0, 0, -9.81 * x / 0.1], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.mends("30.numbers.1")
+@pytest.mark.parametrize("path", PINNED, ids=lambda path: path.stem)
+def test_formulations_agree_where_the_mass_matrix_is_singular(path):
+    found = certify(read(path), ["forward_dynamics", "multipliers"], targets=["numpy"])
+    pairs = [one for one in found.findings if " = lagrange" in f"{one.claim} " or "crba" in one.claim]
+    assert [one.verdict for one in pairs] == [PROVED] * len(pairs)
+    assert pairs
+    assert found.passed
+
+
+@pytest.mark.mends("30.numbers.1")
+@pytest.mark.parametrize("formulation", ["crba", "aba", "lagrange", None])
+def test_a_rod_that_is_free_to_turn_about_itself_has_no_forward_dynamics(formulation):
+    """Its mass matrix is singular at all positions, yet none of its entries is zero."""
+    tree = read_text(PINNED[1].read_text(encoding="utf-8").split("[[loop]]")[0])
+    with pytest.raises(symdyn.SymdynError, match="moves no mass, so that the mass matrix is singular; give d a mass"):
+        symdyn.derive(tree, ["forward_dynamics"], road=formulation)
+
+
+@pytest.mark.parametrize("path", [*PINNED, *EXAMPLES], ids=lambda path: path.stem)
+def test_no_divisor_is_zero_everywhere(path):
+    from symdyn.algebra.vanishing import vanishes
+
+    scene = read(path)
+    workspace = Workspace(scene)
+    wanted = [*expected(scene, Unasked.PROVED), *of_place(scene.bodies[-1].name, Unasked.PROVED)]
+    seen = 0
+    for name in there(workspace, wanted, derive_one)[0]:
+        for formulation in roads_of(name, scene):
+            entries = derive_one(workspace, name, formulation).entries
+            divisors = [node.args[1] for node in reachable(entries) if node.op is Op.DIV]
+            assert not [one for one in divisors if vanishes(one)], f"{name} by {formulation}"
+            seen += len(divisors)
+    assert seen
+
+
+def test_what_is_zero_in_disguise_is_told_from_what_is_not():
+    from symdyn.algebra.vanishing import vanishes
+
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")
+    s, c = graph.sin(x + y), graph.cos(x + y)
+    sums = s - (graph.sin(x) * graph.cos(y) + graph.cos(x) * graph.sin(y))
+    root = graph.sqrt(x * x + y)
+    assert vanishes(sums)
+    assert vanishes(graph.constant(2) - s * s * 2 - 2 * c * c)
+    assert vanishes(root * root - y - x * x)
+    assert vanishes((x + y) * (x - y) - x * x + y * y)
+    assert not vanishes(sums + graph.sin(x / 7) / 10**9)
+    assert not vanishes(root - x)
+    assert not vanishes(graph.one)
+    assert vanishes(graph.zero)
