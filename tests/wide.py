@@ -75,7 +75,7 @@ def everything() -> Scene:
             load("thrust", point="tool", force=[0, 0, 9], frame="body"),
         ],
         rows=[
-            row("slip", "x_dot*cos(u) - (u_dot - 2*alpha_dot)/r"),
+            row("slip", "x_dot*cos(u) - (u_dot - 2*alpha_dot)/r", acts_in="joints"),
             knife_edge("blade", body="l", at=["r", 0, 0], axis=[0, 1, 0]),
             rolling("wheel", body="m", axis=[0, 1, 0], radius="r", normal=[0, 1, 1], components=["along", "normal"]),
         ],

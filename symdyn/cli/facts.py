@@ -17,6 +17,7 @@ from symdyn.dynamics import (
     unique_reactions,
 )
 from symdyn.dynamics.loops.mobility import mobility
+from symdyn.dynamics.reactions.ties import why_no_reactions
 from symdyn.dynamics.roads.closed_derivatives import RESIDUAL, UNPROJECTED
 from symdyn.dynamics.roads.operators import WORDS
 from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
@@ -47,7 +48,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
     else:
         equations = formulate(scene, outputs, road, closing)
     counted, more = _counted(equations, outputs)
-    left_out += more
+    left_out += [*more, *filter(None, [why_no_reactions(scene)])]
     freedoms = _mobility(scene, closing)
     if freedoms:
         freedoms["loose_reactions"] = _loose(scene, closing)

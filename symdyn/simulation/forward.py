@@ -223,7 +223,7 @@ def check_run(
             faults.add("", f"{name} = {value:g} is not a tolerance; give one between {least:g} and 1, such as 1e-9")
     if method is not None and method.lower() not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
-    axes_of(reactions, faults)
+    axes_of(reactions, faults, scene)
     times = sample_times(until, every, faults)
     close(faults)
     return tuple(event for event in events if event is not None), times

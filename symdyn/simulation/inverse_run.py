@@ -242,7 +242,7 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     """Return the axes of reactions that are wanted, "" for none; all faults together."""
     parameter_values(scene)
     faults = Faults("")
-    axes = axes_of(reactions, faults)
+    axes = axes_of(reactions, faults, scene)
     if not scene.velocities:
         faults.add(scene.name, "nothing moves: no joint has a coordinate")
     if not len(t):

@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import INPUTS
-from symdyn.dynamics.reactions.ties import ties
+from symdyn.dynamics.reactions.ties import ties, why_no_reactions
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.dynamics.roads.signal_outputs import multiplier_names, reaction_names
 from symdyn.dynamics.roads.unique_reactions import unique_entries
@@ -116,8 +116,10 @@ def choices(scene: Scene, axes: str) -> Hashable:
     return written_decisions(scene), unique_entries(w, axes), nodes, tuple(place[x] for x in closing)
 
 
-def axes_of(reactions: bool | str, faults: Faults) -> str:
-    """Return the axes that are asked for, "" for none; what is no axes is a fault."""
+def axes_of(reactions: bool | str, faults: Faults, scene: Scene | None = None) -> str:
+    """Return the axes that are asked for, "" for none; what is no axes is a fault, and so is a scene without."""
+    if reactions and scene is not None and (why := why_no_reactions(scene)):
+        faults.add("", why)
     if isinstance(reactions, str) and reactions not in ("", *AXES):
         faults.add("reactions", f'"{reactions}" are no axes; write body, joint or ground')
     return reactions if isinstance(reactions, str) else "body" if reactions else ""

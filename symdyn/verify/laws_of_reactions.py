@@ -29,6 +29,7 @@ from symdyn.dynamics.reactions.members import acting, own_forces
 from symdyn.dynamics.reactions.ties import Tie, sizes, ties, undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Algebra, Expr, substitute, tangents
+from symdyn.scene.forces import without_place
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -149,6 +150,8 @@ def _forward_equilibrium(w: Workspace) -> Claim | None:
 
     Of trees it is the same recursion, and no multiplier in it.
     """
+    if without_place(w.scene):
+        return None
     tau = entries(w, "drive_forces") if w.prescribed.place else w.state.tau
     motion = dict(zip(w.state.qdd, entries(w, "forward_dynamics"), strict=True))
     R = entries(w, "forward_reactions")

@@ -31,6 +31,7 @@ from symdyn.dynamics.reactions.ties import undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.scene import velocity_name
+from symdyn.scene.forces import without_place
 from symdyn.scene.units import coordinate_units
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
 
@@ -75,7 +76,7 @@ def forward_findings(w: Workspace) -> tuple[list[Finding], list[str]]:
             f"forward dynamics does not exist at {', '.join(undefined)}: there {names} do not determine the other "
             "velocities; choose others with --independent"
         )
-    if w.hanging.cuts:
+    if w.hanging.cuts and not without_place(w.scene):
         findings.append(_reactions(w, "forward_reactions", [one for one in states if one.where not in undefined]))
     return findings, notes
 

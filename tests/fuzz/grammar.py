@@ -343,7 +343,7 @@ def _row(rng: Random, bodies: list[str]) -> Table:
     body = rng.choice(bodies)
     return rng.choice(
         (
-            {"formula": rng.choice(("q1_dot - q2_dot", "q1_dot"))},
+            rng.choice(({"formula": "q1_dot - q2_dot"}, {"formula": "q1_dot", "acts_in": "joints"})),
             {"type": "knife_edge", "body": body, "at": _vector(rng), "axis": rng.choice(AXES)},
             {
                 "type": "rolling",

@@ -27,7 +27,15 @@ from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_biv
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import Hinge, drives, reactions_of, relative_twists
 from symdyn.dynamics.reactions.members import own_forces
-from symdyn.dynamics.reactions.ties import flattened, independent_in_plane, plane, rows_of, taken_wrenches, undriven
+from symdyn.dynamics.reactions.ties import (
+    flattened,
+    independent_in_plane,
+    plane,
+    refuse_without_place,
+    rows_of,
+    taken_wrenches,
+    undriven,
+)
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene.joints.forbidden import everywhere
@@ -129,8 +137,9 @@ def equilibrium(
 
     Raises:
         DerivationError: `planar`, and the mechanism does not move in a plane that is a plane of coordinates of every
-            frame.
+            frame; or a row does not say where its force acts.
     """
+    refuse_without_place(hanging.scene)
     normal = coordinate_normal(hanging) if planar else None
     kept = (0, 1, 2, 3, 4, 5) if normal is None else (*(k for k in range(3) if k != normal), 3 + normal)
     own = tuple(tuple(_own(hanging, hinge, tau)) for hinge in hanging.joints)

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.members import placements
-from symdyn.dynamics.reactions.ties import Tie, sizes, ties
+from symdyn.dynamics.reactions.ties import Tie, refuse_without_place, sizes, ties
 from symdyn.graph import Expr
 from symdyn.spatial import Wrench, nothing, plus, rotated, times
 
@@ -36,8 +36,10 @@ def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] 
             passive joints are zero.
 
     Raises:
-        DerivationError: motion and drives do not determine what the loops transmit.
+        DerivationError: motion and drives do not determine what the loops transmit, or a row does not say where its
+            force acts.
     """
+    refuse_without_place(hanging.scene)
     f = hanging.transmitted(hanging.loads)
     if not hanging.cuts:
         return as_rows(hanging, hanging.at_joints(f), axes)

@@ -31,7 +31,7 @@ from symdyn.dynamics.reactions.hinges import PLACES, Hinge, relative_twists
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene import JOINTS, Scene
-from symdyn.scene.forces import formula_of
+from symdyn.scene.forces import formula_of, without_place
 from symdyn.scene.joints import AXIS
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import everywhere
@@ -55,6 +55,33 @@ class Tie:
     loop: int
     wrench: Wrench | None
     G: tuple[Expr, ...]
+
+
+def why_no_reactions(scene: Scene) -> str:
+    """Return why a scene has no reactions: nothing says where the force of a row acts; "" where it has them.
+
+    Whatever bodies it acts on, the motion is the same; which joints feel it, a slide across it or the rail beneath it
+    included, is not. So none of the scene's reactions is known.
+    """
+    rows = [f"rows.{name}" for name in without_place(scene)]
+    if not rows:
+        return ""
+    formulas = "is a formula in rates, which says" if len(rows) == 1 else "are formulas in rates, which say"
+    return (
+        f"{scene.name}: there are no reactions: {', '.join(rows)} {formulas} nothing of where the force acts that "
+        'keeps it; write type = "rolling" or "knife_edge", which name what touches, and where, or acts_in = "joints" where '
+        "it acts in the joints of those rates, as in belts, gears and servos"
+    )
+
+
+def refuse_without_place(scene: Scene) -> None:
+    """Refuse reactions that depend on where the force of a row acts.
+
+    Raises:
+        DerivationError: nothing says where.
+    """
+    if why := why_no_reactions(scene):
+        raise DerivationError(why)
 
 
 def ties(hanging: Hanging) -> list[Tie]:

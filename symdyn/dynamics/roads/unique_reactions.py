@@ -36,7 +36,7 @@ from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Unknown, e
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.least import Flags, InNumbers
 from symdyn.dynamics.reactions.recursion import with_loops
-from symdyn.dynamics.reactions.ties import all_ties
+from symdyn.dynamics.reactions.ties import all_ties, refuse_without_place
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
@@ -141,8 +141,8 @@ def reactions_at(
         t: time, s, where something depends on it.
 
     Raises:
-        DerivationError: an argument has the wrong length, a free parameter has no value, L is not positive, or a wheel
-            lies flat.
+        DerivationError: an argument has the wrong length, a free parameter has no value, L is not positive, a wheel
+            lies flat, or a row does not say where its force acts.
     """
     workspace = Workspace(scene)
     hanging = Hanging(scene, workspace.tree, workspace.state)
@@ -250,7 +250,8 @@ def unique_reactions(
 ) -> Flags:
     """Return which entries of `reactions` rigid bodies determine, shape (joints + loops, 6), [force; moment] by joint.
 
-    In other `axes` ("body", "joint", "ground") other entries are; DerivationError where loops cannot be assembled.
+    In other `axes` ("body", "joint", "ground") other entries are; DerivationError where loops cannot be assembled, or a
+    row does not say where its force acts.
     """
     count = len(scene.joints) + len(scene.loops)
     found = unique_entries(Workspace(scene, closing), axes) or (True,) * (6 * count)
@@ -258,7 +259,12 @@ def unique_reactions(
 
 
 def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
-    """Return which entries of the reactions in some axes are unique, row by row; () where all are."""
+    """Return which entries of the reactions in some axes are unique, row by row; () where all are.
+
+    Raises:
+        DerivationError: a row does not say where its force acts.
+    """
+    refuse_without_place(w.scene)
     if not w.hanging.cuts:
         return ()
     decisions, numbers = w.loops.decisions, w.loops.numbers

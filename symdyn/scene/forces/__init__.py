@@ -10,7 +10,7 @@ from symdyn.scene.forces.damper import DAMPER
 from symdyn.scene.forces.force_kind import Forbid, ForceKind, Pull, Rub, Scope, Touch
 from symdyn.scene.forces.friction import FRICTION
 from symdyn.scene.forces.spring import SPRING
-from symdyn.scene.forces.velocity_row import FORMULA
+from symdyn.scene.forces.velocity_row import FORMULA, Formula, says_no_place
 from symdyn.scene.values.element import Contact, Element, Row, Strut
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
@@ -109,6 +109,11 @@ def formula_of(row: Row) -> Quantity | None:
     """Return the left side of a row that is a formula, which vanishes; None for a contact."""
     law = FORCES[row.kind].law
     return law.formula(row) if isinstance(law, Forbid) else None
+
+
+def without_place(scene: Scene) -> tuple[str, ...]:
+    """Return the names of rows whose force may act on any bodies, since nothing says on which it does."""
+    return tuple(row.name for row in scene.rows if isinstance(row, Formula) and says_no_place(row, scene.velocities))
 
 
 def rub_of(dry: Element) -> Rub:

@@ -19,6 +19,7 @@ from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.forward import simulate
+from symdyn.simulation.reaction_columns import multiplier_columns
 from symdyn.simulation.trajectory import INTERRUPTED, Trajectory
 
 
@@ -58,7 +59,7 @@ def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
     try:
         return simulate(
             task.scene, task.forces, task.until, start, rates, task.method, task.rtol, task.atol, task.stops,
-            every=task.every, reactions=any(name.startswith((REACTION, MULTIPLIER)) for name in named),
+            every=task.every, reactions=any(name.startswith(REACTION) for name in named),
             say=notes.setdefault, values=values or None, ignore_limits=task.ignore_limits,
         )  # fmt: skip
     except MethodError:  # nor would it apply to another run
@@ -81,6 +82,8 @@ def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity,
     if not insides:
         return {}
     known = dict(zip(*(run.names, run.table()[1].T), strict=True))
+    if any(name.startswith(MULTIPLIER) for one in insides for name in one.symbols):
+        known |= multiplier_columns(run)
     known |= {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
     graph = Graph()
     letters = {graph.symbol(n): known.get(n, np.nan) for one in insides for n in one.symbols}

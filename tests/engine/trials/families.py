@@ -190,7 +190,7 @@ def blades(d: Drawing) -> Array:
             f"{a}_dot*cos({c}) + 0.5*{c}*{b}_dot",
             f"{a}_dot - {b}_dot*{a}",
         ]
-        d.tables["rows"] = {"row": {"formula": d.rng.choice(formulas)}}
+        d.tables["rows"] = {"row": {"formula": d.rng.choice(formulas), "acts_in": "joints"}}
     return d.first()
 
 
