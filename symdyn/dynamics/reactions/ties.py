@@ -69,8 +69,8 @@ def why_no_reactions(scene: Scene) -> str:
     formulas = "is a formula in rates, which says" if len(rows) == 1 else "are formulas in rates, which say"
     return (
         f"{scene.name}: there are no reactions: {', '.join(rows)} {formulas} nothing of where the force acts that "
-        'keeps it; write type = "rolling" or "knife_edge", which name what touches, and where, or acts_in = "joints" where '
-        "it acts in the joints of those rates, as in belts, gears and servos"
+        'keeps it; write type = "rolling" or "knife_edge", which name what touches, and where, or acts_in = "joints" '
+        "where it acts in the joints of those rates, as in belts, gears and servos"
     )
 
 

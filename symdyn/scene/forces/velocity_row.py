@@ -1,8 +1,8 @@
 """A row that is a formula: Σ a_k(q) u_k = 0.
 
 What keeps it has the power λ Σ a_k u_k, and that is all a formula says: at a wheel's rim, in a belt or in two servos,
-the motion is the same, and the reactions of the joints are not. They exist where the row says that its force acts in the
-joints of its velocities, as drives would; a contact says which place of which body it touches.
+the motion is the same, and the reactions of the joints are not. They exist where the row says that its force acts in
+the joints of its velocities, as drives would; a contact says which place of which body it touches.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
 from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.teach.document import Block, Fold, Formula, Step, Values
+from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
 from symdyn.teach.lesson import together
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.shown_motion import determined, solved_at
@@ -51,7 +51,10 @@ def numbers_step(lesson: Balance, chosen: Chosen) -> Step:
 
 
 def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
-    """Return the proof over finite fields that both roads give the same drives, and these in numbers; None without."""
+    """Return the proof over finite fields that both roads give the same drives, and these in numbers; None without.
+
+    Where there are no drives to compare, that is the proof of what holds of the reactions, and no word of another road.
+    """
     drives = {u: one for u, one in enumerate(lesson.system.unknowns) if one.kind == DRIVE}
     if lesson.solved is not None:
         other = dict(zip(drives, _driven(lesson), strict=True))
@@ -74,14 +77,16 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
     said = [key for key in proved if lesson.closed or key != "roads.drives"]
     how = lesson.say(
         "roads.proved",
-        names=together([lesson.unknowns[u] for u in other]),
         points=str(fields.points),
         primes=str(len(fields.primes)),
         chance=power_of(Number(Fraction(10)), int(max(one.error_log10 for one in proved.values()))),
     )
-    blocks: list[Block] = [*map(lesson.say, said), how]
-    if other:
-        blocks += [lesson.say("roads.numbers"), _compared(lesson, chosen, other)]
+    blocks: list[Block] = [*map(lesson.say, said)]
+    if not other:
+        return Step("roads", lesson.say("roads.laws"), (*blocks, how))
+    compared = lesson.say("roads.compared", names=together([lesson.unknowns[u] for u in other]))
+    blocks.append(Words((*compared.parts, " ", *how.parts)))
+    blocks += [lesson.say("roads.numbers"), _compared(lesson, chosen, other)]
     return Step("roads", lesson.say("roads"), tuple(blocks), lesson.say("roads.reason"), "(5.21)")
 
 

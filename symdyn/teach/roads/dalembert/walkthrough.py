@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from symdyn.algebra.form import Form
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE
 from symdyn.scene import Scene
@@ -47,7 +49,9 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     if last >= 3:
         if (proof := roads_step(lesson, chosen)) is not None:
             table = side_by_side(lesson)
-            sections.append(lesson.section("roads", [proof, *([table] if table else [])]))
+            section = lesson.section("roads", [proof, *([table] if table else [])])
+            alone = not proof.reference and not table
+            sections.append(replace(section, title=lesson.text("section.laws")) if alone else section)
         sections = with_appendix(lesson, sections)
     title = lesson.text("title.dalembert", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
