@@ -35,7 +35,7 @@ WORDS = re.compile(
 BRACED = re.compile(rf"\\underbrace\s*({GROUP})_({GROUP})")
 INLINE = re.compile(r"\$([^$]+)\$")
 BEHIND = re.compile(
-    r"\s*(?:,|and|\()?\s*(?:which|is|are|has|have|holds|stands|means|counts|names|says|gives|bodies|joints|moving|the|per|=|≈)\b|\s*[=:≈]"
+    r"(?:(?:,| and) \$[^$]+\$)*\s*(?:,|and|\()?\s*(?:which|t|is|are|has|have|holds|stands|means|counts|names|says|gives|bodies|joints|moving|the|per|=|≈)\b|\s*[=:≈]"
 )
 BEFORE = re.compile(
     r"(?:\b(?:[Tt]he|[Aa]ll|one|[Bb]ody|[Ff]rame|[Cc]lass|its|angle|[Jj]oints?) (?:[a-z]+ ){0,2}|zero:(?: \$[^$]+\$,)* )$"
@@ -44,6 +44,8 @@ GENERIC = re.compile(r"(?<![A-Za-z])[ijkle](?![a-z]{2})|(?<=[TO])[ijkle]|(?<=\b[
 COMPONENT = re.compile(r",?(?:[xyz]|\d+)$")
 ENTRIES = re.compile(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}", re.DOTALL)
 ALWAYS = "t"
+ASKED = ("?", "is found like this.")
+"""Ends of sentences that name what they do not explain."""
 
 
 @dataclass(frozen=True, order=True)
@@ -148,15 +150,16 @@ def _define(page: Page, math: str) -> None:
     for _ in range(2):
         math = HELD.sub(r"\1 \2", math)
     rest = LETTER.sub("", WORDS.sub(" ", math))
-    if len(found) == 1 and not re.sub(r"[-−{}^2\s]", "", rest):
-        page.defined.add(found[0])
+    varied = len(found) == 2 and found[0].sign.lower() == "delta"  # a step of what stands behind it
+    if (len(found) == 1 or varied) and not re.sub(r"[-−{}^2\s]", "", rest):
+        page.defined.update(found)
 
 
 def _formula(page: Page, math: str) -> None:
-    math = re.sub(r"\\(?:begin|end)\{aligned\}|&(?==)", "", math)
+    math = re.sub(r"\\(?:begin|end)\{aligned\}|&(?==|\\approx)", "", math)
     for _, under in BRACED.findall(math):
         _define(page, under[1:-1])
-    *sides, right = math.split(" = ")
+    *sides, right = re.split(r" = | \\approx ", math)
     for side in sides:
         _define(page, side)
     for entries in ENTRIES.findall(right) if sides else ():
@@ -174,7 +177,8 @@ def _row(page: Page, line: str) -> None:
 
 
 def _prose(page: Page, line: str) -> None:
+    asked = line.strip("* ").endswith(ASKED)
     for found in INLINE.finditer(line):
-        if BEHIND.match(line[found.end() :]) or BEFORE.search(line[: found.start()]):
+        if not asked and (BEHIND.match(line[found.end() :]) or BEFORE.search(line[: found.start()])):
             _define(page, found[1])
         _use(page, found[1], line)

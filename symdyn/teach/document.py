@@ -207,12 +207,14 @@ class Blank:
     Attributes:
         key: unique in the document.
         left: what is asked for, key of `Document.names`, where its value is.
+        shown: what stands in front of the answer: the name, or the side of an equation that is not asked for.
         answer: one right answer.
     """
 
     key: str
     ask: Words
     left: str
+    shown: Form
     answer: Form
     hint: Words
     solution: tuple[Block, ...]

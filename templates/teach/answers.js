@@ -444,13 +444,14 @@ const Answers = (() => {
 
   // An equation, in any order of terms and times any factor that is free of rates; solved for an acceleration or not
   function balanced(key, formulas) {
-    const {zero, drive, alone} = balances[key];
+    const {zero, drive, alone, beside} = balances[key];
     const sides = formulas.length > 1 ? formulas.slice(1).map(mine => mine.map((x, i) => formulas[0][i] - x))
       : [formulas[0].map((x, i) => x - (drive ? points[i][drive] : 0))];
     if (formulas.length === 1) {
       const mine = formulas[0], right = values[key];
       const size = Math.max(...right.map(Math.abs), 1e-12);
       if (mine.every((x, i) => Math.abs(x - right[i]) <= TOLERANCE * size)) return [said(true, "answer.right")];
+      if (beside) return [equation(key, mine.map((x, i) => x - right[i] + zero[i]), zero)];  // what stands there, not the drive alone
       if (proportional(mine, zero, 0)) return [said(true, "answer.right")];
       if (alone) sides.push(mine.map((x, i) => points[i][alone] - x));
     }

@@ -184,13 +184,12 @@ def _blank(
     document: Document, step: Step, result: tuple[str, Form], one: bool, solution: Sequence[Block], alone: bool
 ) -> Blank:
     texts, (key, answer) = language_of(document.language).lesson, result
-    shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key and b.left != ZERO), Symbol(key))
+    shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key), Symbol(key))
     hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
     hint = next(texts[name] for name in hints if name in texts)
     name = step.key if one else f"{step.key}:{key}"
-    return Blank(
-        name, Words(fill(texts["exercise.ask"], {"left": shown})), key, answer, Words((hint,)), tuple(solution)
-    )
+    asked = Words(fill(texts["exercise.zero" if shown == ZERO else "exercise.ask"], {"left": shown}))
+    return Blank(name, asked, key, shown, answer, Words((hint,)), tuple(solution))
 
 
 # What is shown when

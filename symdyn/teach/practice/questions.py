@@ -44,7 +44,8 @@ def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: 
         symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
         shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.points`, values: of each
         question at every point, free: questions that a constant may be added to, balances: of equations what vanishes
-        at every point, their drive, and the acceleration that they are solved for; mistakes: of each question rules
+        at every point, their drive, the acceleration that they are solved for, and whether forces stand beside the drive
+        in front of the answer; mistakes: of each question rules
         and what they give at a few points (marks, pairs), spellings: patterns, words.
     """
     names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
@@ -102,7 +103,8 @@ def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:
     assert tau is not None, "every joint has a drive or none"
     zero = [_digits(row[0]) for row in points.values([tau - diagnosis.drive(i)])]
     alone = acceleration_name(diagnosis.scene.velocities[i]) if left.startswith("solved") else ""
-    return {"zero": zero, "drive": diagnosis.scene.drives[i] if not alone else None, "alone": alone}
+    beside = not alone and not course.right.Q[i].is_zero  # the box has them in front of it, with the drive
+    return {"zero": zero, "drive": diagnosis.scene.drives[i] if not alone else None, "alone": alone, "beside": beside}
 
 
 def _marked(

@@ -183,7 +183,7 @@ class _Page:
             "key": in_html(blank.key),
             "name": name,
             "ask": self.words(blank.ask),
-            "left": inline(self.spell.symbols[blank.left]),
+            "left": inline(self.spell.inline(blank.shown)),
             "hint": self.words(blank.hint),
             "number": self.numbers([blank.key]),
             "solution": [text for part in blank.solution for text in self.block(part)],

@@ -7,14 +7,15 @@ Reference: Kane and Levinson, Dynamics: Theory and Applications (1985), chapter 
 
 from __future__ import annotations
 
-from symdyn.algebra.form import Form, Symbol, product_of, sum_of, terms_of
+from symdyn.algebra.form import Form, Symbol, factors_of, product_of, sum_of, terms_of
 from symdyn.dynamics.lagrange.second_kind import rotor_energy
 from symdyn.dynamics.mechanism.state import vector
+from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import express
 from symdyn.spatial import add, apply, cross
-from symdyn.teach.document import Formula, Step
-from symdyn.teach.lesson import Lesson, named
+from symdyn.teach.document import Block, Formula, Step
+from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.roads.lagrange.rotations import angular_velocity
 from symdyn.teach.roads.lagrange.velocities import folded
@@ -22,9 +23,15 @@ from symdyn.teach.shown_state import Chosen
 
 SMALL = 1e-9
 
+TURNED = "dH:"
+"""What keys of components of Ḣ begin with."""
 
-def kane_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
-    """Return Kane's form of the first equation that a mass has a share in; none where a body has a first moment."""
+
+def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
+    """Return Kane's form of the first equation that a mass has a share in; none where a body has a first moment.
+
+    On the left stands what the page has there: the drive and what else acts.
+    """
     if any(mass.h is not None for mass in lesson.masses):
         return []  # its origin is no centre of mass, so that the line would be another one
     i = next(
@@ -48,14 +55,20 @@ def kane_steps(lesson: Lesson, chosen: Chosen) -> list[Step]:
     if any(not x.is_zero for x in vector(lesson.scene.gravity, lesson.graph)) or not slope.is_zero:
         forms.append(lesson.slope("P:", str(q.value), slope))
         nodes.append(slope)
-    key = f"tau:{i + 1}"
-    whole = lesson.names[key].node
+    whole = lesson.names[f"tau:{i + 1}"].node
     assert whole is not None, "an equation has a value"
     ours, truth = chosen.of(lesson.graph.total(nodes), whole)
     assert abs(ours - truth) <= SMALL * (1 + sum(map(abs, chosen.of(*nodes)))), "Kane's form is another equation"
-    claim = lesson.say("kane", rate=named(u), left=Symbol(key))
-    block = folded(lesson, Formula(key, sum_of(forms)))
-    return [Step("kane", claim, (block,), lesson.say("kane.reason"), show=("accelerations", "velocities"))]
+    claim = lesson.say("kane", rate=named(u), left=page.right[i])
+    blocks: list[Block] = [folded(lesson, Formula("", page.right[i], right=sum_of(forms)))]
+    if turned := [symbol for form in forms for symbol in factors_of(form) if is_turned(symbol)]:
+        blocks.append(lesson.say("kane.turned", rates=together(list(dict.fromkeys(turned)))))
+    return [Step("kane", claim, tuple(blocks), lesson.say("kane.reason"), show=("accelerations", "velocities"))]
+
+
+def is_turned(form: Form) -> bool:
+    """Tell whether a factor is the rate of an angular momentum."""
+    return isinstance(form, Symbol) and form.name.startswith(TURNED)
 
 
 def _moved(lesson: Lesson, mass: Mass, u: Expr) -> list[tuple[Form, Expr]]:
@@ -89,7 +102,7 @@ def _turned(lesson: Lesson, mass: Mass, u: Expr) -> list[tuple[Form, Expr]]:
         if lesson.vanishes(partial) or lesson.vanishes(moment):
             continue
         lesson.name(f"omega:{mass.tag}{axis}", "omega", mass.tag, axis, node=rate)
-        H = lesson.name(f"dH:{mass.tag}{axis}", "H", mass.tag, axis, node=moment, dots=1)
+        H = lesson.name(f"{TURNED}{mass.tag}{axis}", "H", mass.tag, axis, node=moment, dots=1)
         slope = lesson.slope(f"omega:{mass.tag}{axis}", str(u.value), partial)
         found.append((product_of((H, slope)), moment * partial))
     return found

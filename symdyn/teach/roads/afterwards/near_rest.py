@@ -148,7 +148,7 @@ def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> 
     if blocks:
         symbol = lesson.name(f"near:{tag}:omega", "omega", tag, node=None)
         said = "near.frequency" if n == 1 else "near.frequencies"
-        blocks.insert(0, lesson.say(said, square=power_of(symbol, 2)))
+        blocks.insert(0, lesson.say(said, omega=symbol, square=power_of(symbol, 2)))
     return blocks
 
 

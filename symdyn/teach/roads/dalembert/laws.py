@@ -82,6 +82,7 @@ LETTERS: dict[str, Letter] = {
     "n": Letter("n"),
     "j": Letter("j"),
     "O": Letter("O", ("j",)),
+    "e": Letter("e"),
 }
 """How the quantities of the method are written, by our key of each."""
 
@@ -159,6 +160,7 @@ def law_steps(lesson: Balance) -> list[Step]:
         ("count", counted, "(5.19), (5.20)"),
     ]
     places: dict[str, str | Form] = {key: s[key] for key in ("j", "P", "u", "n", "t")}
+    places |= {key: s[key] for key in ("m", "w", "a_T", "a_O", "e")}
     places |= {"origin": s["O"], "s": s["s_t"], "each": str(len(lesson.system.kept))}
     return [
         Step(

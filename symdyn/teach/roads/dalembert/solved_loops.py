@@ -320,6 +320,8 @@ def _in_numbers(solving: Solving, independent: Sequence[Symbol], solved: bool) -
         "G": Letter("G", ("d",), above="-1"),
         "Gi": Letter("G", ("i",)),
         "dG": Letter("G", (), dots=1),
+        "J": Letter("G"),
+        "Gd": Letter("G", ("d",)),
         "all": Letter("q", (), dots=1),
         "step": Letter(r"\Delta q", ("d",)),
     }
@@ -333,7 +335,7 @@ def _in_numbers(solving: Solving, independent: Sequence[Symbol], solved: bool) -
         pushed = sum_of((product_of((s["Gi"], s["ai"])), product_of((s["dG"], s["all"]))))
         blocks.append(Formula("law:loop:a", product_of((*minus, pushed))))
     names = [Symbol(lesson.scene.velocities[k]) for k in solving.left]
-    said = lesson.say("solved.numbers.reason", dependent=together(names), independent=together(independent))
+    said = lesson.say("solved.numbers.reason", **s, dependent=together(names), independent=together(independent))
     if lesson.scene.loops:
-        said = Words((*said.parts, " ", *lesson.say("solved.numbers.newton", r=s["r"]).parts))
+        said = Words((*said.parts, " ", *lesson.say("solved.numbers.newton", **s).parts))
     return Step("law:loops", lesson.say("solved.numbers"), tuple(blocks), said)

@@ -56,7 +56,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     if last >= 1:
         sections.append(lesson.section("lagrangian", [lagrangian]))
     if last >= 2:
-        sections.append(lesson.section("equations", [*equation_steps(lesson, page), *kane_steps(lesson, chosen)]))
+        sections.append(lesson.section("equations", [*equation_steps(lesson, page), *kane_steps(lesson, page, chosen)]))
     if last >= 3:
         steps = coefficient_steps(lesson, page)
         meanings = meaning_steps(lesson, page, found)

@@ -57,7 +57,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
         page = replace(open_page, right=name_forces(lesson, open_page.right))
         steps = equation_steps(lesson, page)  # names what the principle is made of
         sections.append(lesson.section("principle.multipliers", principle_steps(lesson, open_page)))
-        sections.append(lesson.section("equations", [*steps, *kane_steps(lesson, chosen)]))
+        sections.append(lesson.section("equations", [*steps, *kane_steps(lesson, page, chosen)]))
         sections.append(lesson.section("coefficients.open", coefficient_steps(lesson, page)))
     if last >= 4:
         sections.append(lesson.section("system", [system_step(lesson), *reduced_steps(lesson, open_page)]))

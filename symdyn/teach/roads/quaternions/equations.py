@@ -184,8 +184,11 @@ def equation_steps(lesson: Turning, right: Sequence[Form]) -> list[Step]:
         if terms_of(lesson.shape(lesson.along_K[i])):
             parts.append(product_of((MINUS_ONE, Symbol(f"XK:{number}"))))
         parts += [Symbol(key) for key, node in _along(lesson, i) if terms_of(lesson.shape(node))]
-        blocks: list[Block] = [Formula(f"tau:{number}", sum_of(parts))]
-        blocks.append(Braced(right[i], tuple(_terms(lesson, i)), f"tau:{number}"))
+        blocks: list[Block] = [Formula("", right[i], right=sum_of(parts))]
+        terms, long = _terms(lesson, i)
+        blocks.append(Braced(right[i], tuple(terms), f"tau:{number}"))
+        if long:
+            blocks += [lesson.say("equation.named"), *(folded(lesson, Formula(*one)) for one in long.items())]
         reason = supplied(lesson, lesson.scene.drives[i], right[i], named(u[i]))
         steps.append(
             Step(f"equation:{number}", lesson.say("quaternion.equation", u=named(u[i])), tuple(blocks), reason)
@@ -198,8 +201,8 @@ def _along(lesson: Turning, i: int) -> tuple[tuple[str, Expr], tuple[str, Expr]]
     return (f"k_G:{i + 1}", lesson.weights[i]), (f"k_E:{i + 1}", lesson.springs[i])
 
 
-def _terms(lesson: Turning, i: int) -> list[Brace]:
-    """Return the terms of one equation, coefficient by coefficient."""
+def _terms(lesson: Turning, i: int) -> tuple[list[Brace], dict[str, Form]]:
+    """Return the terms of one equation, coefficient by coefficient, and what is too long for a brace by its name."""
     state, node, n = lesson.state, lesson.needed[i], lesson.state.n
     found: list[tuple[str, tuple[str, ...], Expr, Form]] = []
     M = mass_matrix(lesson.energy)[i]
@@ -216,17 +219,20 @@ def _terms(lesson: Turning, i: int) -> list[Brace]:
         key = f"k_D:{i + 1},{j + 1}" if square else f"k_C:{i + 1},{j + 1},{k + 1}"
         rate: Form = Power(named(state.qd[j]), 2) if square else product_of((named(state.qd[j]), named(state.qd[k])))
         found.append((key, index, second / 2 if square else second, rate))
-    braces = []
+    braces: list[Brace] = []
+    long: dict[str, Form] = {}
     for key, below, value, rate in found:
         form = lesson.shape(value)
         if not terms_of(form):
             continue
         lesson.name(key, "k", *below, node=value)
         braces.append(_brace(form, key, rate))
-    for key, node in _along(lesson, i):
+        if not braces[-1].under:
+            long[key] = form
+    for key, node in _along(lesson, i):  # written out above, where weights and springs are
         if terms_of(form := lesson.shape(node)):
             braces.append(_brace(form, key, ONE))
-    return braces
+    return braces, long
 
 
 def _brace(form: Form, key: str, rate: Form) -> Brace:

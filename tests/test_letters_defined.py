@@ -1,0 +1,168 @@
+"""A letter on a page of a lesson is defined on that page, by every road, and with results left out, too."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from page_letters import Letter, letters, page_of
+
+from symdyn.errors import SymdynError
+from symdyn.scene import Scene, read
+from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.practice.exercises import with_exercises
+from symdyn.teach.render.html import html_page
+
+ROOT = Path(__file__).parent
+EXAMPLES = ROOT.parent / "examples"
+ROADS = ("lagrange", "multipliers", "quaternions", "dalembert")
+FOUND = ROOT / "data" / "found"
+SEEN = ("cart_pole", "cart_with_wheel", "two_link", "four_bar")
+SOME = [*(pytest.param(name, marks=pytest.mark.mends("30.class.letters")) for name in SEEN), "heavy_top"]
+ALL = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+
+
+@cache
+def scene(name: str) -> Scene:
+    return read(EXAMPLES / f"{name}.toml")
+
+
+@cache
+def lessons(name: str) -> dict[str, Document]:
+    found = {}
+    for road in ROADS:
+        try:
+            found[road] = walkthrough(scene(name), road=road)
+        except SymdynError:  # not a road of this scene
+            continue
+    return found
+
+
+def markdown(document: Document) -> str:
+    return str(next(iter(rendered(document, "md").values())))
+
+
+def undefined(name: str) -> dict[str, list[str]]:
+    """Return the letters that pages of a scene leave undefined; an exercise may use what its lesson defines."""
+    found: dict[str, list[str]] = {}
+    for road, lesson in lessons(name).items():
+        whole = page_of(markdown(lesson))
+        found[road] = [f"{one} in: {line}" for one, line in whole.strange().items()]
+        try:
+            asked = page_of(markdown(with_exercises(lesson, 1)))
+        except SymdynError:  # nothing is asked for
+            continue
+        found[f"{road}, exercises"] = [f"{one} in: {line}" for one, line in asked.strange(whole).items()]
+    return {page: lines for page, lines in found.items() if lines}
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_every_letter_of_a_lesson_is_defined_in_it(name: str) -> None:
+    assert undefined(name) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in ALL if name not in (*SEEN, "heavy_top")])
+def test_every_letter_of_every_lesson_is_defined_in_it(name: str) -> None:
+    assert undefined(name) == {}
+
+
+@pytest.mark.mends("30.lessons.1.0")
+@pytest.mark.parametrize("name", ["wheel_with_pendulum"])
+def test_no_sentence_tells_of_an_empty_list(name: str) -> None:
+    """Where nothing is driven no drives were compared, and no road agrees with another."""
+    page = markdown(walkthrough(read(FOUND / f"{name}.toml"), road="dalembert"))
+
+    assert not re.search(r"[:,] ?\.(?: |$)", page, re.MULTILINE)
+    assert "Lagrange's road gives the same drives" not in page
+    assert "All reactions together have the power of the drives" in page
+
+
+# What the tool sees
+
+
+def test_what_defines_a_letter() -> None:
+    said = r"""
+| symbol | meaning |
+| --- | --- |
+| $m_1$ | mass |
+
+**The force is $F$, and $Q_i$ is any.**
+
+$$
+k = \underbrace{(m_1 + m_2)}_{k_{z,11}}\, \ddot x + S_1 + Q_2 + \dot H_{1,z} + v_x
+$$
+"""
+    assert set(map(str, page_of(said).strange())) == {"m_2", "x", "S_1", "H_1,z", "v_x"}
+
+
+@pytest.mark.parametrize(
+    ("math", "found"),
+    [
+        (r"\tilde r_{0j}\,\bar P_{0j}", [Letter("r", "tilde", "0j"), Letter("P", "bar", "0j")]),
+        (r"F_{1,\mathrm{axle}}^{*R} \cos^2 \phi_1", [Letter("F", "", "1,axle", "*R"), Letter("phi", "", "1")]),
+        (r"\frac{\mathrm{d}}{\mathrm{d}t} \dot{\theta}", [Letter("t"), Letter("theta")]),
+        (r"P_{0j}^{T} x^2 \tag{5.4}", [Letter("P", "", "0j"), Letter("x")]),
+        (r"\mathbf{A} \mathbf{x}", [Letter("boldA"), Letter("boldx")]),
+    ],
+)
+def test_what_a_letter_is(math: str, found: list[Letter]) -> None:
+    assert list(letters(math)) == found
+
+
+# The question that had two right answers
+
+RIGHT = "(mc + mp) x'' - mp l/2 cos(theta) theta'' + mp l/2 sin(theta) theta'^2"
+
+
+@pytest.fixture
+def asked(tmp_path: Path) -> Path:
+    path = tmp_path / "exercise.html"
+    path.write_text(html_page(with_exercises(walkthrough(scene("cart_pole")), 3)), encoding="utf-8")
+    return path
+
+
+@pytest.mark.long(0)
+@pytest.mark.mends("30.lessons.1.3")
+def test_of_two_answers_that_differ_one_is_right(browser: Any, asked: Path) -> None:
+    """In front of the box stands F - b x', so that the sum of F is no answer unless it says that it is F."""
+    answers = {
+        RIGHT: True,
+        f"{RIGHT} + b x'": False,
+        f"F = {RIGHT} + b x'": True,
+        f"F = {RIGHT}": False,
+        f"F - b x' = {RIGHT}": True,
+        f"F - b x' - ({RIGHT}) = 0": True,
+    }
+    page = browser.new_page()
+    page.goto(asked.as_uri())
+    told = page.evaluate("texts => texts.map(x => Answers.judge('equation:1', x).right)", list(answers))
+    page.close()
+
+    assert dict(zip(answers, told, strict=True)) == answers
+
+
+@pytest.mark.mends("30.lessons.1.3")
+def test_what_stands_before_a_box_is_what_is_asked_for(asked: Path) -> None:
+    """Of an equation its known side, no letter of our own."""
+    page = asked.read_text(encoding="utf-8")
+    for form in re.findall(r'<form class="blank".*?</form>', page, re.DOTALL):
+        asks, entry = (re.search(rf'<p class="{one}">(.*?)</p>', form, re.DOTALL) for one in ("ask", "entry"))
+        assert asks is not None
+        assert entry is not None
+        before = re.findall(r"<math.*?</math>", entry[1], re.DOTALL)[:1]
+        question = re.findall(r"<math.*?</math>", asks[1], re.DOTALL)[:1]
+        assert question in ([], before)
+        if not question:
+            assert re.sub(r"<[^>]*>", "", before[0]) == "0"
+
+
+@pytest.mark.mends("30.lessons.1.3")
+@pytest.mark.parametrize("road", [None, "dalembert"])
+def test_no_letter_stands_for_a_drive_with_what_else_acts(road: str | None) -> None:
+    page = markdown(walkthrough(scene("cart_pole"), road=road or ""))
+
+    assert not any(one.sign == "S" for one in page_of(page).used)
