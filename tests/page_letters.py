@@ -1,13 +1,13 @@
 """Letters of a lesson's page in Markdown, and where the page says what they are, as a reader sees them.
 
-A letter is a sign with its indices: `k_{z,11}`, `\\lambda_1`, `F_{\\mathrm{axle},x}`. Dots are derivatives, and no part of
-it; bars, tildes and bold type are. It is defined by
+A letter is a sign with its indices: `k_{z,11}`, `\\lambda_1`, `F_{\\mathrm{axle},x}`. Dots are derivatives, and no part
+of it; bars, tildes and bold type are. It is defined by
 
     a row of a table     the letter alone in the first cell, what it means or what it is in another
-    a formula            the letter alone on the left of an equals sign, below a brace, or as an entry of the matrix on the
-                         right
-    a sentence           the letter alone in the text, with a verb behind it, or what it is in front of it, or among those
-                         that are zero
+    a formula            the letter alone on the left of an equals sign, below a brace, or an entry of the matrix on
+                         the right
+    a sentence           the letter alone in the text, with a verb behind it, or what it is in front of it, or among
+                         those that are zero
 
 What is defined with an index i, j, k, l or e is defined with all others in its place, and what is defined, with its
 components. The time is t everywhere.
@@ -20,25 +20,27 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 GREEK = (
-    "alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa lambda mu nu xi rho sigma tau upsilon phi "
-    "varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega ell"
-).split()
+    "alpha|beta|gamma|delta|epsilon|varepsilon|zeta|eta|theta|vartheta|iota|kappa|lambda|mu|nu|xi|rho|sigma|tau|upsilon|"
+    "phi|varphi|chi|psi|omega|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Upsilon|Phi|Psi|Omega|ell"
+)
 GROUP = r"\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\}"
-SIGN = rf"(?:\\(?:{'|'.join(GREEK)})(?![a-zA-Z])|\\math(?:rm|bf|cal|it)\{{[A-Za-z]+\}}|[A-Za-z])"
+SIGN = rf"(?:\\(?:{GREEK})(?![a-zA-Z])|\\math(?:rm|bf|cal|it)\{{[A-Za-z]+\}}|[A-Za-z])"
 SCRIPT = rf"(?:[_^](?:{GROUP}|{SIGN}|[0-9*']))"
 LETTER = re.compile(rf"(?P<mark>\\(?:tilde|bar|hat)\s*)?(?P<sign>{SIGN})(?P<scripts>{SCRIPT}*)")
 HELD = re.compile(rf"(\\(?:d+ot|tilde|bar|hat))\s*\{{({SIGN}{SCRIPT}*)\}}")
 WORDS = re.compile(
     rf"\\tag{GROUP}|\\(?:begin|end)\{{\w+\}}|\\mathrm\{{d\}}|\\math(?:bf|rm)\{{[01]\}}|\\(?:text|operatorname|mbox){GROUP}|"
-    rf"\\(?!(?:tilde|bar|hat|math(?:rm|bf|cal|it)|{'|'.join(GREEK)})(?![a-zA-Z]))(?:[a-zA-Z]+|.)"
+    rf"\\(?!(?:tilde|bar|hat|math(?:rm|bf|cal|it)|{GREEK})(?![a-zA-Z]))(?:[a-zA-Z]+|.)"
 )
 BRACED = re.compile(rf"\\underbrace\s*({GROUP})_({GROUP})")
 INLINE = re.compile(r"\$([^$]+)\$")
 BEHIND = re.compile(
-    r"(?:(?:,| and) \$[^$]+\$)*\s*(?:,|and|\()?\s*(?:which|t|is|are|has|have|holds|stands|means|counts|names|says|gives|bodies|joints|moving|the|per|=|≈)\b|\s*[=:≈]"
+    r"(?:(?:,| and) \$[^$]+\$)*\s*(?:,|and|\()?\s*(?:which|t|is|are|has|have|holds|stands|means|counts|names|says|"
+    r"gives|bodies|joints|moving|the|per)\b|\s*[=:≈]"
 )
 BEFORE = re.compile(
-    r"(?:\b(?:[Tt]he|[Aa]ll|one|[Bb]ody|[Ff]rame|[Cc]lass|its|angle|[Jj]oints?) (?:[a-z]+ ){0,2}|zero:(?: \$[^$]+\$,)* )$"
+    r"(?:\b(?:[Tt]he|[Aa]ll|one|[Bb]ody|[Ff]rame|[Cc]lass|its|angle|[Jj]oints?) (?:[a-z]+ ){0,2}|"
+    r"zero:(?: \$[^$]+\$,)* )$"
 )
 GENERIC = re.compile(r"(?<![A-Za-z])[ijkle](?![a-z]{2})|(?<=[TO])[ijkle]|(?<=\b[ijkle])[ijkle]\b")
 COMPONENT = re.compile(r",?(?:[xyz]|\d+)$")

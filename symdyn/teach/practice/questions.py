@@ -44,9 +44,9 @@ def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: 
         symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
         shorthands such as c12, quantities: names of results, points: see `symdyn.teach.student.points`, values: of each
         question at every point, free: questions that a constant may be added to, balances: of equations what vanishes
-        at every point, their drive, the acceleration that they are solved for, and whether forces stand beside the drive
-        in front of the answer; mistakes: of each question rules
-        and what they give at a few points (marks, pairs), spellings: patterns, words.
+        at every point, their drive, the acceleration that they are solved for, and whether forces stand beside the
+        drive in front of the answer; mistakes: of each question rules and what they give at a few points (marks,
+        pairs), spellings: patterns, words.
     """
     names, points, diagnosis = Names(scene), points_of(scene), Diagnosis(scene)
     few = FEW if len(scene.velocities) <= SMALL else min(FEW, max(20, BUDGET // len(asked)))

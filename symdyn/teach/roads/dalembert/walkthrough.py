@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symdyn.algebra.form import Form
-from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE
-from symdyn.scene import Scene
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION
+from symdyn.scene import GROUND, Scene
+from symdyn.scene.forces import touch_of
+from symdyn.scene.values.element import Contact
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.roads.dalembert.balance import Balance
@@ -59,19 +61,35 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
 
 def _unknown_table(lesson: Balance) -> Step:
     rows = []
-    passive = lesson.system.passive
+    passive, contact = lesson.system.passive, _contacts(lesson)
     for symbol, one in zip(lesson.unknowns, lesson.system.unknowns, strict=True):
         words = lesson.along(one)
-        kind = f"unknown.{words.split(' ')[0]}" if words else "unknown.other"
+        kind = f"unknown.{words.split(' ')[0]}" if words[-2:] in (" x", " y", " z") else "unknown.other"
         if one.kind == DRIVE:
             kind = "unknown.drive" if one not in passive else "unknown.idle" if lesson.closed else "unknown.passive"
         places = {"joint": one.joint, "axis": words[-1:]}
+        if one.kind == REACTION and (one.joint, one.number) in contact:
+            kind, touching = contact[one.joint, one.number]
+            places |= touching
         if one.kind == COUPLING:
             joint = next(joint for joint in lesson.scene.joints if joint.name == one.joint)
             kind, places["leader"] = "unknown.coupling", leader(lesson.scene, joint)
         rows.append((symbol, lesson.say(kind, **places)))
     table, reason = lesson.table(("symbol", "meaning"), rows), lesson.say("unknowns.reason")
     return Step("unknowns", lesson.say("unknowns"), (table,), reason, "(5.6), (5.7)")
+
+
+def _contacts(lesson: Balance) -> dict[tuple[str, int], tuple[str, dict[str, str]]]:
+    """Return the words for each force of a contact, with their places; none where not all of them are asked for."""
+    found: dict[tuple[str, int], tuple[str, dict[str, str]]] = {}
+    unknown = [(one.joint, one.number) for one in lesson.system.unknowns]
+    for row in lesson.scene.rows:
+        told = touch_of(row).words(row) if isinstance(row, Contact) else ()
+        if isinstance(row, Contact) and all(told) and (row.name, len(told) - 1) in unknown:
+            bodies = (lesson.text("ground") if name == GROUND else name for name in (row.plane.body, row.place.body))
+            places = dict(zip(("parent", "child"), bodies, strict=True)) | {"owner": row.name}
+            found |= {(row.name, k): (f"tie.{one}", dict(places)) for k, one in enumerate(told)}
+    return found
 
 
 def _count(lesson: Balance) -> Step:

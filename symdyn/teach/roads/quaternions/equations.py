@@ -185,8 +185,8 @@ def equation_steps(lesson: Turning, right: Sequence[Form]) -> list[Step]:
             parts.append(product_of((MINUS_ONE, Symbol(f"XK:{number}"))))
         parts += [Symbol(key) for key, node in _along(lesson, i) if terms_of(lesson.shape(node))]
         blocks: list[Block] = [Formula("", right[i], right=sum_of(parts))]
-        terms, long = _terms(lesson, i)
-        blocks.append(Braced(right[i], tuple(terms), f"tau:{number}"))
+        braces, long = _terms(lesson, i)
+        blocks.append(Braced(right[i], tuple(braces), f"tau:{number}"))
         if long:
             blocks += [lesson.say("equation.named"), *(folded(lesson, Formula(*one)) for one in long.items())]
         reason = supplied(lesson, lesson.scene.drives[i], right[i], named(u[i]))
