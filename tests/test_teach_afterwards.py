@@ -14,6 +14,7 @@ from lesson_by_sympy import Tree, at
 from scipy.special import ellipk
 
 from symdyn.algebra.numeric import Floats
+from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.teach import Document, rendered, walkthrough
@@ -196,6 +197,22 @@ def test_a_heavy_top_precesses_as_its_momenta_ask() -> None:
     spin = psi + phi * cos(theta)
     weight = phi * (0.02 * spin - (0.05 + 0.09) * phi * cos(theta))
     assert weight == pytest.approx(1 * 9.81 * 0.3, rel=2e-3)
+
+
+@pytest.mark.mends("30.lessons.1.4")
+def test_a_gyroscope_that_rests_in_its_frame_stands_at_every_tilt() -> None:
+    """∂W/∂β = sin β α̇ (C γ̇ - (A - C) α̇ cos β): three ways to be zero, and a rate is zero, not some 1e-11 rad/s."""
+    one = step(walkthrough(read(ROOT / "tests/data/found/gimbal.toml")), "steady")
+    parts = [part for block in one.blocks if isinstance(block, Words) for part in block.parts]
+    words = "".join(part if isinstance(part, str) else text_of(part) for part in parts)
+    assert "sin(beta) = 0" in words
+    assert "alpha_dot = 0, at every beta" in words
+    assert "cos(beta) = C*gamma_dot/((A - C)*alpha_dot)" in words
+    for row in table(one):
+        beta, alpha, gamma = map(number, row[:3])
+        ways = (sin(beta), alpha, 0.008 * gamma - (0.005 - 0.008) * alpha * cos(beta))
+        assert min(map(abs, ways)) < 1e-3
+        assert alpha == 0 or abs(alpha) > 1e-3
 
 
 def test_periods_of_a_pendulum_are_elliptic_integrals() -> None:

@@ -7,12 +7,15 @@ are stable is told by V of `reduced`, whose momenta, or prescribed rates, stay w
 from __future__ import annotations
 
 import math
+from collections.abc import Set
+from fractions import Fraction
 
 from symdyn.algebra.form import (
     MINUS_ONE,
     ZERO,
     Form,
     Function,
+    Number,
     Power,
     Symbol,
     factors_of,
@@ -22,6 +25,7 @@ from symdyn.algebra.form import (
     product_of,
     split_sign,
     sum_of,
+    symbols_of,
     terms_of,
     with_parts,
 )
@@ -36,6 +40,9 @@ from symdyn.teach.roads.lagrange.velocities import length
 
 LONGEST = 60
 """Terms and factors of a formula that is shown."""
+
+ROUNDING = 1e-9
+"""Rates that are this much smaller than the largest are rounding."""
 
 
 def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
@@ -55,7 +62,7 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     if whole != ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
         symbol = lesson.slope(W.name, r.name, slope)
         blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
-        blocks += _solutions(lesson, factored, r)
+        blocks += _solutions(lesson, factored, r, {str(lesson.state.qd[k].value) for k in left.cyclic})
     blocks += _numbers(lesson, left)
     key = "steady.led" if left.led else "steady.free"
     claim = lesson.say(key, q=r, others=together(others))
@@ -63,12 +70,16 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
     return Step("steady", claim, tuple(blocks), reason, show=("centrifugal", "weights", "phase"))
 
 
-def _solutions(lesson: Lesson, factored: Form, r: Symbol) -> list[Block]:
-    """Return what each factor that depends on an angle says: sin r = 0, or cos r is a quotient."""
+def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> list[Block]:
+    """Return what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any."""
     found: list[Block] = []
     for factor in factors_of(factored):
         inner = factor.base if isinstance(factor, Power) else factor
         if isinstance(factor, Power) and factor.exponent < 0:
+            continue
+        names = set(symbols_of(inner))
+        if r.name not in names and names & rates:
+            found.append(lesson.say("steady.any", rates=inner, q=r))
             continue
         waves = {one for one in forms_in(inner) if isinstance(one, Function) and r in one.args}
         if not waves or any(one == r for one in forms_in(_without(inner, r))):
@@ -85,9 +96,9 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol) -> list[Block]:
             continue
         above = sum_of(product_of((MINUS_ONE, term)) for term in over)
         below = sum_of(one for one in under if one is not None)
-        value = product_of((above, power_of(below, -1)))
-        if _negative(above) and _negative(below):
-            value = product_of((_turned(above), power_of(_turned(below), -1)))
+        if _negative(above) and above != ZERO:  # no sign in front that the other side could take
+            above, below = _turned(above), _turned(below)
+        value = product_of((above, power_of(_taken_out(below), -1)))
         found.append(lesson.say("steady.wave", wave=wave, value=value))
     return found
 
@@ -103,6 +114,21 @@ def _divided(term: Form, wave: Form) -> Form | None:
     """Return a term divided by a wave that is one of its factors, None where it is a power of it."""
     rest = [factor for factor in factors_of(term) if factor != wave]
     return None if wave in {one for factor in rest for one in forms_in(factor)} else product_of(rest)
+
+
+def _taken_out(form: Form) -> Form:
+    """Return a sum as the factors that all of its terms have, times the rest."""
+    terms = [split_sign(term) for term in terms_of(form)]
+    shared = [one for one in factors_of(terms[0][1]) if all(one in factors_of(term) for _, term in terms)]
+    if len(terms) < 2 or not shared:
+        return form
+    rest = []
+    for sign, term in terms:
+        left = list(factors_of(term))
+        for one in shared:
+            left.remove(one)
+        rest.append(product_of((Number(Fraction(sign)), *left)))
+    return product_of((sum_of(rest), *shared))
 
 
 def _negative(form: Form) -> bool:
@@ -140,4 +166,10 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
 
 
 def _rates(left: Reduced, place: float) -> list[float]:
-    return [float(x) for x in left.rates(place)] if left.cyclic else []
+    """Return the rates at a place; what is nothing but rounding beside the others, and the momenta, is zero."""
+    if not left.cyclic:
+        return []
+    found = [float(x) for x in left.rates(place)]
+    usual = [abs(x) for x in left.chosen.of(*(left.lesson.state.qd[k] for k in left.cyclic))]
+    least = ROUNDING * max(*usual, *map(abs, found), 0.0)
+    return [x if abs(x) > least else 0.0 for x in found]
