@@ -29,7 +29,8 @@ from symdyn.graph import Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import body as rigid
 from symdyn.scene import parse, prismatic, revolute, scene, with_symbolic_inertia
 from symdyn.scene.values.quantity import express
-from symdyn.verify.equality import NUMERICAL, PROVED, Claim, prove
+from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verify.equality import Claim, prove
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
 

@@ -32,7 +32,8 @@ from symdyn.scene import (
     scene,
     velocity_name,
 )
-from symdyn.verify.equality import NUMERICAL, PROVED, Claim, prove
+from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verify.equality import Claim, prove
 
 HAND = """
 [bodies.palm]

@@ -33,7 +33,8 @@ from symdyn.scene import (
     with_symbols,
     write_text,
 )
-from symdyn.verify.equality import PROVED, Claim, prove
+from symdyn.verify import PROVED
+from symdyn.verify.equality import Claim, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 KINDS = ("inertia", "geometry", "all")

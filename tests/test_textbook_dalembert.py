@@ -26,7 +26,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Body, Particle, express, number
 from symdyn.spatial import add, apply, apply_transposed, cross, identity, multiply, neg, scale, skew, sub, transpose
-from symdyn.verify.equality import DIFFERENT, PROVED, prove
+from symdyn.verify import DIFFERENT, PROVED
+from symdyn.verify.equality import prove
 from symdyn.verify.laws_of_reactions import solvable
 
 SCENES = [single_loop(), two_link(), random_tree(2, 4)]

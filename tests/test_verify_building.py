@@ -33,10 +33,10 @@ def test_what_has_begun_is_not_made_again(monkeypatch: pytest.MonkeyPatch) -> No
     with Building(PROGRAM, "double") as building:
         building.begin(["numpy", "c"], many=["c"])
         building.begin(["numpy", "c"])
-        modules, refused = building.modules([], ["numpy", "c"])
+        made = building.modules(["numpy", "c"])
         sources, module = building.compiled("c", RUNNERS["c"].many)
 
-    assert (list(modules), refused) == (["numpy", "c"], "")
+    assert (list(made.built), made.missing, made.refused) == (["numpy", "c"], (), "")
     assert sources.option == "batch"
     assert module.mass_matrix
     assert sorted(written) == ["c", "c", "numpy"]

@@ -45,7 +45,7 @@ def test_files_are_proved_by_what_their_headers_say(folder: Path, capsys: Captur
     assert found["passed"]
     assert files["two_link.c"]["verdict"] == "proved"
     assert files["two_link.c"]["option"] == "batch"
-    assert files["two_link.h"]["verdict"] == "compared"
+    assert files["two_link.h"]["verdict"] == "proved"
     assert "raw::prepare" in files["two_link.hpp"]["functions"]
     assert "CMakeLists.txt, main.c" in str(found["notes"])
 
@@ -84,7 +84,11 @@ def test_an_edited_file_is_found(folder: Path, capsys: Capture, file: str, old: 
 def test_a_file_that_was_taken_away_is_missed(folder: Path, capsys: Capture) -> None:
     (folder / "two_link.h").unlink()
 
-    assert written(certificate(folder, capsys))["two_link.h"]["verdict"] == "missing"
+    found = certificate(folder, capsys)
+    header = written(found)["two_link.h"]
+
+    assert (header["verdict"], header["where"]) == ("not shown", "there is no such file")
+    assert not found["passed"]
 
 
 def test_a_scene_that_has_changed_is_told(folder: Path, capsys: Capture, tmp_path: Path) -> None:
@@ -94,7 +98,7 @@ def test_a_scene_that_has_changed_is_told(folder: Path, capsys: Capture, tmp_pat
     changed.write_text(text.replace('at = [0, "-h2", 0] }]', 'at = [0, "-h1", 0] }]'), encoding="utf-8")
     found = certificate(folder, capsys, str(changed))
     assert not found["passed"]
-    assert written(found)["two_link.c"]["verdict"] == "different"
+    assert written(found)["two_link.c"]["verdict"] == "fails"
 
     other = certificate(folder, capsys, str(EXAMPLES / "double_pendulum.toml"))
 
@@ -163,8 +167,8 @@ def test_files_that_are_not_read_back_are_told_and_leave_the_others_in_peace(
     found = certificate(tmp_path, capsys)
     assert found["passed"]
     assert set(written(found)) == {"two_link.py"}
-    assert f"files of target {target} are not read back: " in str(found["notes"])
-    assert file in str(found["notes"])
+    (left,) = found["absent"]
+    assert (left["what"], left["why"].partition(" (")[0]) == (f"proof of {file}", f"files of target {target}")
 
 
 @pytest.mark.parametrize("line", ["\n", " ", "*\n", "symdyn generate ", "symdyn generate" + " " * 9999 + "x\n"])

@@ -115,10 +115,12 @@ def test_bounds_hold_and_are_sharp(seed: int) -> None:
 @pytest.mark.runs
 def test_an_error_of_the_code_is_in_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     room = import_module("symdyn.verify.rigorous")  # not the function of that name
+    from symdyn.verify.building import Modules
+
     scene = read(EXAMPLES / "puma560.toml")
     true = np.array([b.computed for b in rigorous(scene, ("gravity_forces",), {"q2": 0.4}).bounds[:6]])
     wrong = SimpleNamespace(gravity_forces=lambda q: true + np.array([0, 1e-9, 0, 0, -3, 0]))
-    monkeypatch.setattr(room, "modules_of", lambda *_: ({"c": wrong}, ""))
+    monkeypatch.setattr(room, "modules_of", lambda *_: Modules({"c": wrong}, ()))
 
     found = rigorous(scene, ("gravity_forces",), {"q2": 0.4})
 

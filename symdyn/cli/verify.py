@@ -1,4 +1,6 @@
-"""`symdyn verify SCENE`: prove the derivations equal and measure the built code; exit status 1 if anything fails.
+"""`symdyn verify SCENE`: prove the derivations equal and measure the built code.
+
+Exit status 0 if every claim holds and there is one, 1 if anything fails or is not shown.
 
 `--rigorous` runs the equations over ball arithmetic instead, and prints how far the built code can be off, guaranteed.
 """
@@ -30,7 +32,8 @@ from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import parse
 from symdyn.scene.values.unit import UnitError, read_unit
 from symdyn.scene.values.with_unit import fits
-from symdyn.verify import DIFFERENT, PROVED, Certificate, Rigorous, Written, certify, rigorous
+from symdyn.verdict import DIFFERENT, PROVED, Unclaimed
+from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
 
 STATES = 4
 
@@ -184,10 +187,19 @@ def show_bounds(found: Rigorous) -> None:
     print(
         f"Guaranteed at {states} state{'s' * (states != 1)}; balls of up to {found.bits} bits; --json has the states."
     )
+    show_claims(found)
+    print(f"{found.scene}: {'every error is bounded' if found.passed else found.verdict}")
+
+
+def show_claims(found: Certificate | Rigorous) -> None:
+    """Print what does not hold and why, and what is no claim."""
+    rows = [(one.verdict.capitalize(), Unclaimed(one.what, one.why)) for one in (*found.failed, *found.not_shown)]
+    rows += [("Does not exist here", one) for one in found.absent]
+    rows += [("Not run", one) for one in found.not_run]
+    for word, one in rows:
+        print(f"{word}: {one}")
     for note in found.notes:
         print(f"Note: {note}")
-    if not found.passed:
-        print(f"{found.scene}: some errors have no bound: a result or an equation there is not finite")
 
 
 def show(certificate: Certificate) -> None:
@@ -203,33 +215,27 @@ def show(certificate: Certificate) -> None:
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
     show_written(certificate.written)
     for one in certificate.blocks:
-        result = f"{one.wrong} differ from" if one.wrong else f"in {' and in '.join(one.ways)}, as"
-        lengths = f"{one.functions} functions over 0, 1, … {one.longest} states"
-        print(f"{one.target} --{one.option}: {lengths} {result} one state at a time.\n")
+        lengths = f"{one.functions} functions over 0, 1, … {one.longest} states in {' and in '.join(one.ways)}"
+        print(f"{one.target} --{one.option}: {lengths}, as one state at a time: {one.verdict}.\n")
     measured = [
         (
             a.function,
             a.module,
-            in_digits(a.median_ulp, 2),
-            in_digits(a.max_ulp, 2),
-            in_digits(a.worst, 2),
-            _word(a.passed),
+            *(in_digits(x, 2) if a.states else "" for x in (a.median_ulp, a.max_ulp, a.worst)),
+            a.verdict,
         )
         for a in certificate.accuracy
     ]
     if measured:
         show_measured(certificate, measured)
-    if certificate.refused:
-        print(f"The code was refused: {certificate.refused}")
-    for note in certificate.notes:
-        print(f"Note: {note}")
-    print(f"{certificate.scene}: {_word(certificate.passed)}")
+    show_claims(certificate)
+    print(f"{certificate.scene}: {certificate.word}")
 
 
 def show_measured(certificate: Certificate, measured: Sequence[tuple[str, ...]]) -> None:
     """Print how far built code is off."""
     columns = ("function", "module", "median ", "max ", "of bound ", "")
-    states = certificate.accuracy[0].states if certificate.accuracy else 0
+    states = max(one.states for one in certificate.accuracy)
     title = f"Error of the built code against 50 digits, {states} states, ulp of the largest entry"
     print_table(title, columns, measured)
     print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
@@ -242,7 +248,7 @@ def show_written(files: tuple[Written, ...]) -> None:
             f"{one.target} --{one.option}" if one.option else one.target,
             one.file,
             one.sha256[:12],
-            f"{one.verdict}: {one.where}" if one.where else one.verdict,
+            one.verdict or "none",
             str(len(one.functions) or ""),
             str(one.compared),
         )
@@ -252,7 +258,3 @@ def show_written(files: tuple[Written, ...]) -> None:
         columns = ("target", "file", "sha256", "arithmetic", "functions ", "bytes of fixed text ")
         print_table("Files read back: the same functions, constants rounded correctly", columns, rows)
         print("Fixed text (sines, tiles, loops over blocks) is that of the templates, and measured.\n")
-
-
-def _word(passed: bool) -> str:
-    return "passed" if passed else "FAILED"

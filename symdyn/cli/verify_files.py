@@ -10,23 +10,25 @@ import argparse
 import re
 import shlex
 from collections.abc import Callable
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import NoReturn
 
+from symdyn.algebra.finite_field import Redraw
 from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.code.real import find_real
-from symdyn.errors import VerifyError, printable
+from symdyn.errors import MissingProgram, VerifyError, printable
 from symdyn.program import lower, prepare
+from symdyn.verdict import DIFFERENT, Unclaimed
 from symdyn.verify import Certificate
 from symdyn.verify.certificate import of_files
-from symdyn.verify.texts import files_of
-from symdyn.verify.written import READERS, Written, languages, printed, prove_texts
+from symdyn.verify.texts import NOWHERE, files_of
+from symdyn.verify.written import READERS, Written, languages, printed, prove_texts, unshown
 from symdyn.verify.written.beside import taken_first
-from symdyn.verify.written.proof import DIFFERENT
 
 COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILINE)
 """The line of a header, whatever begins a comment there, or in JSON a string; no line is looked at twice."""
@@ -60,8 +62,8 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     wanted = {command: options_of(command, f"{folder / files[0]}") for command, files in commands.items()}
     read = [command for command in commands if wanted[command].target in READERS]
     if not read:
-        target, (file, *_) = TARGETS[next(iter(wanted.values())).target], next(iter(commands.values()))
-        raise VerifyError(f"{folder / file}: files of target {target.name} ({target.text}) are not read back")
+        target, (file, *_) = next(iter(wanted.values())).target, next(iter(commands.values()))
+        raise VerifyError(f"{folder / file}: {_not_read_back(target)}")
     parts = [_of_command(options, folder, command, wanted[command], progress) for command in read]
     first, *rest = parts
     written = tuple(one for part in parts for one in part.written)
@@ -87,10 +89,10 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     others = ", ".join(printable(one, "") for one in left if one not in ours)
     told += [f"not read, nothing there says it is ours: {others}"]
     told = told if len(left) > len(ours) else told[:-1]
-    for target in dict.fromkeys(unread.values()):
-        told += [
-            f"files of target {target} are not read back: {', '.join(one for one in unread if unread[one] == target)}"
-        ]
+    absent = [
+        Unclaimed(f"proof of {', '.join(one for one in unread if unread[one] == target)}", _not_read_back(target))
+        for target in dict.fromkeys(unread.values())
+    ]
     return Certificate(
         first.scene,
         first.fields,
@@ -99,7 +101,12 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         tuple(dict.fromkeys([note for part in (first, *rest) for note in part.notes] + told)),
         "",
         written,
+        absent=tuple(absent),
     )
+
+
+def _not_read_back(target: str) -> str:
+    return f"files of target {target} ({TARGETS[target].text}) are not read back"
 
 
 def _hiding(folder: Path, name: str, file: Written) -> Written:
@@ -182,12 +189,14 @@ def _of_command(
     progress("reading files back")
     fresh = files_of(emit(program, asked.target, asked.real, command, asked.option, asked.accuracy))
     there = {name: (folder / name).read_bytes() for name in fresh.contents if (folder / name).is_file()}
-    found = type(fresh)(fresh.target, fresh.option, fresh.stem, fresh.functions, there)
-    written = prove_texts(
-        printed(program, asked.real, options.seed, TARGETS[asked.target].loops_in(find_real(asked.real))),
-        found,
-        languages(asked.target, asked.option),
-        fresh.contents,
-    )
+    found = replace(fresh, contents=there)
+    try:
+        loops = TARGETS[asked.target].loops_in(find_real(asked.real))
+        numbers = printed(program, asked.real, options.seed, loops)
+        written = prove_texts(numbers, found, languages(asked.target, asked.option), fresh.contents)
+    except Redraw:
+        written = unshown(found, fresh.contents, NOWHERE)
+    except MissingProgram as fault:
+        written = unshown(found, fresh.contents, str(fault))
     progress("proving over finite fields")
     return of_files(equations, program, written, options.seed, [f"made by: {command}"])

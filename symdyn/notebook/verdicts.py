@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 from symdyn.notebook.page import Markup, folded, head, note, notes, table, verdict
-from symdyn.verify import DIFFERENT, PROVED, Certificate, Finding, Rigorous, Written
+from symdyn.verdict import PROVED
+from symdyn.verify import Certificate, Finding, Rigorous, Written
 
 
 def certificate(found: Certificate) -> list[Markup]:
@@ -13,19 +14,13 @@ def certificate(found: Certificate) -> list[Markup]:
     counts = ", ".join(f"{n} {name}" for name, n in Counter(one.verdict for one in found.findings).items())
     likely = max((one.error_log10 for one in found.findings if one.verdict == PROVED), default=0.0)
     sure = f"; the chance that a false one passed is below 1e{likely:.0f}" if likely else ""
-    wrong = [one for one in found.findings if one.verdict == DIFFERENT]
-    off = [one for one in found.accuracy if not one.passed]
-    broken = [one for one in found.written if not one.passed]
     fields = found.fields
     primes = " and ".join(map(str, fields.primes))
     return [
         head(found.scene, "certificate"),
-        verdict(found.passed, "passed" if found.passed else "FAILED"),
+        verdict(found.passed, found.word),
         note(f"claims: {counts or 'none'}{sure}"),
-        table(("what differs", "entry"), ((one.claim, one.where) for one in wrong)),
-        table(("too far off", "module", "error over its bound"), ((a.function, a.module, a.worst) for a in off)),
-        table(("file", "verdict", "where"), ((one.file, one.verdict, one.where) for one in broken)),
-        *([note(f"the code was refused: {found.refused}")] if found.refused else []),
+        *_claims(found),
         folded(
             f"{len(found.findings)} claims",
             table(("claim", "verdict", "degree", "chance of error"), map(_finding, found.findings)),
@@ -36,7 +31,10 @@ def certificate(found: Certificate) -> list[Markup]:
             "error of the built code against 50 digits",
             table(
                 ("function", "module", "states", "median, ulp", "largest, ulp", "of its bound"),
-                ((a.function, a.module, a.states, a.median_ulp, a.max_ulp, a.worst) for a in found.accuracy),
+                (
+                    (a.function, a.module, a.states, *((a.median_ulp, a.max_ulp, a.worst) if a.states else ("",) * 3))
+                    for a in found.accuracy
+                ),
             ),
             note("ulp of the largest entry of the result"),
         ),
@@ -44,15 +42,34 @@ def certificate(found: Certificate) -> list[Markup]:
     ]
 
 
+def _claims(found: Certificate | Rigorous) -> list[Markup]:
+    """Return what does not hold and why, and what is no claim: tables, of which those without rows are nothing."""
+    rows = {
+        "fails": [(one.what, one.why) for one in found.failed],
+        "not shown": [(one.what, one.why) for one in found.not_shown],
+        "does not exist here": [(one.what, one.why) for one in found.absent],
+        "not run": [(one.what, one.why) for one in found.not_run],
+    }
+    return [table((word, "why"), told) for word, told in rows.items()]
+
+
 def _files(files: tuple[Written, ...]) -> Markup:
     return folded(
         "files read back",
         table(
             ("target", "option", "file", "SHA-256", "arithmetic", "functions", "bytes of fixed text"),
-            ((f.target, f.option, f.file, f.sha256[:12], f.verdict, len(f.functions), f.compared) for f in files),
+            (
+                (f.target, f.option, f.file, f.sha256[:12], f.verdict or "none", len(f.functions), f.compared)
+                for f in files
+            ),
         ),
         note("the same functions, constants rounded correctly; fixed text is that of the templates, and measured"),
     )
+
+
+def _file(one: Written) -> tuple[str, str, str, str, str, int, int]:
+    arithmetic = one.verdict or "none"
+    return one.target, one.option, one.file, one.sha256[:12], arithmetic, len(one.functions), one.compared
 
 
 def _finding(one: Finding) -> tuple[str, str, str, str]:
@@ -69,7 +86,8 @@ def rigorous(found: Rigorous) -> list[Markup]:
     states = max((len(some) for some in found.states.values()), default=0)
     return [
         head(found.scene, f"guaranteed bounds of the error, {found.real}"),
-        verdict(found.passed, "every error is bounded" if found.passed else "some errors have no bound"),
+        verdict(found.passed, "every error is bounded" if found.passed else found.verdict),
+        *_claims(found),
         table(
             ("function", "module", "error, at most", "ulps, at most"), ((*key, *most) for key, most in worst.items())
         ),

@@ -11,7 +11,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, isnan
+from math import inf, isfinite, nan
 from statistics import median
 from typing import Any
 
@@ -25,6 +25,7 @@ from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.graph import Expr, evaluate, reachable, repeated
 from symdyn.program import Program
 from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample, values_of
+from symdyn.verdict import HOLD, verdict
 
 DIGITS = 50
 RUNS = 6  # by lot, where there is no bound
@@ -41,9 +42,9 @@ class Accuracy:
         module: its target, a key of `TARGETS`.
         real: "double" or "float".
         states: how many states were sampled; 0 if the function is real at none of those tried.
-        median_ulp, max_ulp: error of the worst entry, in ulps of the largest entry of the result.
-        worst: largest error of an entry over what its bound allows; at most 1 to pass.
-        passed: no entry exceeded what is allowed.
+        median_ulp, max_ulp: error of the worst entry, in ulps of the largest entry of the result; NaN of no state.
+        worst: largest error of an entry over what its bound allows; at most 1 to agree; NaN of no state.
+        verdict: one of `symdyn.verdict`: whether an entry exceeded what is allowed; NOT_SHOWN if there was no state.
         bounded: what is allowed is a bound; else what a few runs with roundings by lot show.
     """
 
@@ -54,8 +55,13 @@ class Accuracy:
     median_ulp: float
     max_ulp: float
     worst: float
-    passed: bool
+    verdict: str
     bounded: bool = True
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was measured, and no entry exceeded what is allowed."""
+        return self.verdict in HOLD
 
 
 def measure(
@@ -102,9 +108,7 @@ def measure(
 def remarks(measured: Sequence[Accuracy]) -> list[str]:
     """Return what has to be known of functions that were not held against a bound."""
     by_lot = f"no bound holds so many roundings: held against {RUNS} runs whose roundings go up or down by lot"
-    found = [f"{a.function}: real at none of the states tried" for a in measured if not a.states]
-    found += [f"{a.function}: {by_lot}" for a in measured if not a.bounded]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(f"{a.function}: {by_lot}" for a in measured if not a.bounded))
 
 
 @dataclass(frozen=True)
@@ -134,8 +138,8 @@ def _case(
             continue
         ulp = 2 * ROUNDOFF[real] * max(float(abs(entry.value)) for entry in found) or TINIEST[real]
         allowed = [ALLOWED * float(entry.error) + TINIEST[real] for entry in found]
-        if any(map(isnan, allowed)):
-            continue  # a slope is defined nowhere near: nothing can be compared with what it allows
+        if not isfinite(ulp) or not all(map(isfinite, allowed)):
+            continue  # beyond all numbers of the type, or no slope is defined near: there is nothing to compare with
         return _Case(inputs, [entry.value for entry in found], allowed, ulp)
     return None
 
@@ -172,7 +176,9 @@ def _compare(
     real: str,
     bounded: bool,
 ) -> Accuracy:
-    errors, worst = [0.0] if not cases else [], 0.0
+    if not cases:
+        return Accuracy(function.name, module, real, 0, nan, nan, nan, verdict(0), bounded)
+    errors, worst = [], 0.0
     for case in cases:
         got = np.ravel(call(*case.inputs)).tolist()
         largest = 0.0
@@ -181,4 +187,5 @@ def _compare(
             worst = max(worst, error / allowed)
             largest = max(largest, error)
         errors.append(largest / case.ulp)
-    return Accuracy(function.name, module, real, len(cases), median(errors), max(errors), worst, worst <= 1, bounded)
+    said = verdict(len(cases), not worst <= 1)
+    return Accuracy(function.name, module, real, len(cases), median(errors), max(errors), worst, said, bounded)

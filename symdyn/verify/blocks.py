@@ -24,6 +24,8 @@ from symdyn.emit.targets.c.gathered import LANES
 from symdyn.emit.targets.cpp import CPP
 from symdyn.emit.targets.rust import RUST
 from symdyn.program.assemble import shared
+from symdyn.program.states import WIDER
+from symdyn.verdict import HOLD, verdict
 from symdyn.verify.building import Building
 
 COLUMNS, ROWS = "columns", "rows"
@@ -57,6 +59,7 @@ class Blocks:
         functions: how many.
         longest: states; every number of them from 0 on was tried.
         wrong: function, way and length at which a state came out otherwise; "" for none.
+        without: functions that have a value at none of these states, so that nothing was compared.
     """
 
     target: str
@@ -65,11 +68,17 @@ class Blocks:
     functions: int
     longest: int
     wrong: str
+    without: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """One of `symdyn.verdict`: whether all states of every function came out as one by one."""
+        return verdict(self.functions * (not self.without), bool(self.wrong))
 
     @property
     def passed(self) -> bool:
         """Whether all states came out as one by one."""
-        return not self.wrong
+        return self.verdict in HOLD
 
 
 def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:
@@ -82,6 +91,7 @@ def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:
     sources, module = building.compiled(target, option)
     library = ctypes.CDLL(str(module.path))
     opening, count, wrong = stem(program.scene.name), 0, ""
+    without: list[str] = []
     for name, routine in zip(sources.functions, program.routines, strict=True):
         function = routine.function
         if not function.entries or wrong:
@@ -89,23 +99,36 @@ def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:
         count += 1
         arity = len(function.arguments) + 1
         calls = {way: bind_rows(library, f"{opening}_{name}_{ending}", arity) for way, ending in ways.items()}
-        wrong = _wrong(function, getattr(module, name), calls, NEAR[building.real], seed)
-    return Blocks(target, option, tuple(ways), count, LONGEST, wrong)
+        compared, wrong = _wrong(function, getattr(module, name), calls, NEAR[building.real], seed)
+        without += [] if compared else [name]
+    return Blocks(target, option, tuple(ways), count, LONGEST, wrong, tuple(without))
 
 
-def _wrong(function: Function, one: Any, calls: Mapping[str, Any], near: float, seed: int) -> str:
-    """Return where a function over many states is off, "" if nowhere."""
+def _states(function: Function, one: Any, seed: int) -> tuple[list[Array], Array]:
+    """Return arguments of states and what one at a time gives, in ever wider ranges until some have a value."""
     rng = np.random.default_rng(seed)
     common = shared([argument.name for argument in function.arguments])
-    given = [
-        rng.uniform(0.5, 2, (1 if argument.name == common else LONGEST, len(argument.symbols))).astype(one.dtype)
-        for argument in function.arguments
-    ]
-    states = [
-        [values[0 if a.name == common else k] for a, values in zip(function.arguments, given, strict=True)]
-        for k in range(LONGEST)
-    ]
-    wanted = np.array([np.ravel(one(*(v[0] if a.scalar else v for a, v in _named(function, s)))) for s in states])
+    given: list[Array] = []
+    wanted = np.empty((0, 0))
+    for wide in WIDER:
+        given = [
+            rng.uniform(0.5, 2 * wide, (1 if a.name == common else LONGEST, len(a.symbols))).astype(one.dtype)
+            for a in function.arguments
+        ]
+        states = [
+            [values[0 if a.name == common else k] for a, values in zip(function.arguments, given, strict=True)]
+            for k in range(LONGEST)
+        ]
+        wanted = np.array([np.ravel(one(*(v[0] if a.scalar else v for a, v in _named(function, s)))) for s in states])
+        if np.isfinite(wanted).all(axis=1).any():
+            break
+    return given, wanted
+
+
+def _wrong(function: Function, one: Any, calls: Mapping[str, Any], near: float, seed: int) -> tuple[int, str]:
+    """Return at how many states a function has a value, and where it is off over many of them, "" if nowhere."""
+    given, wanted = _states(function, one, seed)
+    compared = int(np.isfinite(wanted).all(axis=1).sum())
     for length in range(LONGEST + 1):
         for way, call in calls.items():
             columns = way == COLUMNS
@@ -116,8 +139,8 @@ def _wrong(function: Function, one: Any, calls: Mapping[str, Any], near: float, 
             size = wanted.shape[1]
             found = out[:-1].reshape((size, length)).T if columns else out[:-1].reshape((length, size))
             if out[-1] != UNTOUCHED or not _close(found, wanted[:length], near):
-                return f"{function.name}, {way} of {length} states"
-    return ""
+                return compared, f"{function.name}, {way} of {length} states"
+    return compared, ""
 
 
 def _named(function: Function, state: Sequence[Array]) -> list[tuple[Any, Array]]:

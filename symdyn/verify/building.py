@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any
 
@@ -18,6 +18,22 @@ from symdyn.build.loaded import is_large
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.program import Program
+from symdyn.verdict import Unclaimed
+
+
+@dataclass(frozen=True)
+class Modules:
+    """What was built of a program.
+
+    Attributes:
+        built: modules by target.
+        missing: targets that this machine cannot run, and what it lacks.
+        refused: the words of what refused the code, behind which nothing more was built; "" for nothing.
+    """
+
+    built: dict[str, Any]
+    missing: tuple[Unclaimed, ...]
+    refused: str = ""
 
 
 class Building:
@@ -82,23 +98,20 @@ class Building:
         begun = self._begun.get(self._key(target, option, part))
         return sources, RUNNERS[target].run(sources) if begun is None else begun.result()
 
-    def modules(self, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
-        """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
-        modules: dict[str, Any] = {}
+    def modules(self, targets: Sequence[str]) -> Modules:
+        """Return the built modules of targets, what of them cannot be run here, and what refused the code."""
+        built: dict[str, Any] = {}
+        missing: list[Unclaimed] = []
         for name in targets:
-            target = TARGETS[name]
-            if name not in RUNNERS:
-                notes.append(f"{target.title} was not measured: nothing runs it here")
-                continue
-            if not self._part(name).routines:
+            if name not in RUNNERS or not self._part(name).routines:
                 continue
             try:
-                _, modules[name] = self.compiled(name, self.options(name)[0], self._part(name))
+                _, built[name] = self.compiled(name, self.options(name)[0], self._part(name))
             except MissingProgram as fault:
-                notes.append(f"{target.title} was not measured: {fault}")
+                missing.append(Unclaimed(f"the error of {TARGETS[name].title}", str(fault)))
             except BuildError as fault:
-                return modules, str(fault)
-        return modules, ""
+                return Modules(built, tuple(missing), str(fault))
+        return Modules(built, tuple(missing))
 
     def _begin(self, target: str, option: str, part: Program) -> None:
         key = self._key(target, option, part)
@@ -134,8 +147,26 @@ def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "")
     return tuple(dict.fromkeys(targets))
 
 
-def modules_of(program: Program, real: str, notes: list[str], targets: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
+def unrunnable(targets: Sequence[str]) -> list[Unclaimed]:
+    """Return the targets that no machine runs for a certificate, whose numbers are claimed nowhere."""
+    return [
+        Unclaimed(f"the error of {TARGETS[name].title}", "nothing runs it here")
+        for name in targets
+        if name not in RUNNERS
+    ]
+
+
+def run_nowhere(program: Program, targets: Sequence[str], measured: Container[str]) -> list[Unclaimed]:
+    """Return the functions of a program that are not among those measured, though some of these targets run here."""
+    runs = [TARGETS[name].title for name in targets if name in RUNNERS]
+    names = [
+        one.function.name for one in program.routines if one.function.entries and one.function.name not in measured
+    ]
+    return [Unclaimed(f"the error of {name}", f"{', '.join(runs)} leaves it out") for name in names if runs]
+
+
+def modules_of(program: Program, real: str, targets: Sequence[str]) -> Modules:
+    """Return the built modules by name, and what is missing here or refuses the code."""
     with Building(program, real) as building:
         building.begin(targets)
-        return building.modules(notes, targets)
+        return building.modules(targets)

@@ -10,41 +10,28 @@ from typing import Any
 import numpy as np
 
 from symdyn.arguments import check_arguments
-from symdyn.dynamics import (
-    Equations,
-    Function,
-    LoopChoices,
-    Unasked,
-    Workspace,
-    derive_one,
-    expected,
-    of_place,
-    roads_of,
-    row_of,
-    there,
-    wanted_on,
-)
+from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.emit.code.real import SINGLE
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.errors import VerifyError
 from symdyn.graph import growing
-from symdyn.program import Program, choose, lower
+from symdyn.program import Program, lower
 from symdyn.program import prepare as prepare_program
-from symdyn.program.formulation import chosen, known_road
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import SceneLike, scene_of
 from symdyn.shown import Shown
+from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, Judged, Unclaimed, together
 from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
-from symdyn.verify.building import Building, wanted_targets
-from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
+from symdyn.verify.building import Building, run_nowhere, unrunnable, wanted_targets
+from symdyn.verify.claims import claims_of, compared, taken
+from symdyn.verify.equality import Fields, Finding, prove
 from symdyn.verify.in_rows import InRows
 from symdyn.verify.law import Seen
-from symdyn.verify.laws import laws
-from symdyn.verify.laws_in_numbers import LOOKS
+from symdyn.verify.laws_in_numbers import look
 from symdyn.verify.program_claims import composed_claims, loop_claim, program_claims
 from symdyn.verify.quaternions import on_unit_sphere
-from symdyn.verify.texts import written_of
+from symdyn.verify.texts import texts_of
 from symdyn.verify.written import Written
 
 Progress = Callable[[str], None]
@@ -59,10 +46,13 @@ class Certificate(Shown):
         fields: primes, points and seed of the proofs.
         findings: derivations against each other, laws, and the program against the equations.
         accuracy: built modules against 50 digits.
-        notes: what was left out and why.
+        notes: what else is said, and what was left out unasked.
         refused: the words of the compiler or of Node.js if it refused the code; "" if it did not.
         written: files whose text was read back and proved.
         blocks: code for many states that was run at every length, of targets that were asked for.
+        absent: what does not exist there, of which nothing is claimed.
+        not_run: what this machine cannot run, and nobody asked for by name.
+        unshown: what was asked for and cannot be looked at, or has no value anywhere.
     """
 
     scene: str
@@ -73,25 +63,80 @@ class Certificate(Shown):
     refused: str = ""
     written: tuple[Written, ...] = ()
     blocks: tuple[Blocks, ...] = ()
+    absent: tuple[Unclaimed, ...] = ()
+    not_run: tuple[Unclaimed, ...] = ()
+    unshown: tuple[Unclaimed, ...] = ()
 
     def __repr__(self) -> str:
         verdicts = Counter(one.verdict for one in self.findings)
         counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
         measured = len({one.function for one in self.accuracy})
-        passed = "passed" if self.passed else "FAILED"
-        return f"<Certificate of {self.scene}: {passed}; {counts}; {measured} functions measured>"
+        return f"<Certificate of {self.scene}: {self.word}; {counts or 'no claims'}; {measured} functions measured>"
+
+    @property
+    def claims(self) -> tuple[Judged, ...]:
+        """What was claimed, and what became of it: one at least, for a certificate of nothing shows nothing."""
+        found = [*map(_of_finding, self.findings), *map(_of_written, self.written), *map(_of_blocks, self.blocks)]
+        found += map(_of_accuracy, self.accuracy)
+        found += [Judged("the code is taken by its compiler", DIFFERENT, self.refused)] if self.refused else []
+        found += [Judged(one.what, NOT_SHOWN, one.why) for one in self.unshown]
+        claimed = [one for one in found if one.verdict]
+        return tuple(claimed) or (Judged(self.scene, NOT_SHOWN, "nothing was claimed of what was asked for"),)
+
+    @property
+    def verdict(self) -> str:
+        """One of `symdyn.verdict`: the worst of those on all claims."""
+        return together(one.verdict for one in self.claims)
 
     @property
     def passed(self) -> bool:
-        """Whether nothing differs, the code compiles, and every module is as accurate as its numbers allow."""
-        sound = all(f.verdict != DIFFERENT for f in self.findings)
-        sound = sound and all(one.passed for one in self.written) and all(one.passed for one in self.blocks)
-        return sound and not self.refused and all(a.passed for a in self.accuracy)
+        """Whether there are claims, and all of them hold."""
+        return self.verdict in HOLD
+
+    @property
+    def word(self) -> str:
+        """Passed, fails or not shown, for people."""
+        return "passed" if self.passed else self.verdict
+
+    @property
+    def failed(self) -> tuple[Judged, ...]:
+        """The claims that fail."""
+        return tuple(one for one in self.claims if one.verdict == DIFFERENT)
+
+    @property
+    def not_shown(self) -> tuple[Judged, ...]:
+        """The claims of which nothing could be compared."""
+        return tuple(one for one in self.claims if one.verdict == NOT_SHOWN)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate for JSON."""
-        facts: dict[str, Any] = finite({**asdict(self), "passed": self.passed})
-        return facts
+        facts: dict[str, Any] = asdict(self)
+        for name, rows in (("accuracy", self.accuracy), ("blocks", self.blocks), ("written", self.written)):
+            facts[name] = [{**asdict(one), "verdict": one.verdict, "passed": one.passed} for one in rows]
+        facts |= {"failed": [asdict(one) for one in self.failed], "not_shown": [asdict(one) for one in self.not_shown]}
+        told: dict[str, Any] = finite({**facts, "verdict": self.verdict, "passed": self.passed})
+        return told
+
+
+def _of_finding(one: Finding) -> Judged:
+    return Judged(one.claim, one.verdict, f"entry {one.where} differs" if one.verdict == DIFFERENT else one.why)
+
+
+def _of_accuracy(one: Accuracy) -> Judged:
+    what = f"{one.function} in {one.module} against 50 digits"
+    if one.verdict == NOT_SHOWN:
+        return Judged(what, one.verdict, "real at none of the states tried")
+    return Judged(what, one.verdict, "" if one.passed else "an entry is farther off than its bound allows")
+
+
+def _of_written(one: Written) -> Judged:
+    return Judged(f"the text of {one.file}{f' (--{one.option})' if one.option else ''}", one.verdict, one.where)
+
+
+def _of_blocks(one: Blocks) -> Judged:
+    where = f"{one.wrong} differ" if one.wrong else ""
+    without = f"no state has a value of {', '.join(one.without)}" if one.without else "there is no function"
+    return Judged(f"blocks of {one.target}", one.verdict, "" if one.passed else where or without)
 
 
 @growing()
@@ -144,7 +189,7 @@ def certify(
         notes.append(f"accuracy {accuracy}: bounds have sines and cosines that are off by {sines.bound:.0e} in them")
     workspace = Workspace(scene, closing)
     progress("deriving")
-    outputs, preferred, left_out = taken(workspace, outputs, road)
+    outputs, preferred, left_out, absent = taken(workspace, outputs, road)
     notes += left_out
     program = lower(Equations(scene, workspace.graph, preferred))
     code = prepare_program(program) if prepare else program
@@ -154,72 +199,41 @@ def certify(
         progress("writing files")
         building.begin(targets, WAYS if asked else ())
         progress("deriving once more, by other roads")
-        claims = _claims(workspace, outputs, preferred, program) + composed_claims(program, code)
+        claims, lacking = claims_of(workspace, outputs, preferred, program)
+        claims, empty = compared(claims + composed_claims(program, code), preferred)
+        absent += [*unrunnable(targets), *lacking, *empty]
+        claims = on_unit_sphere(scene, claims)
         progress("proving over finite fields")
-        there = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
-        claims = on_unit_sphere(scene, there)
         fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
         progress("reading files back")
-        written = written_of(building, targets, asked, notes, seed)
+        texts = texts_of(building, targets, asked, seed)
         progress("building")
-        modules, refused = building.modules(notes, targets)
+        made = building.modules(targets)
         blocks: tuple[Blocks, ...] = ()
         if asked:
             progress("running blocks of states at every length")
-            blocks = tuple(run_blocks(building, name, seed) for name in modules if name in WAYS)
-    if sines:
-        modules = {name: InRows(module, code) for name, module in modules.items()}
+            blocks = tuple(run_blocks(building, name, seed) for name in made.built if name in WAYS)
+    modules = {name: InRows(module, code) for name, module in made.built.items()} if sines else made.built
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
-    for one in LOOKS:
-        if one.fits(scene, outputs):
-            progress(one.doing)
-            found, told = one.look(Seen(workspace, outputs, program, {} if sines else modules, seed))
-            findings += found
-            notes += told
+    looked, nowhere = look(Seen(workspace, outputs, program, {} if sines else modules, seed), progress)
     progress("measuring against 50 digits")
     measured = measure(program, modules, seed=seed, real=real, accuracy=accuracy)
-    notes += remarks(measured)
-    return Certificate(scene.name, fields, tuple(findings), tuple(measured), tuple(notes), refused, written, blocks)
-
-
-def taken(
-    workspace: Workspace, outputs: Sequence[str] | None, road: str | None
-) -> tuple[tuple[str, ...], tuple[Function, ...], list[str]]:
-    """Return outputs, those that become code, and why others do not: for None all that are worth certifying.
-
-    These are what a scene has unasked, kinematics of the last body, and what no one writes unasked.
-    """
-    if outputs is not None:
-        return tuple(outputs), choose(workspace, outputs, road), []
-    scene = workspace.scene
-    wanted, left_out = wanted_on(workspace)
-    wanted += of_place(scene.bodies[-1].name, Unasked.PROVED)
-    wanted += [name for name in expected(scene, Unasked.PROVED) if row_of(name)[0].unasked is Unasked.PROVED]
-    known_road(scene, wanted, road)
-    functions: list[Function] = []
-    found, faults = there(workspace, wanted, lambda w, name: functions.append(chosen(w, name, road)))
-    return found, tuple(functions), left_out + faults
-
-
-def _claims(
-    workspace: Workspace, outputs: Sequence[str], preferred: Sequence[Function], program: Program
-) -> list[Claim]:
-    """Return that all roads agree, that laws hold, and that the program is what the preferred roads gave."""
-    roads = [
-        _agreement(workspace, name, one, derive_one(workspace, name, other))
-        for name, one in zip(outputs, preferred, strict=True)
-        for other in roads_of(name, workspace.scene)
-        if other != one.formulation
-    ]
-    return [*roads, *laws(workspace, outputs), *program_claims(workspace.scene, preferred, program)]
-
-
-def _agreement(w: Workspace, request: str, one: Function, other: Function) -> Claim:
-    """Return that two derivations agree, in what is no choice."""
-    compared = row_of(request, w.scene)[0].compared
-    name, of = compared or (request, lambda _, entries: entries)
-    return Claim(name, one.formulation, other.formulation, tuple(of(w, one.entries)), tuple(of(w, other.entries)))
+    missing = (*texts.missing, *made.missing)
+    unrun = [] if made.missing or made.refused else run_nowhere(code, targets, {one.function for one in measured})
+    return Certificate(
+        scene.name,
+        fields,
+        (*findings, *looked),
+        tuple(measured),
+        (*notes, *remarks(measured)),
+        made.refused,
+        texts.written,
+        blocks,
+        (*absent, *nowhere),
+        () if asked else missing,
+        (*(missing if asked else ()), *texts.unshown, *unrun),
+    )
 
 
 def of_files(
@@ -242,9 +256,10 @@ def of_files(
     plain = lower(equations)
     claims = program_claims(scene, equations.functions, plain) + composed_claims(plain, program)
     claims += [loop_claim(function) for function in equations.functions if function.loop]
-    claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])
+    claims, empty = compared(claims, equations.functions)
+    claims = on_unit_sphere(scene, claims)
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
-    return Certificate(scene.name, fields, tuple(findings), (), tuple(notes), "", tuple(written))
+    return Certificate(scene.name, fields, tuple(findings), (), tuple(notes), "", tuple(written), absent=tuple(empty))
 
 
 class _Composed:

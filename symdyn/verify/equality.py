@@ -2,7 +2,7 @@
 
 Roots of something variable are formal values there; see `symdyn.verify.roots`. What the field cannot decide (which root
 of a square is meant, an identity of an uninterpreted function) is compared at random points in 50 digits instead and
-reported as "checked numerically", never as proved. Points are of either sign, except for symbols that are declared
+reported as agreeing in numbers, never as proved. Points are of either sign, except for symbols that are declared
 positive, and lie where every root and logarithm is real.
 """
 
@@ -17,13 +17,9 @@ from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, 
 from symdyn.algebra.midpoints import RealBalls, bits_of
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
+from symdyn.verdict import verdict
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, FirstPoints, NumberPoints, field_values
 from symdyn.verify.roots import Roots, conjugated, radicands, signed
-
-PROVED = "proved"
-NUMERICAL = "checked numerically"
-DIFFERENT = "different"
-UNDEFINED = "defined nowhere"
 
 DIGITS = 50
 SURE = -6.0  # log10 of the chance of error from which a claim is not called proved
@@ -65,11 +61,12 @@ class Finding:
 
     Attributes:
         claim: its name and its two sides, for reading.
-        verdict: PROVED, NUMERICAL, DIFFERENT, or UNDEFINED where no real point was found to look at.
-        entries: how many pairs were compared.
+        verdict: one of the four of `symdyn.verdict`; NOT_SHOWN where no real point was found to look at.
+        entries: how many pairs were compared; of what is looked at in numbers, at how many states.
         degree: bound of the degree of the differences; 0 when numerical.
         error_log10: log10 of the probability that a false claim would pass; 0 when not proved.
         where: index of the first entry that differs, -1 if none.
+        why: nothing could be compared; "" where something was.
     """
 
     claim: str
@@ -78,6 +75,7 @@ class Finding:
     degree: int
     error_log10: float
     where: int
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -227,22 +225,26 @@ def _judge(
     claim: Claim, flags: Sequence[bool] | None, degree: int, error_log10: float, places: NumberPoints
 ) -> Finding:
     """Return the finding for a claim; `flags` say which entries agreed over the fields, None where none can tell."""
-    if flags is not None and not all(flags) and _is_decided((*claim.left, *claim.right)):
-        return Finding(_title(claim), DIFFERENT, len(flags), 0, 0.0, list(flags).index(False))
-    proved = flags is not None and all(flags) and error_log10 < SURE
+    wrong = flags is not None and not all(flags)
+    if flags is not None and wrong and _is_decided((*claim.left, *claim.right)):
+        return _found(claim, len(flags), list(flags).index(False))
+    proved = bool(flags) and not wrong and error_log10 < SURE
     try:
-        where = _first_difference(claim, places, 1 if proved else TRIALS)  # one look keeps the field honest
-    except VerifyError:
-        return Finding(_title(claim), UNDEFINED, len(claim.left), 0, 0.0, -1)
-    if where >= 0:
-        return Finding(_title(claim), DIFFERENT, len(claim.left), 0, 0.0, where)
-    if proved:
-        return Finding(_title(claim), PROVED, len(claim.left), degree, error_log10, -1)
-    return Finding(_title(claim), NUMERICAL, len(claim.left), 0, 0.0, -1)
+        entries, where = _first_difference(claim, places, 1 if proved else TRIALS)  # one look keeps the field honest
+    except VerifyError as fault:
+        return _found(claim, 0, why=str(fault))
+    if where < 0 and proved:
+        return _found(claim, entries, where, degree, error_log10)
+    return _found(claim, entries, where, why="" if entries else "it has no entries to compare")
 
 
-def _title(claim: Claim) -> str:
-    return f"{claim.name}: {claim.left_name} = {claim.right_name}"
+def _found(
+    claim: Claim, entries: int, where: int = -1, degree: int = 0, error_log10: float = 0.0, why: str = ""
+) -> Finding:
+    """Return a finding: of so many pairs the first that differs, -1 for none; a chance of error is that of a proof."""
+    title = f"{claim.name}: {claim.left_name} = {claim.right_name}"
+    said = verdict(entries, where >= 0, error_log10 < 0)
+    return Finding(title, said, entries, degree, error_log10, where, why)
 
 
 def _is_decided(outputs: Sequence[Expr]) -> bool:
@@ -267,19 +269,27 @@ def _by_graph(outputs: Sequence[Expr]) -> list[list[Expr]]:
     return list(groups.values())
 
 
-def _first_difference(claim: Claim, places: NumberPoints, trials: int) -> int:
-    """Return the first entry that differs at random points, whatever rounding to 50 digits did, -1 if none.
+def _first_difference(claim: Claim, places: NumberPoints, trials: int) -> tuple[int, int]:
+    """Return how many entries are compared, and the first that differs at random points, -1 if none.
+
+    What rounding to 50 digits did is no difference.
 
     Raises:
         VerifyError: no point was found at which both sides are real.
     """
-    algebra, draws, zero = places.algebra, iter(range(MAX_DRAWS)), places.algebra.number(0.0)
-    for _ in range(trials):
-        left, right = claim.compared(*_next_point(claim, places, draws), algebra, zero, _certain)
+    algebra, draws, zero, entries = places.algebra, iter(range(MAX_DRAWS)), places.algebra.number(0.0), 0
+    for trial in range(trials):
+        point = _next_point(claim, places, draws)
+        if point is None and not trial:
+            raise VerifyError(f"no point was found at which both sides have a real value ({MAX_DRAWS} tries)")
+        if point is None:
+            break  # fewer points than wanted are some
+        left, right = claim.compared(*point, algebra, zero, _certain)
+        entries = len(left)
         for i, (a, b) in enumerate(zip(left, right, strict=True)):
             if not a.overlaps(b):
-                return i
-    return -1
+                return entries, i
+    return entries, -1
 
 
 def _certain(number: Any) -> Any:
@@ -287,11 +297,11 @@ def _certain(number: Any) -> Any:
     return 0 if number.contains(0) else abs(number).mid()
 
 
-def _next_point(claim: Claim, places: NumberPoints, draws: Iterator[int]) -> tuple[list[Any], list[Any]]:
-    """Return the values of both sides at the next point where they are real."""
+def _next_point(claim: Claim, places: NumberPoints, draws: Iterator[int]) -> tuple[list[Any], list[Any]] | None:
+    """Return the values of both sides at the next point where they are real; None where there is none left."""
     for draw in draws:
         try:
             return places.values(claim.left, draw), places.values(claim.right, draw)
         except (ValueError, ZeroDivisionError, OverflowError):
             continue
-    raise VerifyError(f"{claim.name}: no point was found at which every root and logarithm is real ({MAX_DRAWS} tries)")
+    return None

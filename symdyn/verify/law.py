@@ -10,9 +10,13 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Scene
+from symdyn.verdict import Unclaimed
 from symdyn.verify.equality import Claim, Finding
 
 Outputs = tuple[str, ...]
+
+Looked = tuple[list[Finding], list[Unclaimed]]
+"""What was found in numbers, and where there is nothing to claim."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +57,14 @@ class Seen:
 
 @dataclass(frozen=True)
 class Look(About):
-    """A law that is looked at in numbers, where proofs see nothing; `look` returns findings and notes.
+    """A law that is looked at in numbers, where proofs see nothing; `look` returns findings, and what is no claim.
 
     Attributes:
         doing: what is being done, in words.
     """
 
     doing: str
-    look: Callable[[Seen], tuple[list[Finding], list[str]]]
+    look: Callable[[Seen], Looked]
 
 
 def everywhere(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,18 +11,23 @@ import numpy as np
 from symdyn.build import run_python
 from symdyn.emit import emit
 from symdyn.program.states import sample
-from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
-from symdyn.verify.law import Look, Seen
+from symdyn.verdict import Unclaimed, verdict
+from symdyn.verify.equality import Finding
+from symdyn.verify.law import Look, Looked, Seen
 from symdyn.verify.natural import forward_findings, reaction_findings
 
 STATES = 50  # at which positive definiteness is looked at
 
 
-def positive_definite(seen: Seen) -> tuple[list[Finding], list[str]]:
+DEFINITE = "mass matrix: positive definite"
+
+
+def positive_definite(seen: Seen) -> Looked:
     """Return that M is positive definite at sampled states, where it should be and parameters have sensible values."""
     scene, mass = seen.program.scene, seen.program["mass_matrix"].function
-    if not all(parameter.positive for parameter in scene.free_parameters):
-        return [], ["positive definiteness of M: left out, free parameters that are not declared positive"]
+    signed = [parameter.name for parameter in scene.free_parameters if not parameter.positive]
+    if signed:
+        return [], [Unclaimed(DEFINITE, f"{', '.join(signed)} may be negative; declare it with positive = true")]
     rng = random.Random(seen.seed)
     states = [sample(mass.arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
     measured = next(iter(seen.modules.values()), None)  # whose own accuracy is known
@@ -30,8 +36,8 @@ def positive_definite(seen: Seen) -> tuple[list[Finding], list[str]]:
         matrices = [getattr(module, mass.name)(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
     where = next((k for k, M in enumerate(real) if not _is_definite(M, scene.is_closed)), -1)
-    verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
-    return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)], []
+    why = "" if real else f"M has finite entries at none of {len(states)} states"
+    return [Finding(DEFINITE, verdict(len(real), where >= 0), len(real), 0, 0.0, where, why)], []
 
 
 def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
@@ -60,3 +66,15 @@ LOOKS: list[Look] = [
         positive_definite,
     ),
 ]
+
+
+def look(seen: Seen, progress: Callable[[str], None] = lambda _: None) -> Looked:
+    """Return what all laws find that are about a scene, and what is no claim."""
+    findings: list[Finding] = []
+    absent: list[Unclaimed] = []
+    for one in LOOKS:
+        if one.fits(seen.program.scene, seen.outputs):
+            progress(one.doing)
+            found, told = one.look(seen)
+            findings, absent = findings + found, absent + told
+    return findings, absent

@@ -8,8 +8,8 @@ functions are compared with equations that nobody has solved beforehand:
     A x + b = 0                             (5.18), reactions: equal where an entry is unique, elsewhere apart by what
                                             is in equilibrium with itself
 
-Where these equations lose rank themselves (a change point, angles that are singular, a wheel that lies flat) there is
-nothing to compare.
+Where these equations lose rank themselves (a change point, angles that are singular, a wheel that lies flat) forward
+dynamics does not exist, which is told with the rank. Where that is so at every one, random closed positions are taken.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ from symdyn.graph import Expr, evaluate, substitute
 from symdyn.scene import velocity_name
 from symdyn.scene.forces import without_place
 from symdyn.scene.units import coordinate_units
-from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
+from symdyn.verdict import Unclaimed, verdict
+from symdyn.verify.equality import Finding
+from symdyn.verify.law import Looked
 
 SAME = 1e-7
 """Largest difference of two results in doubles, over the largest entry, from which they are two."""
@@ -64,28 +66,50 @@ class _State:
     pulled: Array
 
 
-def forward_findings(w: Workspace) -> tuple[list[Finding], list[str]]:
+def forward_findings(w: Workspace) -> Looked:
     """Return how forward dynamics and its reactions stand at natural positions, and where they do not exist."""
-    notes: list[str] = []
-    states = list(_states(w, {}))
+    states, lost = _states(w, {})
     finding, undefined = _forward(w, states)
     findings = [finding]
-    if undefined:
-        names = ", ".join(w.scene.velocities[k] for k in w.loops.decisions.partition.independent)
-        notes.append(
-            f"forward dynamics does not exist at {', '.join(undefined)}: there {names} do not determine the other "
-            "velocities; choose others with --independent"
-        )
+    absent = _grouped("forward dynamics", lost | {one.where: _undetermined(w, one) for one in undefined})
     if w.hanging.cuts and not without_place(w.scene):
-        findings.append(_reactions(w, "forward_reactions", [one for one in states if one.where not in undefined]))
-    return findings, notes
+        where = {one.where for one in undefined}
+        finding, others = _reactions(w, "forward_reactions", [one for one in states if one.where not in where])
+        findings, absent = [*findings, finding], absent + others
+    return findings, absent
 
 
-def reaction_findings(w: Workspace) -> tuple[list[Finding], list[str]]:
+def _grouped(name: str, lost: Mapping[str, str]) -> list[Unclaimed]:
+    """Return at which positions something does not exist, those with one reason together."""
+    reasons = dict.fromkeys(lost.values())
+    places = {why: ", ".join(where for where, one in lost.items() if one == why) for why in reasons}
+    return [Unclaimed(f"{name} at {where}", why) for why, where in places.items()]
+
+
+def reaction_findings(w: Workspace) -> Looked:
     """Return how reactions of a motion that is given stand there."""
     if not w.hanging.cuts:
         return [], []
-    return [_reactions(w, "reactions", list(_states(w, dict.fromkeys(undriven(w.scene), 0.0))))], []
+    states, _ = _states(w, dict.fromkeys(undriven(w.scene), 0.0))  # told of forward dynamics
+    finding, lost = _reactions(w, "reactions", states)
+    return [finding], lost
+
+
+def _undetermined(w: Workspace, state: _State) -> str:
+    """Return why forward dynamics does not exist at a state whose equations have a solution."""
+    decisions = w.loops.decisions
+    free, names = decisions.partition.independent, w.scene.velocities
+    q = np.array([state.values[symbol] for symbol in w.state.q])
+    G = w.loops.numbers.jacobian(q)[list(decisions.kept)].reshape(-1, w.state.n)
+    rest = np.delete(G, list(free), axis=1)
+    return (
+        f"there {', '.join(names[k] for k in free)} do not determine the other velocities: the columns of these have "
+        f"rank {_rank(rest)} of {rest.shape[1]}; choose others with --independent"
+    )
+
+
+def _rank(A: Array) -> int:
+    return int(np.linalg.matrix_rank(A, tol=RANK * float(np.linalg.norm(A, 2)))) if A.size else 0
 
 
 # Positions
@@ -136,34 +160,46 @@ def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
 # States
 
 
-def _states(w: Workspace, forces: Mapping[int, float]) -> Iterator[_State]:
-    """Yield a state at every natural position where the equations of motion have one solution.
+def _states(w: Workspace, forces: Mapping[int, float]) -> tuple[list[_State], dict[str, str]]:
+    """Return a state at every natural position where the equations of motion have one solution, and why not at others.
 
     `forces` are driving forces by velocity; others are random.
     """
-    numbers, kept, n = w.loops.numbers, list(w.loops.decisions.kept), w.state.n
     entries = _entries(w)
+    made = {one[0]: _state(w, forces, entries, k, *one) for k, one in enumerate(w.once(natural_places))}
+    if not any(isinstance(one, _State) for one in made.values()):  # positions at random are better than none
+        others = {f"random position {k + 1}": np.array(q) for k, q in enumerate(w.loops.decisions.assembly.places)}
+        made |= {one[0]: _state(w, forces, entries, k, *one) for k, one in enumerate(others.items())}
+    states = [one for one in made.values() if isinstance(one, _State)]
+    return states, {where: one for where, one in made.items() if isinstance(one, str)}
+
+
+def _state(
+    w: Workspace, forces: Mapping[int, float], entries: Sequence[Expr], number: int, where: str, q: Array
+) -> _State | str:
+    """Return the state at a position, at rest at every other one; or why the equations have no one solution there."""
+    numbers, kept, n = w.loops.numbers, list(w.loops.decisions.kept), w.state.n
     led, m = list(w.prescribed.place), len(kept)
-    for number, (where, q) in enumerate(w.once(natural_places)):
-        rng = random.Random(f"{w.scene.name}:{where}")
-        G = numbers.jacobian(q)[kept].reshape(m, n)
-        u = np.array([rng.uniform(-1, 1) for _ in range(n)]) if number % 2 else np.zeros(n)  # at rest, too
-        u = u - np.linalg.pinv(G) @ (G @ u)
-        tau = np.array([forces.get(k, rng.uniform(-1, 1)) for k in range(n)])
-        values = _values(w, q, u, tau)
-        found = _at(entries, values)
-        if found is None:
-            continue
-        M, h, bias, accelerated = np.split(found, np.cumsum([n * n, n, m]))
-        rows = np.vstack([G, np.eye(n)[led].reshape(-1, n)])
-        unit = float(np.abs(M).max(initial=0.0)) or 1.0  # masses of grams and tonnes alike
-        K = np.zeros((n + len(rows), n + len(rows)))
-        K[:n, :n], K[:n, n:], K[n:, :n] = M.reshape(n, n) / unit, -rows.T, rows
-        if np.linalg.matrix_rank(K, tol=RANK * float(np.linalg.norm(K, 2))) < len(K):
-            continue  # a change point, or singular angles
-        x = np.linalg.solve(K, np.concatenate([(tau - h) / unit, -bias, accelerated]))
-        values |= dict(zip(w.state.qdd, x[:n].tolist(), strict=True))
-        yield _State(where, values, x[:n], unit * (G.T @ x[n : n + m]))
+    rng = random.Random(f"{w.scene.name}:{where}")
+    G = numbers.jacobian(q)[kept].reshape(m, n)
+    u = np.array([rng.uniform(-1, 1) for _ in range(n)]) if number % 2 else np.zeros(n)  # at rest, too
+    u = u - np.linalg.pinv(G) @ (G @ u)
+    tau = np.array([forces.get(k, rng.uniform(-1, 1)) for k in range(n)])
+    values = _values(w, q, u, tau)
+    found = _at(entries, values)
+    if found is None:
+        return "the equations of motion have no finite value there"
+    M, h, bias, accelerated = np.split(found, np.cumsum([n * n, n, m]))
+    rows = np.vstack([G, np.eye(n)[led].reshape(-1, n)])
+    unit = float(np.abs(M).max(initial=0.0)) or 1.0  # masses of grams and tonnes alike
+    K = np.zeros((n + len(rows), n + len(rows)))
+    K[:n, :n], K[:n, n:], K[n:, :n] = M.reshape(n, n) / unit, -rows.T, rows
+    if _rank(K) < len(K):  # a change point, or singular angles
+        of_rows = f"the rows of loops and prescribed motions have rank {_rank(rows)} of {len(rows)}"
+        return f"{of_rows}, the equations of motion have rank {_rank(K)} of {len(K)}"
+    x = np.linalg.solve(K, np.concatenate([(tau - h) / unit, -bias, accelerated]))
+    values |= dict(zip(w.state.qdd, x[:n].tolist(), strict=True))
+    return _State(where, values, x[:n], unit * (G.T @ x[n : n + m]))
 
 
 def _entries(w: Workspace) -> list[Expr]:
@@ -193,8 +229,8 @@ def _at(entries: Sequence[Expr], values: Mapping[Expr, float]) -> Array | None:
 # What is compared
 
 
-def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]]:
-    """Return how forward dynamics and multipliers stand, and at which positions they do not exist."""
+def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[_State]]:
+    """Return how forward dynamics and multipliers stand, and at which states they do not exist."""
     moved, multipliers = derive_one(w, "forward_dynamics").entries, derive_one(w, "multipliers").entries
     pulled = w.loops.constraint_forces(multipliers)
     compared: list[str] = []
@@ -202,7 +238,7 @@ def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]
     for state in states:
         found = _at([*moved, *pulled], state.values)
         if found is None:
-            undefined.append(state.where)
+            undefined.append(state)
             continue
         compared.append(state.where)
         apart = [_apart(found[: w.state.n], state.moved), _apart(found[w.state.n :], state.pulled)]
@@ -210,8 +246,11 @@ def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]
     return _finding("forward dynamics", "M qdd + h = tau + G^T lambda in numbers", compared, wrong), undefined
 
 
-def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
-    """Return how reactions stand: whether they meet (5.18), and exist where it has the rank that it has in general."""
+def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Finding, list[Unclaimed]]:
+    """Return how reactions stand: whether they meet (5.18), and exist where it has the rank that it has in general.
+
+    Where it has less, they do not exist.
+    """
     derived = derive_one(w, name)
     length, decisions = w.loops.decisions.assembly.length, w.loops.decisions
     given = any(argument.name == "tau" for argument in derived.arguments)
@@ -219,18 +258,21 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     drives = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
     system = InNumbers(equilibrium(w.hanging, tau=drives if given else None, whole=True))
     compared: list[str] = []
+    lost: dict[str, str] = {}
     wrong, general = [], 0
     for place in decisions.assembly.places if states else ():
         values = states[0].values | dict(zip(w.state.q, place, strict=True))
         general = max(general, system.least(values, length).rank)
     for state in states:
-        if system.least(state.values, length).rank < general:
-            continue  # a change point
+        rank = system.least(state.values, length).rank
+        if rank < general:  # a change point
+            lost[state.where] = f"equilibrium (5.18) has rank {rank} there, and {general} elsewhere"
+            continue
         found = _at(derived.entries, state.values)
         compared.append(state.where)
         off = found is None or system.missed(state.values, found, length) > SAME
         wrong += [state.where] if off else []
-    return _finding(name, "equilibrium (5.18) in numbers", compared, wrong)
+    return _finding(name, "equilibrium (5.18) in numbers", compared, wrong), _grouped(name, lost)
 
 
 def _apart(found: Array, expected: Array) -> float:
@@ -240,7 +282,8 @@ def _apart(found: Array, expected: Array) -> float:
 
 def _finding(name: str, other: str, compared: Sequence[str], wrong: Sequence[str]) -> Finding:
     """Return a finding about positions, by name: those that were compared, and at which of them something is off."""
-    verdict = DIFFERENT if wrong else NUMERICAL if compared else UNDEFINED
     where = compared.index(wrong[0]) if wrong else -1
     title = f"{name}: at {', '.join(wrong) or 'natural positions'} = {other}"
-    return Finding(title, verdict, len(compared), 0, 0.0, where)
+    said = verdict(len(compared), bool(wrong))
+    why = "" if compared else "there is no closed position where it exists and was compared"
+    return Finding(title, said, len(compared), 0, 0.0, where, why)

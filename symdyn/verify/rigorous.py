@@ -30,9 +30,11 @@ from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
 from symdyn.shown import Shown
+from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, Judged, Unclaimed, together, verdict
 from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, wanted_targets
-from symdyn.verify.certificate import finite, taken
+from symdyn.verify.certificate import finite
+from symdyn.verify.claims import taken
 
 MOST_BITS = 4096
 ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller
@@ -52,6 +54,8 @@ class Bound:
         error: no computed value of this entry is farther than this from the true one; infinite where nothing is known.
         ulps: `error` in units in the last place of `computed`.
         state: which state that was, counted from 0.
+        verdict: one of `symdyn.verdict`: PROVED where the error is bounded at all states, NOT_SHOWN where the equations
+            have no value at one, DIFFERENT where they have, and the code has not.
     """
 
     function: str
@@ -61,6 +65,7 @@ class Bound:
     error: float
     ulps: float
     state: int
+    verdict: str
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,8 @@ class Rigorous(Shown):
         bounds: a row for every function, entry and module.
         bits: the most that any ball took.
         notes: what was left out and why.
+        absent: what does not exist there, of which nothing is claimed.
+        not_run: what this machine cannot run.
     """
 
     scene: str
@@ -82,16 +89,50 @@ class Rigorous(Shown):
     bounds: tuple[Bound, ...]
     bits: int
     notes: tuple[str, ...]
+    absent: tuple[Unclaimed, ...] = ()
+    not_run: tuple[Unclaimed, ...] = ()
+
+    @property
+    def claims(self) -> tuple[Judged, ...]:
+        """What was claimed, and what became of it: a claim a function and module, one at least."""
+        entries: dict[tuple[str, str], list[str]] = {}
+        for one in self.bounds:
+            entries.setdefault((one.function, one.module), []).append(one.verdict)
+        worst = {f"error of {function} in {name}": together(some) for (function, name), some in entries.items()}
+        found = tuple(Judged(what, said, _WHY.get(said, "")) for what, said in worst.items())
+        return found or (Judged(self.scene, NOT_SHOWN, "no entry of what was asked for was bounded"),)
+
+    @property
+    def verdict(self) -> str:
+        """One of `symdyn.verdict`: the worst of those on all bounds."""
+        return together(one.verdict for one in self.claims)
 
     @property
     def passed(self) -> bool:
-        """Whether every error is bounded."""
-        return all(math.isfinite(bound.error) for bound in self.bounds)
+        """Whether there are bounds, and every error is bounded."""
+        return self.verdict in HOLD
+
+    @property
+    def failed(self) -> tuple[Judged, ...]:
+        """The functions of which code does not compute an entry, though it has a value."""
+        return tuple(one for one in self.claims if one.verdict == DIFFERENT)
+
+    @property
+    def not_shown(self) -> tuple[Judged, ...]:
+        """The functions of which an entry has no bound."""
+        return tuple(one for one in self.claims if one.verdict == NOT_SHOWN)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the bounds for JSON."""
-        facts: dict[str, Any] = finite({**asdict(self), "passed": self.passed})
+        told = {"failed": [asdict(one) for one in self.failed], "not_shown": [asdict(one) for one in self.not_shown]}
+        facts: dict[str, Any] = finite({**asdict(self), **told, "verdict": self.verdict, "passed": self.passed})
         return facts
+
+
+_WHY = {
+    NOT_SHOWN: "the equations have no value at one of the states",
+    DIFFERENT: "the equations have a value there, and the code returns none",
+}
 
 
 def rigorous(
@@ -127,14 +168,15 @@ def rigorous(
     scene = scene_of(scene)
     workspace = Workspace(scene, closing)
     progress("deriving")
-    _, functions, notes = taken(workspace, outputs, road)
+    _, functions, notes, absent = taken(workspace, outputs, road)
+    absent += [Unclaimed(one.name, "it has no entries") for one in functions if not one.entries]
     equations = Equations(scene, workspace.graph, functions)
     program = lower(equations)
     given = None if at is None else _given(scene, workspace, at, real)
     progress("building")
-    modules, refused = modules_of(program, real, notes, wanted_targets(None, real))
-    if refused:
-        raise VerifyError(f"{scene.name}: the code was refused: {refused}")
+    made = modules_of(program, real, wanted_targets(None, real))
+    if made.refused:
+        raise VerifyError(f"{scene.name}: the code was refused: {made.refused}")
     progress("bounding")
     parameters = {p.name: express(p.value, workspace.graph) for p in scene.parameters if p.value is not None}
     bounds: list[Bound] = []
@@ -153,10 +195,10 @@ def rigorous(
             held, used = _balls(function, point, parameters, real)
             balls.append(held)
             bits = max(bits, used)
-        bounds += _bounds(function, points, balls, modules, real)
+        bounds += _bounds(function, points, balls, made.built, real)
         names = [argument.name for argument in function.arguments]
         tried[function.name] = tuple(dict(zip(names, (x.tolist() for x in point), strict=True)) for point in points)
-    return Rigorous(scene.name, real, tried, tuple(bounds), bits, tuple(notes))
+    return Rigorous(scene.name, real, tried, tuple(bounds), bits, tuple(notes), tuple(absent), made.missing)
 
 
 def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: str) -> dict[str, float]:
@@ -229,5 +271,8 @@ def _bounds(
             state = max(range(len(errors)), key=errors.__getitem__)
             computed, error = results[state][place], errors[state]
             ulp = float(np.spacing(np.abs(np.array(computed, REALS[real].dtype)))) if math.isfinite(error) else 1.0
-            rows.append(Bound(function.name, index, name, computed, error, error / ulp, state))
+            known = [ball[place].is_finite() for ball in balls]
+            lost = any(there and not math.isfinite(r[place]) for there, r in zip(known, results, strict=True))
+            said = verdict(all(known), lost, proved=True)
+            rows.append(Bound(function.name, index, name, computed, error, error / ulp, state, said))
     return rows

@@ -3,47 +3,67 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from symdyn.algebra.finite_field import Redraw
 from symdyn.emit import TARGETS, Sources
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import find_real
 from symdyn.errors import MissingProgram
+from symdyn.verdict import Unclaimed
 from symdyn.verify.building import Building
 from symdyn.verify.written import READERS, Files, Written, languages, printed, prove_texts
 
+NOWHERE = "no point of a field was found at which all functions are defined"
 
-def written_of(
-    building: Building, targets: Sequence[str], asked: bool, notes: list[str], seed: int
-) -> tuple[Written, ...]:
-    """Return what is known of the files of `targets`; notes say which are not read and why.
+
+@dataclass(frozen=True)
+class Texts:
+    """What is known of the files of targets.
+
+    Attributes:
+        written: a row a file.
+        missing: targets whose files cannot be read on this machine, and what it lacks.
+        unshown: what nothing could be compared of, and why.
+    """
+
+    written: tuple[Written, ...]
+    missing: tuple[Unclaimed, ...] = ()
+    unshown: tuple[Unclaimed, ...] = ()
+
+
+def texts_of(building: Building, targets: Sequence[str], asked: bool, seed: int) -> Texts:
+    """Return what is known of the files of `targets`.
 
     Args:
         building: what is written, with which number type.
         targets: keys of `TARGETS`; those that nothing reads are left out.
         asked: whether they were asked for by name: then files with each option are proved too.
-        notes: added to.
         seed: of primes and points.
     """
     targets = [name for name in targets if name in READERS]
     if not targets:
-        return ()
+        return Texts(())
     try:
         loops = {name: TARGETS[name].loops_in(find_real(building.real)) for name in targets}
         numbers = {one: printed(building.program, building.real, seed, one) for one in set(loops.values())}
     except Redraw:
-        notes.append("files were not proved: no point was found at which all functions are defined")
-        return ()
+        return Texts((), unshown=tuple(Unclaimed(_text_of(name), NOWHERE) for name in targets))
     found: list[Written] = []
+    missing: list[Unclaimed] = []
     for name in targets:
         for option in building.options(name, asked):
             try:
                 files = files_of(building.written(name, option))
                 found += prove_texts(numbers[loops[name]], files, languages(name, option))
             except MissingProgram as fault:
-                notes.append(f"files of {TARGETS[name].title} were not proved: {fault}")
+                missing.append(Unclaimed(_text_of(name), str(fault)))
                 break
-    return tuple(found)
+    return Texts(tuple(found), tuple(missing))
+
+
+def _text_of(target: str) -> str:
+    return f"the text of {TARGETS[target].title}"
 
 
 def files_of(sources: Sources) -> Files:

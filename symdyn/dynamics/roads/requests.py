@@ -73,3 +73,22 @@ def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:
     plain = not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.balls
     held = not lacking(scene, tree)
     return tuple(n for n, road in found.items() if (plain or not road.trees_only) and (held or not road.loop))
+
+
+def roads_lacking(request: str, scene: Scene) -> dict[str, str]:
+    """Return the derivations that an output has of other scenes and not of this one, each with the reason.
+
+    Raises:
+        DerivationError: there is no such output.
+    """
+    there, own = roads_of(request, scene), row_of(request, scene)[0].roads
+    closed, shared = (
+        "it is of trees, and loops or rows close the scene",
+        "it knows no motion that joints share or are led",
+    )
+    lacks = lacking(scene, build_tree(scene, Graph()))
+    return {
+        name: closed if name not in own else lacks if road.loop else shared
+        for name, road in row_of(request)[0].roads.items()
+        if name not in there
+    }

@@ -9,9 +9,9 @@ from symdyn.algebra.form import (
 )
 from symdyn.teach.student.differences import Difference
 from symdyn.teach.student.mistakes import Mistake
-from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verdict import HOLD
 
-EQUAL = (PROVED, NUMERICAL)
+EQUAL = HOLD
 
 ROUNDED, HOLDS, EMPTY = "rounded", "holds", "empty"
 
@@ -23,7 +23,7 @@ class Answer:
     Attributes:
         line: where it stands, from 1.
         name: of the quantity, such as "k_z12", or "equation 2", "velocity row 1".
-        verdict: PROVED, NUMERICAL, DIFFERENT or UNDEFINED, as of a finding; ROUNDED for equal to the digits written;
+        verdict: one of `symdyn.verdict`, as of a finding; ROUNDED for equal to the digits written;
             HOLDS for a row that is none of the scene's, but true wherever the loops are closed; EMPTY for what names
             quantities in place of formulas, such as L = K - P.
         error_log10: log10 of the probability that a wrong formula would pass; 0 when not proved.

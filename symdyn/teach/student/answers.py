@@ -10,12 +10,12 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.teach.languages import language_of
 from symdyn.teach.student.answer import EMPTY, HOLDS, ROUNDED, Answer
 from symdyn.teach.student.differences import Difference
-from symdyn.verify.equality import PROVED, UNDEFINED
+from symdyn.verdict import NOT_SHOWN, PROVED
 
 MOST = 12  # differences told
 LONGEST = 600  # characters of a formula that is told
 
-SAID = {ROUNDED: "digits", HOLDS: "holds", UNDEFINED: "undefined", EMPTY: "empty"}
+SAID = {ROUNDED: "digits", HOLDS: "holds", NOT_SHOWN: "undefined", EMPTY: "empty"}
 """Verdicts that one sentence tells."""
 
 

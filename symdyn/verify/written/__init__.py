@@ -23,7 +23,7 @@ headers) is fixed text: it must be byte for byte that of a fresh file, comments 
 Adding a language: `read` in a file of its own, and a row in `readers.py`; `c.py` is one.
 """
 
-from symdyn.verify.written.proof import Files, Printed, Written, printed, prove_texts
+from symdyn.verify.written.proof import Files, Printed, Written, printed, prove_texts, unshown
 from symdyn.verify.written.readers import READERS, languages
 
-__all__ = ["READERS", "Files", "Printed", "Written", "languages", "printed", "prove_texts"]
+__all__ = ["READERS", "Files", "Printed", "Written", "languages", "printed", "prove_texts", "unshown"]

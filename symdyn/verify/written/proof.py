@@ -14,13 +14,15 @@ from symdyn.graph import Expr
 from symdyn.program import Program, Routine, in_lines
 from symdyn.program.row_loop import row_loop
 from symdyn.program.table_numbers import table_in_order
+from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
 from symdyn.verify.written.syntax import fixed_text, letters, parse
 from symdyn.verify.written.verbatim import Verbatim, verbatim
 
-PROVED, COMPARED, DIFFERENT, UNREAD, MISSING = "proved", "compared", "different", "not read", "missing"
+NO_CLAIM = ""
+"""The verdict on a file that has just been written and holds no function: it is fixed text, compared with nothing."""
 
 Contents = str | bytes
 
@@ -35,9 +37,10 @@ class Written:
         file: its name.
         sha256: of its bytes, in hexadecimal.
         functions: what it calls those that were read and proved.
-        verdict: PROVED, COMPARED where there is nothing but fixed text, DIFFERENT, UNREAD where the file says what has
-            no meaning here, or MISSING.
-        where: of what differs, the function, the entry and the line; "" where nothing does.
+        verdict: one of `symdyn.verdict`; NOT_SHOWN where the file says what has no meaning here, or is not there;
+            NO_CLAIM where it is but fixed text, and no other file is there to compare it with.
+        where: of what differs, the function, the entry and the line, or why nothing could be compared; "" where all is
+            as it must be.
         compared: bytes of fixed text, which are those of a fresh file.
     """
 
@@ -53,7 +56,7 @@ class Written:
     @property
     def passed(self) -> bool:
         """Whether the file is what it must be."""
-        return self.verdict in (PROVED, COMPARED)
+        return self.verdict in (*HOLD, NO_CLAIM)
 
 
 @dataclass(frozen=True)
@@ -168,22 +171,32 @@ def prove_texts(
         try:
             reading, fixed = read_text(program, files, source, language)
         except Unread as fault:
-            found.append(about((), UNREAD, str(fault), 0))
+            found.append(about((), NOT_SHOWN, str(fault), 0))
             continue
         seen |= {one.function for one in reading.functions}
         where = next(filter(None, (_difference(program, files, one) for one in reading.functions)), "")
         if not where and fresh is not None:
             where = _fixed_difference(program, files, fixed, fresh.get(name), language)
         functions = tuple(one.name for one in reading.functions)
-        verdict = DIFFERENT if where else PROVED if functions else COMPARED
-        found.append(about(() if where else functions, verdict, where, len(fixed)))
+        compared = sum(len(one.entries) for one in reading.functions) + (0 if fresh is None else len(fixed))
+        said = verdict(compared, bool(where), proved=True) if compared or where else NO_CLAIM
+        found.append(about(() if where else functions, said, where, len(fixed)))
     for name in fresh or ():
         if name not in files.contents:
-            found.append(Written(files.target, files.option, name, "", (), MISSING, "there is no such file", 0))
+            found.append(Written(files.target, files.option, name, "", (), NOT_SHOWN, "there is no such file", 0))
     missing = [name for name in files.functions if name not in seen]
     if missing and found and all(one.passed for one in found):
         found[0] = replace(found[0], functions=(), verdict=DIFFERENT, where=f"no function {missing[0]} was found")
     return tuple(found)
+
+
+def unshown(files: Files, fresh: Mapping[str, Contents], why: str) -> tuple[Written, ...]:
+    """Return that nothing of files could be compared with those that are made now."""
+    hashes = {name: sha256(_bytes(contents)).hexdigest() for name, contents in files.contents.items()}
+    names = dict.fromkeys((*hashes, *fresh))
+    return tuple(
+        Written(files.target, files.option, name, hashes.get(name, ""), (), NOT_SHOWN, why, 0) for name in names
+    )
 
 
 def _bytes(contents: Contents) -> bytes:

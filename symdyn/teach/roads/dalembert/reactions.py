@@ -19,7 +19,8 @@ from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.shown_motion import determined, solved_at
 from symdyn.teach.roads.lagrange.velocities import PAGE, length
 from symdyn.teach.shown_state import Chosen
-from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
+from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions, solvable
 
 

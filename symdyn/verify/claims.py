@@ -1,0 +1,96 @@
+"""What is claimed about the equations of a scene: derivations against each other, laws, the program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.dynamics import (
+    Function,
+    Unasked,
+    Workspace,
+    derive_one,
+    expected,
+    of_place,
+    roads_lacking,
+    roads_of,
+    row_of,
+    there,
+    wanted_on,
+)
+from symdyn.errors import DerivationError
+from symdyn.program import Program, choose
+from symdyn.program.formulation import chosen, known_road
+from symdyn.verdict import Unclaimed
+from symdyn.verify.equality import Claim
+from symdyn.verify.laws import laws
+from symdyn.verify.program_claims import program_claims
+
+
+def taken(
+    workspace: Workspace, outputs: Sequence[str] | None, road: str | None
+) -> tuple[tuple[str, ...], tuple[Function, ...], list[str], list[Unclaimed]]:
+    """Return outputs, those that become code, what is left out, and what does not exist: for None all worth certifying.
+
+    These are what a scene has unasked, kinematics of the last body, and what no one writes unasked.
+    """
+    if outputs is not None:
+        return tuple(outputs), choose(workspace, outputs, road), [], []
+    scene = workspace.scene
+    wanted, left_out = wanted_on(workspace)
+    wanted += of_place(scene.bodies[-1].name, Unasked.PROVED)
+    wanted += [name for name in expected(scene, Unasked.PROVED) if row_of(name)[0].unasked is Unasked.PROVED]
+    known_road(scene, wanted, road)
+    functions: list[Function] = []
+    why: dict[str, str] = {}
+
+    def derive(w: Workspace, name: str) -> None:
+        try:
+            functions.append(chosen(w, name, road))
+        except DerivationError as fault:
+            why[name] = str(fault)
+            raise
+
+    found, faults = there(workspace, wanted, derive)
+    names = {fault: ", ".join(name for name, one in why.items() if one == fault) for fault in faults}
+    return found, tuple(functions), left_out, [Unclaimed(names[fault], fault) for fault in faults]
+
+
+def claims_of(
+    workspace: Workspace, outputs: Sequence[str], preferred: Sequence[Function], program: Program
+) -> tuple[list[Claim], list[Unclaimed]]:
+    """Return that all roads agree, that laws hold, and that the program is what the preferred roads gave.
+
+    Beside them stand the derivations that the scene has not.
+    """
+    scene, roads = workspace.scene, list[Claim]()
+    lacking: dict[tuple[str, str], list[str]] = {}
+    for name, one in zip(outputs, preferred, strict=True):
+        for road, why in roads_lacking(name, scene).items():
+            lacking.setdefault((road, why), []).append(name)
+        for road in roads_of(name, scene):
+            if road == one.formulation:
+                continue
+            try:
+                other = derive_one(workspace, name, road)
+            except DerivationError as fault:
+                lacking.setdefault((road, str(fault)), []).append(name)
+            else:
+                roads.append(_agreement(workspace, name, one, other))
+    absent = [Unclaimed(f"formulation {road} of {', '.join(names)}", why) for (road, why), names in lacking.items()]
+    return [*roads, *laws(workspace, outputs), *program_claims(scene, preferred, program)], absent
+
+
+def compared(claims: Sequence[Claim], functions: Sequence[Function]) -> tuple[list[Claim], list[Unclaimed]]:
+    """Return the claims that are to be compared, and what has no entries, such as k_C of one coordinate.
+
+    A claim about such has none either. Where all functions have some, one without is looked at, and not shown.
+    """
+    empty = [Unclaimed(function.name, "it has no entries") for function in functions if not function.entries]
+    return [claim for claim in claims if claim.left or not empty], empty
+
+
+def _agreement(w: Workspace, request: str, one: Function, other: Function) -> Claim:
+    """Return that two derivations agree, in what is no choice."""
+    compared = row_of(request, w.scene)[0].compared
+    name, of = compared or (request, lambda _, entries: entries)
+    return Claim(name, one.formulation, other.formulation, tuple(of(w, one.entries)), tuple(of(w, other.entries)))
