@@ -105,7 +105,8 @@ def test_a_massless_end_has_no_forward_dynamics_and_the_rest_is_certified() -> N
     scene = read_text(text, "ghost.toml")
     certificate = certify(scene)
 
-    assert any("a motion of the joint b, which carries ghost, moves no mass" in note for note in certificate.notes)
+    why = [one.why for one in certificate.absent if "forward_dynamics" in one.what]
+    assert any("a motion of the joint b, which carries ghost, moves no mass" in one for one in why)
     assert certificate.passed
     assert all(f.verdict == PROVED for f in certificate.findings)
     with pytest.raises(DerivationError, match="forward dynamics does not exist"):
@@ -120,27 +121,28 @@ def test_a_compiler_that_refuses_fails_the_certificate(monkeypatch: pytest.Monke
     assert "could not compile" in certificate.refused
 
 
-def test_no_compiler_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_compiler_is_no_claim(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
     monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
     certificate = certify(read(EXAMPLES[0]), ("mass_matrix",))
 
     assert certificate.passed
-    assert any("no C compiler found" in note for note in certificate.notes)
-    assert any("JavaScript was not measured: no Node.js found" in note for note in certificate.notes)
+    assert any("no C compiler found" in one.why for one in certificate.not_run)
+    assert any(one.what == "the error of JavaScript" and "no Node.js" in one.why for one in certificate.not_run)
 
 
-def test_where_nothing_that_was_asked_for_runs_the_rest_is_certified(
+@pytest.mark.mends("30.also.verdicts")
+def test_where_nothing_that_was_asked_for_runs_it_is_not_shown_and_the_rest_is_looked_at(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PATH", "")
-    assert main(["verify", str(EXAMPLES[0]), "--functions", "mass_matrix,forward_dynamics", "--targets", "js"]) == 0
+    assert main(["verify", str(EXAMPLES[0]), "--functions", "mass_matrix,forward_dynamics", "--targets", "js"]) == 1
 
-    told = capsys.readouterr()
-    assert "JavaScript was not measured: no Node.js found" in told.out + told.err
-    assert "positive definite" in told.out
-    assert "50 digits" not in told.out
+    told = capsys.readouterr().out
+    assert "Not shown: the error of JavaScript: no Node.js found" in told
+    assert "positive definite" in told
+    assert "50 digits" not in told
 
 
 def test_single_precision_is_measured_with_its_own_yardstick() -> None:

@@ -1,0 +1,408 @@
+"""A verdict is proved, agrees in numbers, fails or not shown; a claim of which nothing was compared is never a pass.
+
+Every kind of claim is put where it cannot be looked at. What is no claim stands apart: what does not exist there, and
+what this machine cannot run unless somebody asked for it by name.
+"""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from closed_mechanisms import slider_crank
+
+import symdyn
+from symdyn.cli import main
+from symdyn.errors import MissingProgram
+from symdyn.scene import read_text
+from symdyn.verify import Claim, Law, certify, measure, prove, rigorous
+from symdyn.verify.equality import Fields
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+TWO_LINK = symdyn.example("two_link")
+PENDULUM = symdyn.example("pendulum")
+
+NOWHERE = """
+[bodies.bob]
+mass = 1
+[joints.slide]
+type = "prismatic"
+parent = "ground"
+child = "bob"
+axis = [1, 0, 0]
+force = "log(-1 - q1**2)"
+"""
+"""Its forces have a real value in no state."""
+
+FUNCTIONS = ["inverse_dynamics", "forward_dynamics"]
+
+numpy_alone = pytest.mark.usefixtures("numpy_alone")
+
+
+def nowhere() -> symdyn.Scene:
+    return read_text(NOWHERE, "nowhere.toml")
+
+
+def words(certificate: Any) -> dict[str, str]:
+    return {one.what: one.why for one in certificate.not_shown}
+
+
+# Claims that cannot be looked at
+
+
+@numpy_alone
+@pytest.mark.mends("30.numbers.1")
+@pytest.mark.mends("30.class.verdicts")
+def test_functions_that_are_real_nowhere_are_not_passed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Formulations, laws, programs and measurements alike."""
+    path = tmp_path / "nowhere.toml"
+    path.write_text(NOWHERE, encoding="utf-8")
+    status = main(["verify", str(path), "--functions", ",".join(FUNCTIONS)])
+    told = capsys.readouterr().out
+
+    assert status == 1
+    assert "passed" not in told
+    assert told.rstrip().endswith("nowhere: not shown")
+    for what in (
+        "inverse_dynamics: rnea = lagrange",
+        "forward dynamics: FD(q, qd, ID(q, qd, qdd)) = qdd",
+        "forward_dynamics: program = equations",
+    ):
+        assert f"Not shown: {what}: no point was found at which both sides have a real value" in told
+    assert "Not shown: inverse_dynamics in numpy against 50 digits: real at none of the states tried" in told
+
+
+@numpy_alone
+def test_json_notebook_and_text_say_the_same_words() -> None:
+    found = certify(nowhere(), FUNCTIONS)
+    facts = found.as_dict()
+    page = found._repr_mimebundle_()["text/html"]
+
+    assert (found.verdict, facts["verdict"], facts["passed"]) == ("not shown", "not shown", False)
+    assert repr(found).startswith("<Certificate of nowhere: not shown;")
+    assert {one["verdict"] for one in (*facts["findings"], *facts["accuracy"])} == {"not shown"}
+    assert {one["what"] for one in facts["not_shown"]} == words(found).keys()
+    assert '<p class="bad">not shown</p>' in page
+    assert "real at none of the states tried" in page
+    json.dumps(facts, allow_nan=False)
+
+
+@pytest.mark.mends("30.class.verdicts")
+def test_a_claim_without_entries_is_not_proved() -> None:
+    (finding,) = prove([Claim("nothing", "a", "b", (), ())])[1]
+
+    assert finding.verdict == "not shown"
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+def test_a_law_that_compares_nothing_is_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
+    laws = import_module("symdyn.verify.laws")  # not the function of that name
+    empty = Law(("mass_matrix",), None, lambda w: Claim("idle law", "nothing", "nothing", (), ()))
+    monkeypatch.setattr(laws, "LAWS", [*laws.LAWS, empty])
+    found = certify(TWO_LINK, ["mass_matrix"])
+
+    assert not found.passed
+    assert words(found) == {"idle law: nothing = nothing": "it has no entries to compare"}
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+def test_closed_mechanisms_without_one_position_to_compare_at_are_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symdyn.verify.natural._at", lambda entries, values: None)
+    found = certify(slider_crank(), ["forward_dynamics", "multipliers", "reactions"])
+
+    assert not found.passed
+    assert {one.partition(":")[0] for one in words(found)} == {"forward dynamics", "forward_reactions", "reactions"}
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+def test_a_mass_matrix_that_is_finite_nowhere_is_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(arguments: Any, rng: Any, real: str = "double", widen: float = 1.0) -> list[Any]:
+        return [np.full(argument.shape, np.nan) for argument in arguments]
+
+    monkeypatch.setattr("symdyn.verify.laws_in_numbers.sample", lost)
+    found = certify(TWO_LINK, ["mass_matrix", "forward_dynamics"])
+
+    assert not found.passed
+    assert words(found).keys() == {"mass matrix: positive definite"}
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+def test_texts_of_functions_that_no_point_of_a_field_has_are_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
+    from symdyn.algebra.finite_field import Redraw
+
+    def unlucky(*_: Any) -> None:
+        raise Redraw
+
+    monkeypatch.setattr("symdyn.verify.texts.printed", unlucky)
+    found = certify(PENDULUM, ["mass_matrix"])
+
+    assert not found.passed
+    assert "no point of a field" in words(found)["the text of NumPy"]
+
+
+@pytest.mark.mends("30.class.verdicts")
+def test_a_measurement_of_no_state_is_not_passed() -> None:
+    from symdyn.program import lower
+
+    program = lower(symdyn.derive(nowhere(), ["inverse_dynamics"]))
+    (found,) = measure(program, {"numpy": SimpleNamespace(inverse_dynamics=lambda q, qd, qdd: np.zeros(1))})
+
+    assert not found.passed
+    assert found.states == 0
+
+
+@pytest.mark.mends("30.class.verdicts")
+def test_numbers_beyond_those_of_the_type_are_compared_with_nothing() -> None:
+    """A bound that is infinite allows everything."""
+    from formulas import argument, function
+
+    from symdyn.dynamics.roads.named_functions import Equations
+    from symdyn.graph import Graph
+    from symdyn.program import lower
+    from symdyn.scene import Scene
+
+    graph = Graph()
+    q = graph.symbol("q1")
+    large = graph.constant(10**400) * q
+    equations = Equations(Scene("large"), graph, (function("large", [argument("q", [q])], (1,), [large]),))
+    (found,) = measure(lower(equations), {"numpy": SimpleNamespace(large=lambda q: np.full(1, np.inf))})
+
+    assert not found.passed
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.mends("30.class.verdicts")
+def test_blocks_of_states_without_a_value_are_not_passed() -> None:
+    from symdyn.program import lower
+    from symdyn.verify.blocks import run_blocks
+    from symdyn.verify.building import Building
+
+    found = run_blocks(Building(lower(symdyn.derive(nowhere(), ["inverse_dynamics"])), "double"), "c")
+
+    assert not found.passed
+    assert not found.wrong
+
+
+@pytest.mark.runs("cc")
+def test_blocks_are_looked_at_where_they_have_a_value() -> None:
+    from symdyn.program import lower
+    from symdyn.verify.blocks import run_blocks
+    from symdyn.verify.building import Building
+
+    scene = read_text(NOWHERE.replace("log(-1 - q1**2)", "log(q1 - 3)"), "far.toml")
+    found = run_blocks(Building(lower(symdyn.derive(scene, ["inverse_dynamics"])), "double"), "c")
+
+    assert (found.passed, found.without) == (True, ())
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+def test_bounds_of_nothing_are_not_passed() -> None:
+    assert not rigorous(PENDULUM, []).passed
+    assert not rigorous(PENDULUM, ["k_C"]).passed
+
+
+@numpy_alone
+def test_a_bound_that_is_not_there_is_not_shown_and_a_result_that_is_not_there_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = rigorous(nowhere(), ["inverse_dynamics"], states=1)
+    assert (found.verdict, {one.verdict for one in found.bounds}) == ("not shown", {"not shown"})
+
+    from symdyn.verify.building import Modules
+
+    broken = SimpleNamespace(mass_matrix=lambda q: np.full((1, 1), np.nan))
+    room = import_module("symdyn.verify.rigorous")
+    monkeypatch.setattr(room, "modules_of", lambda *_: Modules({"numpy": broken}, ()))
+    assert rigorous(PENDULUM, ["mass_matrix"], states=1).verdict == "fails"
+
+
+@pytest.mark.mends("30.class.verdicts")
+def test_a_certificate_of_nothing_is_not_passed() -> None:
+    from symdyn.verify import Certificate
+
+    assert not Certificate("nothing", Fields(1, (7,), 1), (), (), ()).passed
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+def test_what_has_no_entries_is_no_claim_and_alone_no_pass() -> None:
+    """k_C of one coordinate."""
+    alone, beside = certify(PENDULUM, ["k_C"]), certify(PENDULUM, ["k_C", "mass_matrix"])
+
+    assert not alone.passed
+    assert beside.passed
+    for found in (alone, beside):
+        assert "k_C: it has no entries" in map(str, found.absent)
+
+
+# Files
+
+
+@pytest.fixture
+def folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    """Return a folder with a C file of two links."""
+    options = ["--functions", "mass_matrix", "--target", "c", "-o", str(tmp_path)]
+    assert main(["generate", str(EXAMPLES / "two_link.toml"), *options]) == 0
+    capsys.readouterr()
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["MissingProgram", "Redraw"])
+def test_files_that_cannot_be_read_here_are_not_shown(
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from symdyn.algebra.finite_field import Redraw
+
+    def fails(*_: Any) -> None:
+        raise MissingProgram("no grammar of C; install the extra prove") if name == "MissingProgram" else Redraw
+
+    monkeypatch.setattr("symdyn.cli.verify_files.prove_texts", fails)
+    assert main(["verify", str(EXAMPLES / "two_link.toml"), "--files", str(folder)]) == 1
+
+    told = capsys.readouterr().out
+    assert "Not shown: the text of two_link.c: no " in told
+    assert told.rstrip().endswith("two_link: not shown")
+
+
+def test_an_empty_file_proves_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "two_link.h").write_text("", encoding="utf-8")
+
+    assert main(["verify", str(EXAMPLES / "two_link.toml"), "--files", str(folder)]) == 1
+    assert "Fails: the text of two_link.h: fixed text" in capsys.readouterr().out
+
+
+# What this machine cannot run
+
+
+@pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No compiler, no Node.js, no grammar, no PATH."""
+
+    def no_grammar(*_: Any) -> None:
+        raise MissingProgram("no grammar; install the extra prove")
+
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    monkeypatch.setattr("symdyn.verify.texts.prove_texts", no_grammar)
+
+
+@pytest.mark.runs
+@pytest.mark.usefixtures("bare")
+def test_on_a_bare_machine_what_is_not_run_is_listed_and_the_rest_holds(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(EXAMPLES / "two_link.toml")]) == 0
+
+    told = capsys.readouterr().out
+    for what in ("the error of C", "the error of JavaScript", "the text of NumPy", "the text of JavaScript"):
+        assert f"Not run: {what}: " in told
+    assert "Not shown" not in told
+    assert told.rstrip().endswith("two_link: passed")
+
+
+@pytest.mark.runs
+@pytest.mark.usefixtures("bare")
+@pytest.mark.parametrize(
+    ("target", "what"), [("c", "the error of "), ("js", "the error of "), ("numpy", "the text of ")]
+)
+@pytest.mark.mends("30.also.verdicts")
+def test_what_was_asked_for_and_cannot_be_run_is_not_shown(
+    target: str, what: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["verify", str(EXAMPLES / "pendulum.toml"), "--functions", "mass_matrix"]
+    assert main([*asked, "--targets", target]) == 1
+
+    told = capsys.readouterr().out
+    assert f"Not shown: {what}" in told
+    assert "Not run" not in told
+
+
+@pytest.mark.runs
+@pytest.mark.mends("30.also.verdicts")
+def test_a_function_that_no_module_runs_is_not_shown() -> None:
+    """A ufunc leaves out what is large."""
+    found = certify(TWO_LINK, ["k_C", "mass_matrix"], targets=["ufunc"])
+
+    assert not found.passed
+    assert [one.what for one in found.not_shown] == ["the error of k_C"]
+
+
+@numpy_alone
+def test_a_language_that_nothing_runs_is_proved_by_its_text() -> None:
+    found = certify(PENDULUM, ["mass_matrix"], targets=["julia"])
+
+    assert found.passed
+    assert "the error of Julia: nothing runs it here" in map(str, found.absent)
+
+
+# What does not exist there
+
+
+@pytest.mark.runs
+def test_a_position_where_rows_lose_rank_is_told_with_the_rank() -> None:
+    """Four bars of one length and its half that start flat: a change point."""
+    from dataclasses import replace
+
+    from closed_mechanisms import n_four_bar
+
+    flat = n_four_bar(1)
+    joints = tuple(replace(joint, start=(symdyn.scene.number(0),)) for joint in flat.joints)
+    found = certify(replace(flat, joints=joints), ["forward_dynamics", "multipliers"])
+
+    assert found.passed
+    (told,) = [one for one in found.absent if "rank" in one.why]
+    assert told.what.startswith("forward dynamics at ")
+    assert "the rows of loops and prescribed motions have rank 1 of 2" in told.why
+
+
+@numpy_alone
+def test_formulations_that_a_scene_has_not_are_told() -> None:
+    found = certify(symdyn.example("four_bar"), ["forward_dynamics"])
+
+    assert found.passed
+    assert any(one.what == "formulation aba of forward_dynamics" and "loops" in one.why for one in found.absent)
+
+
+@numpy_alone
+def test_a_formulation_that_is_refused_for_a_scene_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    from symdyn.errors import DerivationError
+    from symdyn.verify import claims
+
+    real = claims.derive_one
+
+    def derive(w: Any, name: str, road: str | None = None) -> Any:
+        if road == "lagrange":
+            raise DerivationError("M is singular")
+        return real(w, name, road)
+
+    monkeypatch.setattr(claims, "derive_one", derive)
+    found = certify(PENDULUM, ["inverse_dynamics"])
+
+    assert found.passed
+    assert "formulation lagrange of inverse_dynamics: M is singular" in map(str, found.absent)
+
+
+# One place decides
+
+
+def test_the_worst_verdict_is_that_of_all_and_of_none_nothing_is_shown() -> None:
+    from symdyn.verdict import together, verdict
+
+    assert together([]) == "not shown"
+    assert together(["proved", "agrees in numbers"]) == "agrees in numbers"
+    assert together(["proved", "not shown"]) == "not shown"
+    assert together(["not shown", "fails", "proved"]) == "fails"
+    assert [verdict(0), verdict(0, proved=True), verdict(3), verdict(3, proved=True)] == [
+        *("not shown", "not shown"),
+        *("agrees in numbers", "proved"),
+    ]
+    assert verdict(0, wrong=True) == verdict(3, wrong=True, proved=True) == "fails"
