@@ -12,7 +12,8 @@ stands apart with its reason: what does not exist there, and what cannot be run 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 PROVED = "proved"
 NUMERICAL = "agrees in numbers"
@@ -73,3 +74,61 @@ class Unclaimed:
 
     def __str__(self) -> str:
         return f"{self.what}: {self.why}"
+
+
+class Claims:
+    """Whatever makes claims: its verdict is the worst of theirs, and of no claims nothing is shown.
+
+    Attributes:
+        absent: what does not exist there.
+        not_run: what cannot be run on this machine, and nobody asked for by name.
+    """
+
+    absent: tuple[Unclaimed, ...]
+    not_run: tuple[Unclaimed, ...]
+
+    @property
+    def claims(self) -> tuple[Judged, ...]:
+        """What was claimed, and what became of it."""
+        raise NotImplementedError
+
+    @property
+    def verdict(self) -> str:
+        """One of the four: the worst of those on all claims."""
+        return together(one.verdict for one in self.claims)
+
+    @property
+    def passed(self) -> bool:
+        """Whether there are claims, and all of them hold."""
+        return self.verdict in HOLD
+
+    @property
+    def failed(self) -> tuple[Judged, ...]:
+        """The claims that fail."""
+        return tuple(one for one in self.claims if one.verdict == DIFFERENT)
+
+    @property
+    def not_shown(self) -> tuple[Judged, ...]:
+        """The claims of which nothing could be compared, and that there was none."""
+        found = tuple(one for one in self.claims if one.verdict == NOT_SHOWN)
+        return found or (() if self.claims else (Judged("anything", NOT_SHOWN, "nothing was claimed"),))
+
+    @property
+    def apart(self) -> dict[str, list[tuple[str, str]]]:
+        """What is told beside claims that hold, under its heading: what, and why."""
+        return {
+            DIFFERENT: [(one.what, one.why) for one in self.failed],
+            NOT_SHOWN: [(one.what, one.why) for one in self.not_shown],
+            "does not exist here": [(one.what, one.why) for one in self.absent],
+            "not run": [(one.what, one.why) for one in self.not_run],
+        }
+
+    @property
+    def lines(self) -> list[str]:
+        """The same as lines of text."""
+        return [f"{word.capitalize()}: {what}: {why}" for word, rows in self.apart.items() for what, why in rows]
+
+    def verdicts(self) -> dict[str, Any]:
+        """Return what JSON says of all claims together."""
+        failed, not_shown = ([asdict(one) for one in some] for some in (self.failed, self.not_shown))
+        return {"failed": failed, "not_shown": not_shown, "verdict": self.verdict, "passed": self.passed}

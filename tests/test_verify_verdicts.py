@@ -311,9 +311,7 @@ def test_on_a_bare_machine_what_is_not_run_is_listed_and_the_rest_holds(capsys: 
 
 @pytest.mark.runs
 @pytest.mark.usefixtures("bare")
-@pytest.mark.parametrize(
-    ("target", "what"), [("c", "the error of "), ("js", "the error of "), ("numpy", "the text of ")]
-)
+@pytest.mark.parametrize(("target", "what"), [("c", "the error of"), ("js", "the error of"), ("numpy", "the text of")])
 @pytest.mark.mends("30.also.verdicts")
 def test_what_was_asked_for_and_cannot_be_run_is_not_shown(
     target: str, what: str, capsys: pytest.CaptureFixture[str]

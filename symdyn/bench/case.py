@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from symdyn.simulation import Trajectory
 from symdyn.simulation.trajectory import END
+from symdyn.verdict import HOLD, NOT_SHOWN, Claims, Judged, Unclaimed, verdict
+
+NOTHING = "nothing could be compared"
 
 
 @dataclass(frozen=True)
@@ -18,7 +22,7 @@ class Case:
         name: what is hard about it.
         metric: what is measured.
         bound: what it must not exceed.
-        measured: the largest value of all implementations, states and times.
+        measured: the largest value of all implementations, states and times; None where there was nothing to compare.
         worst: where that was, such as the implementation.
         family: a key of `FAMILIES`, which enters it.
     """
@@ -26,46 +30,65 @@ class Case:
     name: str
     metric: str
     bound: float
-    measured: float
+    measured: float | None
     worst: str = ""
     family: str = ""
 
     @property
+    def verdict(self) -> str:
+        """One of `symdyn.verdict`: whether the bound holds; what is no number fails."""
+        if self.measured is None:
+            return verdict(0)
+        return verdict(1, not (math.isfinite(self.measured) and self.measured <= self.bound))
+
+    @property
     def passed(self) -> bool:
-        """Whether the bound holds; what is no number does not."""
-        return bool(math.isfinite(self.measured) and self.measured <= self.bound)
+        """Whether something was measured, and the bound holds."""
+        return self.verdict in HOLD
 
 
 @dataclass(frozen=True)
-class Stress:
+class Stress(Claims):
     """All cases of a run.
 
     Attributes:
         scene: whose scene, "" for the built-in ones.
         command: what runs it again.
         cases: in order.
-        notes: what was left out and why.
+        absent: families that are not about such a scene, and what does not exist there.
+        not_run: what cannot be run, here or without values, of families that nobody asked for by name.
+        unshown: likewise of families that were asked for.
     """
 
     scene: str
     command: str
     cases: tuple[Case, ...]
-    notes: tuple[str, ...]
+    absent: tuple[Unclaimed, ...] = ()
+    not_run: tuple[Unclaimed, ...] = ()
+    unshown: tuple[Unclaimed, ...] = ()
 
     @property
-    def passed(self) -> bool:
-        """Whether every case passed."""
-        return all(case.passed for case in self.cases)
+    def claims(self) -> tuple[Judged, ...]:
+        """What was claimed, and what became of it: a claim a case."""
+        found = [
+            Judged(f"{one.name}, {one.metric}", one.verdict, "" if one.passed else one.worst) for one in self.cases
+        ]
+        found += [Judged(one.what, NOT_SHOWN, one.why) for one in self.unshown]
+        return tuple(found)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table for JSON."""
-        cases = [{"family": c.family, **asdict(c), "passed": c.passed} for c in self.cases]
-        return {**asdict(self), "cases": cases, "passed": self.passed}
+        cases = [{"family": c.family, **asdict(c), "verdict": c.verdict, "passed": c.passed} for c in self.cases]
+        return {**asdict(self), "cases": cases, **self.verdicts()}
 
 
-def worst(pairs: list[tuple[float, str]]) -> tuple[float, str]:
-    """Return the largest value and where it was; what is no number is larger than all."""
-    return max(pairs, key=lambda pair: math.inf if math.isnan(pair[0]) else pair[0], default=(0.0, ""))
+def worst(pairs: Iterable[tuple[float | None, str]], nothing: str = NOTHING) -> tuple[float | None, str]:
+    """Return the largest value and where it was; what is no number is larger than all.
+
+    None stands for what could not be compared, and where all is such, it is what is returned, with `nothing`.
+    """
+    made = [(value, where) for value, where in pairs if value is not None]
+    return max(made, key=lambda pair: math.inf if math.isnan(pair[0]) else pair[0], default=(None, nothing))
 
 
 def of_motion(name: str, metric: str, bound: float, measured: float, made: Trajectory) -> Case:

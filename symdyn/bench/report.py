@@ -13,6 +13,7 @@ from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.emit.escape import in_markdown
 from symdyn.emit.render import render
 from symdyn.rounding import in_digits
+from symdyn.verdict import DIFFERENT
 from symdyn.verify.certificate import finite
 
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
@@ -248,8 +249,8 @@ def stress_rows(found: Stress) -> list[tuple[str, ...]]:
             c.name,
             c.metric,
             in_digits(c.bound, 2),
-            in_digits(c.measured, 2),
-            "pass" if c.passed else "FAIL",
+            "" if c.measured is None else in_digits(c.measured, 2),
+            "pass" if c.passed else "FAIL" if c.verdict == DIFFERENT else c.verdict,
             c.worst,
         )
         for c in found.cases
@@ -260,7 +261,7 @@ def stress_markdown(found: Stress) -> str:
     """Return the hard cases as Markdown."""
     cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(found)]
     title = f"{found.scene or 'Built-in scenes'}: hard cases"
-    return _markdown(title, found.command, table(HARD, cells, numbers=(3, 4)), (), found.notes)
+    return _markdown(title, found.command, table(HARD, cells, numbers=(3, 4)), (), found.lines)
 
 
 def stress_html(found: Stress) -> str:
@@ -269,9 +270,9 @@ def stress_html(found: Stress) -> str:
     values = {
         "title": f"{found.scene or 'built-in scenes'}: hard cases",
         "command": found.command,
-        "about": [f"{len(found.cases)} cases, {sum(not c.passed for c in found.cases)} failed"],
+        "about": [f"{len(found.cases)} cases, {len(found.failed)} failed"],
         "words": (),
         "sections": [Section("cases", [Table((*HARD[:5], HARD[6], HARD[5]), cells)])],
-        "notes": found.notes,
+        "notes": found.lines,
     }
     return render("bench/report.html.jinja", values)

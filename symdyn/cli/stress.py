@@ -1,4 +1,6 @@
-"""`symdyn stress [SCENE]`: hard cases with a metric and a bound each; exit status 1 if a bound is exceeded.
+"""`symdyn stress [SCENE]`: hard cases with a metric and a bound each.
+
+Exit status 1 if a bound is exceeded, or a case is not shown.
 
 Without a scene, built-in ones: near-singular mass matrices, long chains, huge angles, fast spin, stiff springs, change
 points, chaos. With one, the cases that make sense for it.
@@ -49,7 +51,7 @@ def show(found: Stress) -> None:
     """Print the table."""
     columns = ("family", "case", "metric", "bound ", "measured ", "", "worst")
     print_table(f"{found.scene or 'built-in scenes'}: hard cases", columns, stress_rows(found))
-    for note in found.notes:
-        print(f"Note: {note}")
-    failed = sum(not case.passed for case in found.cases)
-    print(f"{len(found.cases)} cases, {failed or 'none'} failed")
+    for line in found.lines:
+        print(line)
+    not_shown = f", {len(found.not_shown)} not shown" if found.not_shown else ""
+    print(f"{len(found.cases)} cases, {len(found.failed) or 'none'} failed{not_shown}")

@@ -32,7 +32,7 @@ from symdyn.scene.units import letter_units
 from symdyn.scene.values.formula import parse
 from symdyn.scene.values.unit import UnitError, read_unit
 from symdyn.scene.values.with_unit import fits
-from symdyn.verdict import DIFFERENT, PROVED, Unclaimed
+from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
 
 STATES = 4
@@ -192,14 +192,9 @@ def show_bounds(found: Rigorous) -> None:
 
 
 def show_claims(found: Certificate | Rigorous) -> None:
-    """Print what does not hold and why, and what is no claim."""
-    rows = [(one.verdict.capitalize(), Unclaimed(one.what, one.why)) for one in (*found.failed, *found.not_shown)]
-    rows += [("Does not exist here", one) for one in found.absent]
-    rows += [("Not run", one) for one in found.not_run]
-    for word, one in rows:
-        print(f"{word}: {one}")
-    for note in found.notes:
-        print(f"Note: {note}")
+    """Print what does not hold and why, what is no claim, and notes."""
+    for line in (*found.lines, *(f"Note: {note}" for note in found.notes)):
+        print(line)
 
 
 def show(certificate: Certificate) -> None:

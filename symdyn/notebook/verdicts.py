@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from symdyn.notebook.page import Markup, folded, head, note, notes, table, verdict
-from symdyn.verdict import PROVED
+from symdyn.verdict import PROVED, Claims
 from symdyn.verify import Certificate, Finding, Rigorous, Written
 
 
@@ -42,15 +42,9 @@ def certificate(found: Certificate) -> list[Markup]:
     ]
 
 
-def _claims(found: Certificate | Rigorous) -> list[Markup]:
+def _claims(found: Claims) -> list[Markup]:
     """Return what does not hold and why, and what is no claim: tables, of which those without rows are nothing."""
-    rows = {
-        "fails": [(one.what, one.why) for one in found.failed],
-        "not shown": [(one.what, one.why) for one in found.not_shown],
-        "does not exist here": [(one.what, one.why) for one in found.absent],
-        "not run": [(one.what, one.why) for one in found.not_run],
-    }
-    return [table((word, "why"), told) for word, told in rows.items()]
+    return [table((word, "why"), rows) for word, rows in found.apart.items()]
 
 
 def _files(files: tuple[Written, ...]) -> Markup:

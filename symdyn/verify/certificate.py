@@ -20,7 +20,7 @@ from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import SceneLike, scene_of
 from symdyn.shown import Shown
-from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, Judged, Unclaimed, together
+from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed
 from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
 from symdyn.verify.building import Building, run_nowhere, unrunnable, wanted_targets
@@ -38,7 +38,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Certificate(Shown):
+class Certificate(Shown, Claims):
     """What is known about a scene's equations and code.
 
     Attributes:
@@ -75,46 +75,24 @@ class Certificate(Shown):
 
     @property
     def claims(self) -> tuple[Judged, ...]:
-        """What was claimed, and what became of it: one at least, for a certificate of nothing shows nothing."""
+        """What was claimed, and what became of it."""
         found = [*map(_of_finding, self.findings), *map(_of_written, self.written), *map(_of_blocks, self.blocks)]
         found += map(_of_accuracy, self.accuracy)
         found += [Judged("the code is taken by its compiler", DIFFERENT, self.refused)] if self.refused else []
         found += [Judged(one.what, NOT_SHOWN, one.why) for one in self.unshown]
-        claimed = [one for one in found if one.verdict]
-        return tuple(claimed) or (Judged(self.scene, NOT_SHOWN, "nothing was claimed of what was asked for"),)
-
-    @property
-    def verdict(self) -> str:
-        """One of `symdyn.verdict`: the worst of those on all claims."""
-        return together(one.verdict for one in self.claims)
-
-    @property
-    def passed(self) -> bool:
-        """Whether there are claims, and all of them hold."""
-        return self.verdict in HOLD
+        return tuple(one for one in found if one.verdict)
 
     @property
     def word(self) -> str:
         """Passed, fails or not shown, for people."""
         return "passed" if self.passed else self.verdict
 
-    @property
-    def failed(self) -> tuple[Judged, ...]:
-        """The claims that fail."""
-        return tuple(one for one in self.claims if one.verdict == DIFFERENT)
-
-    @property
-    def not_shown(self) -> tuple[Judged, ...]:
-        """The claims of which nothing could be compared."""
-        return tuple(one for one in self.claims if one.verdict == NOT_SHOWN)
-
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate for JSON."""
         facts: dict[str, Any] = asdict(self)
         for name, rows in (("accuracy", self.accuracy), ("blocks", self.blocks), ("written", self.written)):
             facts[name] = [{**asdict(one), "verdict": one.verdict, "passed": one.passed} for one in rows]
-        facts |= {"failed": [asdict(one) for one in self.failed], "not_shown": [asdict(one) for one in self.not_shown]}
-        told: dict[str, Any] = finite({**facts, "verdict": self.verdict, "passed": self.passed})
+        told: dict[str, Any] = finite(facts | self.verdicts())
         return told
 
 

@@ -30,7 +30,7 @@ from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
 from symdyn.shown import Shown
-from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, Judged, Unclaimed, together, verdict
+from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed, together, verdict
 from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, wanted_targets
 from symdyn.verify.certificate import finite
@@ -69,7 +69,7 @@ class Bound:
 
 
 @dataclass(frozen=True)
-class Rigorous(Shown):
+class Rigorous(Shown, Claims):
     """Guaranteed bounds of a scene's functions.
 
     Attributes:
@@ -94,38 +94,16 @@ class Rigorous(Shown):
 
     @property
     def claims(self) -> tuple[Judged, ...]:
-        """What was claimed, and what became of it: a claim a function and module, one at least."""
+        """What was claimed, and what became of it: a claim a function and module."""
         entries: dict[tuple[str, str], list[str]] = {}
         for one in self.bounds:
             entries.setdefault((one.function, one.module), []).append(one.verdict)
         worst = {f"error of {function} in {name}": together(some) for (function, name), some in entries.items()}
-        found = tuple(Judged(what, said, _WHY.get(said, "")) for what, said in worst.items())
-        return found or (Judged(self.scene, NOT_SHOWN, "no entry of what was asked for was bounded"),)
-
-    @property
-    def verdict(self) -> str:
-        """One of `symdyn.verdict`: the worst of those on all bounds."""
-        return together(one.verdict for one in self.claims)
-
-    @property
-    def passed(self) -> bool:
-        """Whether there are bounds, and every error is bounded."""
-        return self.verdict in HOLD
-
-    @property
-    def failed(self) -> tuple[Judged, ...]:
-        """The functions of which code does not compute an entry, though it has a value."""
-        return tuple(one for one in self.claims if one.verdict == DIFFERENT)
-
-    @property
-    def not_shown(self) -> tuple[Judged, ...]:
-        """The functions of which an entry has no bound."""
-        return tuple(one for one in self.claims if one.verdict == NOT_SHOWN)
+        return tuple(Judged(what, said, _WHY.get(said, "")) for what, said in worst.items())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the bounds for JSON."""
-        told = {"failed": [asdict(one) for one in self.failed], "not_shown": [asdict(one) for one in self.not_shown]}
-        facts: dict[str, Any] = finite({**asdict(self), **told, "verdict": self.verdict, "passed": self.passed})
+        facts: dict[str, Any] = finite(asdict(self) | self.verdicts())
         return facts
 
 

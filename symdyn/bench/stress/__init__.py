@@ -12,6 +12,7 @@ from symdyn.bench.stress import huge_angles as angles
 from symdyn.bench.stress import odd_numbers as numbers
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene
+from symdyn.verdict import Unclaimed
 
 __all__ = ["FAMILIES", "Case", "Family", "Stress", "stress"]
 
@@ -22,13 +23,13 @@ class Family:
 
     Attributes:
         text: what they are about.
-        builtin: yields those of the built-in scenes.
+        builtin: yields those of the built-in scenes, and what this machine cannot run of them.
         of_scene: yields those of a user's scene, None where there are none.
     """
 
     text: str
-    builtin: Callable[[], Iterator[Case]]
-    of_scene: Callable[[Scene], Iterator[Case]] | None = None
+    builtin: Callable[[], Iterator[Case | Unclaimed]]
+    of_scene: Callable[[Scene], Iterator[Case | Unclaimed]] | None = None
 
 
 FAMILIES: Mapping[str, Family] = {
@@ -69,22 +70,27 @@ def stress(
     if unknown:
         raise SimulateError(unknown)
     cases: list[Case] = []
-    notes: list[str] = []
+    absent: list[Unclaimed] = []
+    not_run: list[Unclaimed] = []
+    unshown: list[Unclaimed] = []
     for name in wanted:
         family = FAMILIES[name]
         progress(family.text)
-        if scene is None:
-            cases += (replace(case, family=name) for case in family.builtin())
-            continue
+        cannot = not_run if families is None else unshown
         try:
-            found = list(family.of_scene(scene)) if family.of_scene is not None else []
-        except (DerivationError, SimulateError) as fault:
-            notes.append(f"{name}: {fault}")
+            found = list(family.builtin() if scene is None else family.of_scene(scene) if family.of_scene else ())
+        except DerivationError as fault:
+            absent.append(Unclaimed(name, str(fault)))
             continue
-        cases += (replace(case, family=name) for case in found)
+        except SimulateError as fault:
+            cannot.append(Unclaimed(name, str(fault)))
+            continue
+        cases += (replace(one, family=name) for one in found if isinstance(one, Case))
+        cannot += (replace(one, what=f"{name}: {one.what}") for one in found if isinstance(one, Unclaimed))
         if family.of_scene is not None and not found:
-            notes.append(f"{name}: no case is about such a scene")
+            absent.append(Unclaimed(name, "no case is about such a scene"))
     of_built_in = [name for name in wanted if scene is not None and FAMILIES[name].of_scene is None]
     if of_built_in:
-        notes.append(f"{', '.join(of_built_in)}: all cases are about built-in scenes")
-    return Stress("" if scene is None else scene.name, command, tuple(cases), tuple(notes))
+        absent.append(Unclaimed(", ".join(of_built_in), "all cases are about built-in scenes"))
+    told = (tuple(absent), tuple(not_run), tuple(unshown))
+    return Stress("" if scene is None else scene.name, command, tuple(cases), *told)

@@ -45,7 +45,8 @@ def builtin() -> Iterator[Case]:
             made = calls(chain(n, absolute), ("forward_dynamics",), beside=BESIDE, compiled=compiled)
             forward, backward = cases(f"{n} links, {kind} angles", made, _states(n, ("q", "qd", "tau")))
             yield forward
-            yield replace(backward, metric="backward error / (n eps)", bound=1.0, measured=backward.measured / n)
+            share = None if backward.measured is None else backward.measured / n
+            yield replace(backward, metric="backward error / (n eps)", bound=1.0, measured=share)
 
 
 def _states(n: int, names: tuple[str, ...]) -> dict[str, Array]:
@@ -76,12 +77,12 @@ def _doubles(made: Calls, name: str, q: Array) -> Array:
 
 def shares(
     made: Calls, output: str, given: dict[str, Array], roundoff: float = ROUNDOFF["double"]
-) -> tuple[float, str]:
+) -> tuple[float | None, str]:
     """Return the largest error of any entry, state and implementation over its running error bound, and where."""
     known = made.truth(output, given)
     found = []
     for way, computed in made.results(output, given).items():
         own = known.bound * (roundoff / ROUNDOFF["double"]) + np.finfo(float).tiny
         share = known.errors(computed) / own
-        found.append((float(np.max(share, initial=0.0)), way))
+        found.append((float(share.max()) if share.size else None, way))
     return worst(found)

@@ -104,7 +104,7 @@ def _closed(name: str, one: Scene, made: Calls, given: Mapping[str, Array]) -> C
             errors = solve.backward(computed, given["tau"], np.arange(STATES), EPSILON)
             found += [(error, f"{way}, state {k}") for k, error in enumerate(errors)]
     metric = "backward error of accelerations and of loops / eps"
-    return Case(name, metric, 10.0, *worst(found or [(math.nan, "the equations are not finite")]))
+    return Case(name, metric, 10.0, *worst(found, "the equations are not finite"))
 
 
 def states(positions: Positions, n: int, seed: int = 1) -> dict[str, Array]:

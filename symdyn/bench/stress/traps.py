@@ -19,6 +19,7 @@ from symdyn.bench.case import Case, worst
 from symdyn.bench.stress.calls import Calls, calls, looked_at
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.scene import Scene
+from symdyn.verdict import Unclaimed
 
 Array = npt.NDArray[np.float64]
 
@@ -32,23 +33,25 @@ FLAGS = {  # invalid, division by zero, overflow, underflow
 NAMES = ("invalid", "division by zero", "overflow", "underflow")
 
 
-def builtin() -> Iterator[Case]:
+def builtin() -> Iterator[Case | Unclaimed]:
     """Yield the cases of the built-in scenes."""
     for kind, one in (("6 axes", arm()), ("one body", one_body()), ("dry friction", rubbing())):
         yield from _of(kind, one)
 
 
-def of_scene(scene: Scene) -> Iterator[Case]:
+def of_scene(scene: Scene) -> Iterator[Case | Unclaimed]:
     """Yield the same cases of a scene."""
     if scene.velocities:
         yield from _of("as it is", scene)
 
 
-def _of(kind: str, one: Scene) -> Iterator[Case]:
+def _of(kind: str, one: Scene) -> Iterator[Case | Unclaimed]:
     made = calls(one, looked_at(one))
     mathematics = ctypes.util.find_library("m")
     masks = FLAGS.get(platform.machine())
     if "C" not in made.modules or mathematics is None or masks is None:
+        why = "no C compiler found" if "C" not in made.modules else "flags of this machine are not known here"
+        yield Unclaimed(f"exceptions that C functions raise, {kind}", why)
         return
     library = ctypes.CDLL(mathematics)
     for text, value, allowed in (
@@ -91,4 +94,4 @@ def _in_numpy(made: Calls) -> list[tuple[float, str]]:
                     call(*given) if count > 1 else call(*[x[0] for x in given])
                 except (ArithmeticError, ValueError, Warning) as fault:
                     found.append((1.0, f"{function.name}, {count} states: {fault}"))
-    return found or [(0.0, "none")]
+    return found or [(0.0, "none") for _ in made.program.routines[:1]]
