@@ -144,7 +144,7 @@ def test_verify_reports_the_certificate_as_json(capsys: Capture) -> None:
 
     assert certificate["passed"] is True
     assert len(certificate["fields"]["primes"]) == 2
-    assert {f["verdict"] for f in certificate["findings"]} == {"proved", "checked numerically"}
+    assert {f["verdict"] for f in certificate["findings"]} == {"proved", "agrees in numbers"}
 
 
 @pytest.mark.usefixtures("numpy_alone")

@@ -166,7 +166,7 @@ def test_a_certificate_shows_its_verdict(numpy_alone: None) -> None:
 
     from dataclasses import replace
 
-    wrong = replace(found.findings[0], verdict="different", where=3)
+    wrong = replace(found.findings[0], verdict="fails", where=3)
     failed = shown(replace(found, findings=(wrong, *found.findings[1:])))
     assert [attributes["class"] for tag, attributes in failed.found if tag == "p"][1] == "bad"
     assert wrong.claim in failed.text.partition("claims")[0] + failed.text

@@ -26,7 +26,7 @@ from symdyn.teach.student.answers import in_words
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
-from symdyn.verify import PROVED, Claim, prove
+from symdyn.verify import DIFFERENT, PROVED, Claim, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -428,7 +428,7 @@ def test_what_is_printed_is_read_back(form: Form) -> None:
         [Claim(text, "read", "form", (node,), (right,)) for text, node in zip(printed, nodes, strict=True)]
     )
 
-    assert all(finding.verdict != "different" for finding in findings[1]), printed
+    assert all(finding.verdict != DIFFERENT for finding in findings[1]), printed
 
 
 # The table of words, and the verb

@@ -52,7 +52,7 @@ def test_every_file_of_c_is_proved(scene: str, option: str, real: str) -> None:
     for code in (program, prepare_program(program)):
         found = proved(code, option, real)
 
-        assert {one.verdict for one in found} <= {"proved", "compared"}, found
+        assert {one.verdict for one in found} <= {"proved", ""}, found
         names = [routine.function.name for routine in code.routines]
         assert {f"{scene}_{name}" for name in names} <= {one for file in found for one in file.functions}
         text = str(emit(code, "c", real, option=option)[found[0].file])
@@ -172,4 +172,4 @@ def test_one_unit_in_the_last_place_of_a_constant_is_found() -> None:
     changed = {"puma560.c": text.replace(digits, repr(nextafter(float(digits), 9.0)))}
     found = prove_texts(printed(program, "double"), replace(files, contents=changed), READERS["c"])[0]
 
-    assert found.verdict == "different"
+    assert found.verdict == "fails"

@@ -198,7 +198,7 @@ def certify(
     progress("measuring against 50 digits")
     measured = measure(program, modules, seed=seed, real=real, accuracy=accuracy)
     missing = (*texts.missing, *made.missing)
-    unrun = [] if made.missing or made.refused else run_nowhere(code, targets, {one.function for one in measured})
+    unrun = [] if made.missing or made.refused else run_nowhere(program, targets, {one.function for one in measured})
     return Certificate(
         scene.name,
         fields,
