@@ -45,7 +45,7 @@ types: $(READY)
 doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules symdyn
 	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md docs/python.md docs/equations.md docs/regressors.md \
-		docs/identify.md docs/sweeps.md docs/simulate.md docs/excitation.md docs/units.md
+		docs/identify.md docs/sweeps.md docs/simulate.md docs/excitation.md docs/units.md docs/verify.md
 
 wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment
 	$(BIN)/python tests/wheel.py

@@ -367,7 +367,7 @@ def test_formulations_that_a_scene_has_not_are_told() -> None:
     found = certify(symdyn.example("four_bar"), ["forward_dynamics"])
 
     assert found.passed
-    assert any(one.what == "formulation aba of forward_dynamics" and "loops" in one.why for one in found.absent)
+    assert any("aba of forward_dynamics" in one.what and "loops" in one.why for one in found.absent)
 
 
 @numpy_alone

@@ -62,22 +62,22 @@ def claims_of(
 
     Beside them stand the derivations that the scene has not.
     """
-    scene, roads = workspace.scene, list[Claim]()
-    lacking: dict[tuple[str, str], list[str]] = {}
+    scene, agreements = workspace.scene, list[Claim]()
+    lacking: dict[str, list[str]] = {}  # formulations by the reason
     for name, one in zip(outputs, preferred, strict=True):
         for road, why in roads_lacking(name, scene).items():
-            lacking.setdefault((road, why), []).append(name)
+            lacking.setdefault(why, []).append(f"{road} of {name}")
         for road in roads_of(name, scene):
             if road == one.formulation:
                 continue
             try:
                 other = derive_one(workspace, name, road)
             except DerivationError as fault:
-                lacking.setdefault((road, str(fault)), []).append(name)
+                lacking.setdefault(str(fault), []).append(f"{road} of {name}")
             else:
-                roads.append(_agreement(workspace, name, one, other))
-    absent = [Unclaimed(f"formulation {road} of {', '.join(names)}", why) for (road, why), names in lacking.items()]
-    return [*roads, *laws(workspace, outputs), *program_claims(scene, preferred, program)], absent
+                agreements.append(_agreement(workspace, name, one, other))
+    absent = [Unclaimed(f"formulation {', '.join(roads)}", why) for why, roads in lacking.items()]
+    return [*agreements, *laws(workspace, outputs), *program_claims(scene, preferred, program)], absent
 
 
 def compared(claims: Sequence[Claim], functions: Sequence[Function]) -> tuple[list[Claim], list[Unclaimed]]:
