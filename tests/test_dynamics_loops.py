@@ -51,7 +51,7 @@ from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.quantity import ONE, ZERO
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform, elementary, unit_transform
-from symdyn.verify import DIFFERENT, PROVED, Claim, laws, prove
+from symdyn.verify import DIFFERENT, NUMERICAL, PROVED, Claim, laws, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
 CLOSING = [name for name in JOINTS if name not in ("free", "custom")]
@@ -135,7 +135,7 @@ def test_rows_of_a_leaning_disc_agree_and_say_that_its_lowest_point_rests() -> N
     w = Workspace(scene)
     along, by = recursive(scene, w.tree, w.state), differentiated(scene, w.graph, w.state)
     claims = [Claim("G", "a", "b", flat(along.G), flat(by.G)), Claim("bias", "a", "b", along.bias, by.bias)]  # type: ignore[arg-type]
-    assert DIFFERENT not in {f.verdict for f in prove(claims)[1]}
+    assert set() < {f.verdict for f in prove(claims)[1]} <= {PROVED, NUMERICAL}
 
     q, u = np.array([0.3, -0.2, 0.4, 0.7, 0.5, 1.1]), np.array([0.5, -0.3, 0.2, 0.9, -0.4, 2.0])
     psi, theta = q[3:5]
@@ -202,7 +202,7 @@ def test_where_a_loop_is_closed_residuals_change_by_the_power_of_their_wrenches(
         Claim("rates", "residual", "power", tuple(substitute(rates, back)), tuple(substitute(powers, back))),
     ]
 
-    assert DIFFERENT not in {f.verdict for f in prove(on_unit_sphere(scene, claims))[1]}
+    assert set() < {f.verdict for f in prove(on_unit_sphere(scene, claims))[1]} <= {PROVED, NUMERICAL}
 
 
 MECHANISMS = [crank_rocker, symbolic_four_bar, slider_crank, rssr, bricard, lambda: n_four_bar(2)]
@@ -221,7 +221,7 @@ def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Ca
     findings = prove(on_unit_sphere(scene, [claim for claim in claims if claim.left]))[1]
     not_proved = {f.claim for f in findings if f.verdict != PROVED}
     assert not_proved <= {"positions: residual = 0"}  # roots of something variable have no sign in a field
-    assert not [f for f in findings if f.verdict == DIFFERENT]
+    assert not [f for f in findings if f.verdict not in (PROVED, NUMERICAL)]
 
 
 def test_a_sign_error_in_the_bias_breaks_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from symdyn.dynamics.roads.count import BINDING, count, count_by_binding
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import Counts, at_rest, lower
 from symdyn.scene import Scene, read
-from symdyn.verify import DIFFERENT
+from symdyn.verify import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 
@@ -84,7 +84,7 @@ def test_at_rest_inverse_dynamics_is_inertia_and_gravity():
     law = tuple(M[2 * i] * qdd[0] + M[2 * i + 1] * qdd[1] + g[i] for i in range(2))
     _, (finding,) = prove([Claim("rest", "at rest", "M qdd + g", at_rest(equations)["inverse_dynamics"].entries, law)])
 
-    assert finding.verdict != DIFFERENT
+    assert finding.verdict in (PROVED, NUMERICAL)
 
 
 def test_nothing_at_all_is_at_rest():

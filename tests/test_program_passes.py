@@ -19,7 +19,7 @@ from symdyn.program.passes.factor import factor
 from symdyn.program.passes.signs import signs
 from symdyn.program.passes.strength import strength
 from symdyn.scene import read
-from symdyn.verify import DIFFERENT
+from symdyn.verify import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 SCENES = [
@@ -42,11 +42,13 @@ def test_every_pass_is_proved_to_change_nothing_and_costs_no_more(scene):
         for name in PASSES:
             after = optimise(before, (name,))
             assert count(after).cost <= count(before).cost, f"{before.name}: {name}"
-            claims.append(Claim(f"{before.name}: {name}", "after", "before", after.entries, before.entries))
+            if before.entries or after.entries:  # k_C of one coordinate has none
+                claims.append(Claim(f"{before.name}: {name}", "after", "before", after.entries, before.entries))
     positive = [parameter.name for parameter in scene.parameters if parameter.positive]
     _, findings = prove(claims, 1, positive=positive)
 
-    assert [finding.claim for finding in findings if finding.verdict == DIFFERENT] == []
+    assert findings
+    assert [finding.claim for finding in findings if finding.verdict not in (PROVED, NUMERICAL)] == []
 
 
 def test_passes_keep_every_operation():
@@ -56,10 +58,12 @@ def test_passes_keep_every_operation():
     claims = [
         Claim(a.function.name, "passes", "none", a.function.entries, b.function.entries)
         for a, b in zip(program.routines, plain.routines, strict=True)
+        if a.function.entries or b.function.entries
     ]
     _, findings = prove(claims, positive=["mass", "q1", "q2", "qd1", "qd2"])
 
-    assert [finding.claim for finding in findings if finding.verdict == DIFFERENT] == []
+    assert findings
+    assert [finding.claim for finding in findings if finding.verdict not in (PROVED, NUMERICAL)] == []
 
 
 def test_lowering_costs_no_more_with_passes_than_without():
@@ -101,7 +105,7 @@ def test_factors_come_out(build, counts):
     _, (finding,) = prove([Claim("f", "found", "meant", tuple(result), (build(g, *map(g.symbol, "abxyz"))[1],))])
 
     assert (counted.multiplications, counted.additions) == counts
-    assert finding.verdict != DIFFERENT
+    assert finding.verdict in (PROVED, NUMERICAL)
 
 
 def test_a_product_that_is_used_twice_keeps_its_factor():
@@ -137,7 +141,7 @@ def test_what_is_known_early_is_put_together():
     assert count_by_binding(before)["params"] == Counts()
     assert count(after).cost < count(before).cost
     _, (finding,) = prove([Claim("early", "after", "before", after.entries, before.entries)])
-    assert finding.verdict != DIFFERENT
+    assert finding.verdict in (PROVED, NUMERICAL)
 
 
 def test_a_half_that_is_shared_meets_the_two_outside():
@@ -166,7 +170,7 @@ def test_a_negation_ends_in_a_difference(build):
 
     assert all(node.op is not Op.NEG for node in reachable([result]))
     _, (finding,) = prove([Claim("sign", "after", "before", (result,), (expression,))])
-    assert finding.verdict != DIFFERENT
+    assert finding.verdict in (PROVED, NUMERICAL)
 
 
 def test_a_difference_that_is_used_elsewhere_keeps_its_sign():

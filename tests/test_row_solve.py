@@ -185,7 +185,7 @@ def test_the_text_is_proved_and_a_wrong_place_is_told(name: str, option: str) ->
     wrong = {**files.contents, source: sources.texts[source].replace(table, ", ".join(numbers))}
     bad = prove_texts(wanted, replace(files, contents=wrong), languages("c", option))
 
-    assert all(one.passed for one in good)
+    assert {one.passed for one in good} == {True}
     assert {one.file for one in bad if not one.passed} == {source}
 
 
