@@ -77,6 +77,35 @@ def test_functions_that_are_real_nowhere_are_not_passed(tmp_path: Path, capsys: 
     assert "Not shown: inverse_dynamics in numpy against 50 digits: real at none of the states tried" in told
 
 
+KINDS = {
+    "trees": ("two_link", ["inverse_dynamics", "mass_matrix", "coriolis_matrix", "kinetic_energy", "potential_energy"]),
+    "regressors": ("two_link", ["inverse_dynamics", "regressor", "base_regressor"]),
+    "momentum": ("two_link", ["centre_of_mass", "centre_of_mass_jacobian", "centroidal_momentum_matrix"]),
+    "prepared": ("two_link", ["mass_matrix"]),
+    "loops": ("four_bar", ["velocities", "constraint_jacobian", "constraint_bias", "forward_dynamics", "multipliers"]),
+    "reactions": ("four_bar", ["reactions", "inverse_dynamics"]),
+}
+"""Claims about equations, by what they are about."""
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_claim_about_equations_holds_where_no_point_is_real(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def unreal(self: Any, outputs: Any, draw: int) -> None:
+        raise ValueError
+
+    monkeypatch.setattr("symdyn.verify.points.NumberPoints.values", unreal)
+    name, outputs = KINDS[kind]
+    found = certify(symdyn.example(name), outputs, prepare=kind == "prepared")
+    proofs = [one for one in found.findings if "in numbers" not in one.claim and "definite" not in one.claim]
+
+    assert not found.passed
+    assert len(proofs) >= len(outputs)
+    assert {one.verdict for one in proofs} == {"not shown"}
+    assert {one.claim for one in proofs} == words(found).keys()
+
+
 @numpy_alone
 def test_json_notebook_and_text_say_the_same_words() -> None:
     found = certify(nowhere(), FUNCTIONS)
@@ -274,6 +303,17 @@ def test_files_that_cannot_be_read_here_are_not_shown(
     assert told.rstrip().endswith("two_link: not shown")
 
 
+def test_files_whose_equations_are_real_nowhere_are_not_passed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def unreal(self: Any, outputs: Any, draw: int) -> None:
+        raise ValueError
+
+    monkeypatch.setattr("symdyn.verify.points.NumberPoints.values", unreal)
+    assert main(["verify", str(EXAMPLES / "two_link.toml"), "--files", str(folder)]) == 1
+    assert "Not shown: mass_matrix: program = equations: no point" in capsys.readouterr().out
+
+
 def test_an_empty_file_proves_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "two_link.h").write_text("", encoding="utf-8")
 
@@ -322,6 +362,15 @@ def test_what_was_asked_for_and_cannot_be_run_is_not_shown(
     told = capsys.readouterr().out
     assert f"Not shown: {what}" in told
     assert "Not run" not in told
+
+
+@numpy_alone
+@pytest.mark.usefixtures("bare")
+def test_a_program_that_no_machine_lacks_is_measured_all_the_same() -> None:
+    found = certify(PENDULUM, ["mass_matrix"])
+
+    assert found.passed
+    assert [(one.function, one.module) for one in found.accuracy] == [("mass_matrix", "numpy")]
 
 
 @pytest.mark.runs
