@@ -293,3 +293,22 @@ def test_what_double_doubles_have_no_function_for_is_measured_without_them():
     cart = scene("cart", gravity=[0, 0, 0], inputs={"u": 0}, bodies=[body("cart", mass=10)], joints=[rail])
     equations = formulate(cart, ("inverse_dynamics",))
     assert all(one.real != "dd" for one in implementations(equations, 0.0, ("native",), ("double", "float")))
+
+
+@pytest.mark.runs
+@pytest.mark.mends("30.class.verdicts")
+def test_what_is_real_at_no_state_has_no_error_and_is_no_best_choice(monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    slide = prismatic("slide", parent="ground", child="bob", axis=(1, 0, 0), force="log(-1 - q1**2)")
+    found = bench(
+        scene("nowhere", bodies=[body("bob", mass=1)], joints=[slide]),
+        ["inverse_dynamics"],
+        quick=True,
+        trajectories=False,
+    )
+
+    assert found.measured
+    assert not any(one.best for one in found.measured)
+    assert "inverse_dynamics: it is real at none of the states, so its error is not shown" in found.notes

@@ -412,6 +412,20 @@ def test_a_position_where_rows_lose_rank_is_told_with_the_rank() -> None:
 
 
 @numpy_alone
+@pytest.mark.mends("30.also.verdicts")
+def test_bounds_at_a_position_where_rows_lose_rank_leave_out_forward_dynamics() -> None:
+    """Three parallel cranks at zero: nothing is claimed of what does not exist there, and the rest is bounded."""
+    scene = symdyn.read(Path(__file__).parent / "data" / "three_cranks.toml")
+    flat = dict.fromkeys(scene.coordinates, 0.0)
+    found = rigorous(scene, ["forward_dynamics", "tree_forces"], flat)
+
+    assert found.passed
+    assert {one.function for one in found.bounds} == {"tree_forces"}
+    (told,) = [one for one in found.absent if one.what.startswith("forward_dynamics at this state")]
+    assert "have rank 2 of 3" in told.why
+
+
+@numpy_alone
 def test_formulations_that_a_scene_has_not_are_told() -> None:
     found = certify(symdyn.example("four_bar"), ["forward_dynamics"])
 

@@ -43,7 +43,8 @@ class Measured:
         generate: seconds to derive, lower and emit it.
         compile: seconds to compile it; None where nothing is compiled.
         call: nanoseconds a state.
-        relative: 99th percentile of the error relative to the largest entry, in the worst region.
+        relative: 99th percentile of the error relative to the largest entry, in the worst region; NaN where there is no
+            state at which the function is real.
         errors: by region.
         best: whether no other implementation of this function is both as fast and as accurate.
     """

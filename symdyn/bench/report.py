@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import isnan
 from typing import Any
 
 from symdyn.bench.case import Stress
@@ -13,7 +14,7 @@ from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.emit.escape import in_markdown
 from symdyn.emit.render import render
 from symdyn.rounding import in_digits
-from symdyn.verdict import DIFFERENT
+from symdyn.verdict import DIFFERENT, NOT_SHOWN
 from symdyn.verify.certificate import finite
 
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
@@ -107,7 +108,7 @@ def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
             f"{one.generate:.2f}",
             "" if one.compile is None else f"{one.compile:.2f}",
             nanoseconds(one.call),
-            in_digits(one.relative, 2, "e"),
+            NOT_SHOWN if isnan(one.relative) else in_digits(one.relative, 2, "e"),
             "yes" if one.best else "",
         )
         for one in bench.measured

@@ -79,6 +79,14 @@ def forward_findings(w: Workspace) -> Looked:
     return findings, absent
 
 
+def lost_rank(w: Workspace, q: Array) -> str:
+    """Return why the equations of motion of a closed scene have no one solution at a position, "" where they have."""
+    if not w.scene.is_closed:
+        return ""
+    found = _state(w, {}, _entries(w), 0, "the state", q)
+    return found if isinstance(found, str) else ""
+
+
 def _grouped(name: str, lost: Mapping[str, str]) -> list[Unclaimed]:
     """Return at which positions something does not exist, those with one reason together."""
     reasons = dict.fromkeys(lost.values())

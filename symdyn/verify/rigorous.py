@@ -35,6 +35,7 @@ from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, wanted_targets
 from symdyn.verify.certificate import finite
 from symdyn.verify.claims import taken
+from symdyn.verify.natural import lost_rank
 
 MOST_BITS = 4096
 ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller
@@ -173,6 +174,9 @@ def rigorous(
             held, used = _balls(function, point, parameters, real)
             balls.append(held)
             bits = max(bits, used)
+        if given is not None and not all(ball.is_finite() for ball in balls[0]) and (why := _lost(workspace, given)):
+            absent.append(Unclaimed(f"{function.name} at this state", why))
+            continue
         bounds += _bounds(function, points, balls, made.built, real)
         names = [argument.name for argument in function.arguments]
         tried[function.name] = tuple(dict(zip(names, (x.tolist() for x in point), strict=True)) for point in points)
@@ -201,6 +205,11 @@ def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: st
         values |= {str(n.value): _number(x, workspace) for n, x in zip(nodes, quantities, strict=True)}
     values |= {known[name]: float(value) for name, value in at.items()}
     return {name: float(np.float32(value)) for name, value in values.items()} if real == "float" else values
+
+
+def _lost(workspace: Workspace, given: Mapping[str, float]) -> str:
+    """Return why the equations of motion have no one solution at a state, "" where they have."""
+    return lost_rank(workspace, np.array([given[str(node.value)] for node in workspace.state.q]))
 
 
 def _number(quantity: Quantity, workspace: Workspace) -> float:
