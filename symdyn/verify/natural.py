@@ -27,11 +27,10 @@ from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.reactions.dalembert import equilibrium
 from symdyn.dynamics.reactions.least import InNumbers
-from symdyn.dynamics.reactions.ties import undriven
+from symdyn.dynamics.reactions.ties import undriven, why_no_reactions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.scene import velocity_name
-from symdyn.scene.forces import without_place
 from symdyn.scene.units import coordinate_units
 from symdyn.verdict import Unclaimed, verdict
 from symdyn.verify.equality import Finding
@@ -72,7 +71,9 @@ def forward_findings(w: Workspace) -> Looked:
     finding, undefined = _forward(w, states)
     findings = [finding]
     absent = _grouped("forward dynamics", lost | {one.where: _undetermined(w, one) for one in undefined})
-    if w.hanging.cuts and not without_place(w.scene):
+    if why := why_no_reactions(w.scene):
+        absent.append(Unclaimed("forward_reactions", why))
+    elif w.hanging.cuts:
         where = {one.where for one in undefined}
         finding, others = _reactions(w, "forward_reactions", [one for one in states if one.where not in where])
         findings, absent = [*findings, finding], absent + others
