@@ -86,6 +86,8 @@ class Linearization(Shown):
         feeding: forces, then inputs, at the point where formulas of these depend on the state: part of A, and not of
             what gains have to give; () where forces are constant.
         notes: what a user should know.
+        spin: Ω, shape (nv, nv), rad/s, of the axes in which states and drives along axes of a body are; the body spins
+            in them (`spinning`); empty where they are its own.
     """
 
     scene: Scene
@@ -107,6 +109,7 @@ class Linearization(Shown):
     family: int = 0
     feeding: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
+    spin: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     def __repr__(self) -> str:
         where = {"rest": "at rest", "steady": "in steady motion", "moving": "in motion"}[self.kind]
@@ -114,10 +117,15 @@ class Linearization(Shown):
         told = "".join(f"\n    {len(axis)} {name}: {listed(axis.names)}" for name, axis in axes)
         return f"<Linearization of {self.scene.name} {where}:{told}>"
 
-    def without(self, positions: Sequence[int]) -> Linearization:
-        """Return the system without some positions on which nothing depends, and without outputs of them."""
+    def without(self, positions: Sequence[int], moving: Sequence[int] | None = None) -> Linearization:
+        """Return the system without some positions on which nothing depends, and without outputs `moving` with them.
+
+        Outputs not given are those that depend on the positions here.
+        """
         states = [k for k in range(len(self.states)) if k not in positions]
-        outputs = [k for k in range(len(self.outputs)) if not self.C[k, list(positions)].any()]
+        if moving is None:
+            moving = np.flatnonzero(self.C[:, list(positions)].any(axis=1)).tolist()
+        outputs = [k for k in range(len(self.outputs)) if k not in moving]
         p = [k for k in range(self.positions) if k not in positions]
         return replace(
             self, states=self.states.of(states), outputs=self.outputs.of(outputs), A=self.A[np.ix_(states, states)],

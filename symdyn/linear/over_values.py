@@ -3,7 +3,7 @@
 Equations are derived once, with parameters free; only a value that changes their form, as zero does, derives again.
 Where a value moves the place of rest, or of a steady motion, it is followed from the last one. That A is the same at
 two times of a steady motion is looked at for the first value; at the others, that velocities stay and that the same
-positions are cyclic.
+positions are cyclic. Where axes do not spin with a body it is looked at for every value, as their spin is another.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def systems(
         found = asked.at(start.q, start.u, 0.0, start.notes, like=like)
         if not (anywhere or stays(found)):
             found = _followed(asked, found, start.q, still, last) or found
-        if like is not None and slim is not None and stays(found):
+        if like is not None and slim is not None and not slim.spin.any() and stays(found):
             dropped = [found.states.names.index(one) for one in slim.dropped]
             if len(untouched(found.A, dropped)) == len(dropped):
                 last[:] = [found.point.q]

@@ -29,7 +29,11 @@ from symdyn.scene.values.table import Faults
 
 FEEDING = "the formulas of --forces depend on the state: gains act beside them, give them to simulate, too"
 MOVING = "the point is neither of rest nor of a steady motion: nothing holds the mechanism there, gains neither"
-"""What is said of gains beside forces that feed back, and at a point where velocities change."""
+SPINNING = (
+    "states and drives along axes of a body are in axes that do not spin with it: a controller has to turn them; "
+    "simulate reads gains in axes of the body, at one orientation of it"
+)
+"""What is said of gains beside forces that feed back, at a point where velocities change, and in axes that turn."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +120,8 @@ def lqr(
         notes = (*notes, FEEDING)
     if one.kind == "moving":
         notes = (*notes, MOVING)
+    if one.spin.any():
+        notes = (*notes, SPINNING)
     return Regulator(one, inputs.names, K, poles, period, notes)
 
 

@@ -3,6 +3,8 @@
     exact        exp([A B; 0 0] T) = [Φ Γ; 0 1]                         at a point where A and B stay
     variations   d/dt [Φ Γ] = A(t) [Φ Γ] + [0 B(t)], Φ(0) = 1, Γ(0) = 0       along the motion from the point
 
+In axes that do not spin with a body, inputs that are its drives are held in these axes.
+
 The second integrates the motion itself beside its variations, and holds where the point is no equilibrium too; at one,
 and along a steady motion, both are the same.
 
@@ -17,10 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
+from symdyn.linear.spinning import turned
 from symdyn.simulation.equations.opened import numbers_at
 
 TOLERANCE = 1e-12
@@ -83,6 +87,7 @@ def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
     check_period(period)
     point, numbers = one.point, numbers_at(one.scene)
     full = asked.at(point.q, point.u, point.t)
+    labels = COLUMNS["q"](asked.functions.w)
     n, inputs, nq, nv = len(full.A), full.B.shape[1], len(point.q), len(point.u)
 
     def rates(t: float, y: Array) -> Array:
@@ -93,7 +98,7 @@ def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
                 f"--dt {period:g}: other coordinates have to determine the rest within a period; give a shorter one"
             )
         moved = here.A @ variations
-        moved[:, n:] += here.B
+        moved[:, n:] += here.B @ turned(full, labels, one.spin, t - point.t).W if one.spin.any() else here.B
         return np.concatenate([asked.place(q, u, t).H @ u, here.point.udot, moved.ravel()])
 
     start = np.concatenate([point.q, point.u, np.eye(n, n + inputs).ravel()])
@@ -101,5 +106,7 @@ def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
     if not run.success or not np.isfinite(run.y[:, -1]).all():
         raise LinearizeError(f"--dt {period:g}: the motion from the point cannot be followed that long")
     found = run.y[nq + nv :, -1].reshape(n, n + inputs)
+    if one.spin.any():  # to the axes that the system is in
+        found = np.linalg.solve(turned(full, labels, one.spin, period).X, found)
     kept = [full.states.names.index(name) for name in one.states.names]
     return Sampled(period, found[np.ix_(kept, kept)], found[kept, n:])

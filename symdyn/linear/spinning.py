@@ -1,18 +1,23 @@
-"""A linear system in axes that do not spin with the body that they are of, in which A may be constant."""
+"""A linear system in axes that do not spin with the body that they are of, in which A may be constant.
+
+Where a joint turns a body with ω, which stays in the body's own axes, directions and velocities may be looked at in
+these, or in axes that do not turn with it. One rule chooses, for every joint with a quaternion: of axes in which A
+stays the same along the motion those in which B and the mass matrix do, too; of these the ones that do not turn. So
+what is rotationally symmetric is looked at in axes that do not spin with it, and what is not, in its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice, product
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.linear.linearization import Linearization
-from symdyn.scene import JOINTS, Joint
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.rounding import in_digits
+from symdyn.scene import JOINTS
 
 STILL = 1e-12
 """Velocities, rad/s or m/s, that are none."""
@@ -20,44 +25,57 @@ STILL = 1e-12
 EQUAL = 1e-6
 """Differences, over the largest entry, that are none."""
 
+MOST = 1000
+"""Ways to look at all the joints that are tried."""
 
-def spins(found: Linearization) -> list[tuple[str, Array]]:
-    """Return ways to look at what turns in a moved frame, none first: words, and Ω of Ṙ = Ω R, shape (nv, nv).
 
-    R takes components in the body's axes to those of a frame that turns with the body but for its spin about an axis n:
-    ω = a n + b e with e the vertical, Ω = a ñ.
+@dataclass(frozen=True)
+class Way:
+    """Axes to look at what joints move: what is said of them, and Ω of Ṙ = Ω R, shape (nv, nv), rad/s.
+
+    R takes components in the body's axes to those of a frame that does not turn with it: Ω = ω̃ for its every vector.
     """
-    n = len(found.point.u)
-    ways = [("", np.zeros((n, n)))]
-    first = 0
+
+    words: tuple[str, ...]
+    spin: Array
+
+    def turned(self, M: Array, time: float) -> Array:
+        """Return a matrix of velocities, shape (nv, nv), after some time, in this frame."""
+        back = _turn(-time * self.spin)
+        return np.asarray(back.T @ M @ back)
+
+
+def ways(found: Linearization) -> Iterator[Way]:
+    """Return the ways to look at a motion, those in axes that do not turn first, the bodies' own axes last."""
+    every: list[list[Way]] = []
+    first, n = 0, len(found.point.u)
     for joint in found.scene.moving:
         at = first
         for block in JOINTS[joint.type].blocks(joint):
             wide = len(block.velocities)
-            turning = found.point.u[at + wide - 3 : at + wide] if block.letters else np.zeros(0)
-            if np.abs(turning).max(initial=0.0) > STILL:
-                vertical = _vertical(found, joint)
-                for k, axis in enumerate(np.eye(3)):
-                    basis = np.stack([axis, vertical], axis=1)
-                    parts = np.linalg.lstsq(basis, turning, rcond=1e-9)[0]
-                    if np.abs(basis @ parts - turning).max() <= EQUAL * np.abs(turning).max():
-                        spin = np.zeros((n, n))
-                        for part in range(at, at + wide, 3):
-                            spin[part : part + 3, part : part + 3] = parts[0] * _skew(axis)
-                        ways.append((f"in axes of {joint.child} that do not spin with it about its {'xyz'[k]}", spin))
+            turning = found.point.u[at + wide - 3 : at + wide]
+            if block.letters and np.abs(turning).max() > STILL:
+                spin = np.zeros((n, n))
+                for part in range(at, at + wide, 3):
+                    spin[part : part + 3, part : part + 3] = _skew(turning)
+                what = "directions, velocities and drives" if any(joint.drives) else "directions and velocities"
+                told = f"{what} along axes of a body are in axes of {joint.child} that"
+                still = Way((f"{told} do not spin with it about its {_named(turning)}",), spin)
+                every.append([still, Way((f"{told} turn with it, and so are frequencies",), np.zeros((n, n)))])
             at += wide
         first += len(joint.rates)
-    return ways
+    for some in islice(product(*every), MOST):
+        spin = sum((one.spin for one in some), np.zeros((n, n)))
+        yield Way(tuple(word for one in some for word in one.words), spin)
 
 
-def _vertical(found: Linearization, joint: Joint) -> Array:
-    """Return the direction of gravity, or zero, in the frame that a joint has moved."""
-    numbers = numbers_at(found.scene)
-    graph = numbers.graph
-    R = (body_placements(found.scene, graph)[joint.child] @ placement(joint.tip, graph).inverse()).R
-    down = vector(found.scene.gravity, graph)
-    turned = numbers.at([sum((R[r][c] * down[r] for r in range(3)), graph.zero) for c in range(3)], found.point.q)
-    return turned / (float(np.linalg.norm(turned)) or 1.0)
+def _named(way: Array) -> str:
+    """Return what an axis of a body is called: x, y, z, or its direction."""
+    axis = way / np.linalg.norm(way)
+    largest = int(np.abs(axis).argmax())
+    if np.abs(axis - axis[largest] * np.eye(3)[largest]).max() <= EQUAL:
+        return "xyz"[largest]
+    return f"axis ({', '.join(in_digits(float(x), 3) for x in axis * np.sign(axis[largest]) + 0.0)})"
 
 
 def _skew(axis: Array) -> Array:
@@ -71,25 +89,45 @@ def _turn(spin: Array) -> Array:
     return np.asarray((vectors * np.exp(-1j * values)) @ vectors.conj().T).real
 
 
-def turned(
-    found: Linearization, start: Linearization, labels: Sequence[str], spin: Array, time: float
-) -> Linearization:
-    """Return a system after some time with its states in a frame that spins by Ω against the body's axes.
+@dataclass(frozen=True)
+class Turned:
+    """States and inputs after some time of a frame that spins by Ω against the body's axes.
 
-    States are some entries P of N x, N of the point in that frame; there N stays, so
+    States are some entries P of N x, N of the point in that frame; there N stays, so with R = exp(Ω t)
 
-        X = P R⁻¹ N,  x̃ = X⁻¹ x,  Ã = X⁻¹ A X + X⁻¹ P R⁻¹ Ω N
+        X = P R⁻¹ N,  x = X x̃,  w = W w̃,  Ã = X⁻¹ (A X + P R⁻¹ Ω N),  B̃ = X⁻¹ B W
+
+    Attributes:
+        X: shape (nx, nx).
+        rate: P R⁻¹ Ω N, shape (nx, nx), 1/s.
+        W: of inputs, the drives along axes of the body turning as its velocities do, shape (nw, nw).
     """
-    if not spin.any():
-        return found
-    p = start.positions
-    N = np.vstack([np.hstack([start.directions, np.zeros((len(spin), len(start.states) - p))]), start.rates])
-    velocities = start.scene.velocities
-    n = len(spin)
+
+    X: Array
+    rate: Array
+    W: Array
+
+
+def turned(start: Linearization, labels: Sequence[str], spin: Array, time: float) -> Turned:
+    """Return how states and inputs of a system turn; `labels` name displacements along all velocities."""
+    p, n, velocities = start.positions, len(spin), start.scene.velocities
+    N = np.vstack([np.hstack([start.directions, np.zeros((n, len(start.states) - p))]), start.rates])
     chosen = [labels.index(name) for name in start.states.names[:p]]
     chosen += [n + velocities.index(name) for name in start.states.names[p:]]
-    back = np.kron(np.eye(2), _turn(-time * spin))
-    both = np.kron(np.eye(2), spin)
-    X = (back @ N)[chosen]
-    A = np.linalg.solve(X, found.A @ X + (back @ both @ N)[chosen])
-    return replace(found, A=A)
+    back, both = _turn(-time * spin), np.kron(np.eye(2), spin)
+    whole = np.kron(np.eye(2), back)
+    W = np.eye(len(start.inputs))
+    drives = [k for k, name in enumerate(start.scene.drives) if name and name in start.inputs.names]
+    places = [start.inputs.names.index(str(start.scene.drives[k])) for k in drives]
+    W[np.ix_(places, places)] = back[np.ix_(drives, drives)]
+    return Turned((whole @ N)[chosen], (whole @ both @ N)[chosen], W)
+
+
+def seen(found: Linearization, start: Linearization, labels: Sequence[str], spin: Array, time: float) -> Linearization:
+    """Return a system after some time, as `turned` says, in the frame that spins by Ω against the body's axes."""
+    if not spin.any():
+        return found
+    by = turned(start, labels, spin, time)
+    AB = np.linalg.solve(by.X, np.hstack([found.A @ by.X + by.rate, found.B @ by.W]))
+    n = len(found.states)
+    return replace(found, A=AB[:, :n], B=AB[:, n:] + 0.0, C=found.C @ by.X, D=found.D @ by.W, spin=spin)

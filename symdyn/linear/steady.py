@@ -8,7 +8,7 @@ looked at a second time, after the mechanism has moved on by about a radian.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared
-from symdyn.linear.spinning import EQUAL, STILL, spins, turned
+from symdyn.linear.spinning import EQUAL, STILL, Way, seen, ways
 from symdyn.scene import acceleration_name
 from symdyn.scene.units import velocity_units
 from symdyn.simulation.equations.opened import numbers_at
@@ -104,19 +104,48 @@ def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None
             f"no steady motion: at t = {later.point.t:.3g} s {told} would not be zero any more, as forces or motions "
             "depend on time; give forces that last, or --anywhere for A at this instant"
         )
-    for words, spin in spins(found) if later is not found else ():
-        here, there = (turned(one, found, labels, spin, after) for one, after in ((found, 0.0), (later, time)))
+    M, after = (asked.place(one.point.q, one.point.u, one.point.t).M for one in (found, later))
+    lasting: list[Lasting] = []
+    for way in ways(found) if later is not found else ():
+        here, there = (seen(one, found, labels, way.spin, t) for one, t in ((found, 0.0), (later, time)))
         dropped = _cyclic(here, rates)
-        one, other = here.without(dropped), there.without(dropped)
-        apart = float(np.abs(one.A - other.A).max(initial=0.0))
-        if apart <= EQUAL * max(1.0, float(np.abs(one.A).max(initial=0.0))):
-            return _cyclic_at_rest(asked, found, _told(one, time, apart, found, words), dropped), ""
+        passing = np.abs(there.C[:, dropped]).max(axis=1, initial=0.0) > EQUAL * np.abs(there.C).max(initial=0.0)
+        on = np.flatnonzero(passing | here.C[:, dropped].any(axis=1)).tolist()
+        one, other = here.without(dropped, on), there.without(dropped, on)
+        if _apart(one.A, other.A) <= EQUAL:
+            alike = (_apart(one.B, other.B) <= EQUAL) + (_apart(M, way.turned(after, time)) <= EQUAL)
+            lasting.append(Lasting(way, dropped, one, other, alike))
+            if alike == BOTH:
+                break
+    if lasting:
+        best = max(lasting, key=lambda one: one.alike)
+        return _cyclic_at_rest(asked, found, _told(best, time, found), best.dropped), ""
     moving = ", ".join(found.states.names[k] for k in range(found.positions) if abs(rates[k]) > STILL)
     return None, (
         f"no steady motion: A changes as {moving} move on; velocities stay, but forces depend on where it is. Take "
         "coordinates of which those that move are cyclic, such as angles in place of a quaternion, or --anywhere for A "
         "at this instant"
     )
+
+
+@dataclass(frozen=True)
+class Lasting:
+    """Axes in which A stays: the system at both times, its cyclic positions, and which of B and M stay, how many."""
+
+    way: Way
+    dropped: list[int]
+    one: Linearization
+    other: Linearization
+    alike: int
+
+
+BOTH = 2
+"""B and the mass matrix."""
+
+
+def _apart(one: Array, other: Array) -> float:
+    """Return how far two matrices are apart, over the largest entry or 1."""
+    return float(np.abs(one - other).max(initial=0.0)) / max(1.0, float(np.abs(one).max(initial=0.0)))
 
 
 def at_rest(asked: Prepared, place: Equilibrium) -> Linearization:
@@ -181,17 +210,25 @@ def _cyclic(found: Linearization, rates: Array) -> list[int]:
         dropped += more
 
 
-def _told(steady: Linearization, time: float, apart: float, full: Linearization, words: str) -> Linearization:
-    """Return a steady system with the notes that say how it is known to be one."""
+def _told(lasting: Lasting, time: float, full: Linearization) -> Linearization:
+    """Return a steady system with the notes that say how it is known to be one, and what of it does not stay."""
+    steady, later = lasting.one, lasting.other
+    apart = float(np.abs(steady.A - later.A).max(initial=0.0))
     same = "the same" if apart == 0 else f"the same to {apart:.1g}"
     notes = [f"steady motion: A is {same} at t = {full.point.t:g} s and {full.point.t + time:.3g} s"]
-    if words:
-        notes.append(f"directions and velocities along axes of a body are {words}")
+    notes += lasting.way.words
     if steady.dropped:
         notes.append(f"cyclic, and no states: {', '.join(steady.dropped)}")
     lost = [name for name in full.outputs.names if name not in steady.outputs.names]
     if lost:
         notes.append(f"no outputs, as they move on for ever: {', '.join(lost)}")
+    for letter, axis, before, after in (
+        ("B", steady.inputs, steady.B.T, later.B.T),
+        ("C and D", steady.outputs, np.hstack([steady.C, steady.D]), np.hstack([later.C, later.D])),
+    ):
+        passing = [name for name, x, y in zip(axis.names, before, after, strict=True) if _apart(x, y) > EQUAL]
+        if passing:
+            notes.append(f"{letter} of {', '.join(passing)}: of this instant alone, as what moves on changes it")
     return replace(steady, kind="steady", notes=(*full.notes, *notes))
 
 
