@@ -19,6 +19,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.modes import Mode, Spectrum, spectrum
+from symdyn.linear.zeros import zeros
 from symdyn.scene import Scene
 from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
@@ -141,8 +142,14 @@ class Linearization(Shown):
 
     @property
     def modes(self) -> tuple[Mode, ...]:
-        """Modes of eigenvalues that are not zero, those that grow fastest first."""
+        """Modes of eigenvalues that are not zero, those that grow fastest first; of the others tell `zeros`."""
         return self.spectrum.modes
+
+    @property
+    def zeros(self) -> dict[str, int]:
+        """How many eigenvalues are zero, by what they come from: "cyclic" positions, "drifting" momenta, ..."""
+        cyclic = [k for k in range(self.positions) if self.states.names[k] in self.cyclic]
+        return zeros(self.A, self.spectrum.zeros, self.positions, cyclic, self.family, self.kind)
 
     @cached_property
     def eigenvalues(self) -> np.ndarray[Any, np.dtype[np.complex128]]:

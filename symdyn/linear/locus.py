@@ -198,7 +198,7 @@ def _halved(system: Callable[[float], Linearization], low: float, high: float) -
         middle = (low + high) / 2
         low, high = (middle, high) if _count(system(middle)) == below else (low, middle)
     fastest = system(high if above > below else low).modes[0]
-    return Critical((low + high) / 2, fastest.frequency, above > below)
+    return Critical((low + high) / 2, fastest.frequency if fastest.oscillates else 0.0, above > below)
 
 
 def told(found: Locus) -> list[str]:

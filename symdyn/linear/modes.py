@@ -58,8 +58,8 @@ class Mode:
 
     @property
     def frequency(self) -> float:
-        """Undamped natural frequency |λ|/2π, Hz; 0 of what does not oscillate."""
-        return abs(self.value) / (2 * math.pi) if self.oscillates else 0.0
+        """Natural frequency |λ|/2π, Hz, of a pair and of a real eigenvalue alike."""
+        return abs(self.value) / (2 * math.pi)
 
     @property
     def damping(self) -> float:

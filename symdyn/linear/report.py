@@ -18,7 +18,7 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
-from symdyn.linear.verdict import ZEROS, stability
+from symdyn.linear.verdict import stability
 from symdyn.rounding import asked, in_digits, showing
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
@@ -56,9 +56,7 @@ def text(found: Linearization, formulas: Symbolic | None = None) -> str:
     lines += [*_modes(found), *(f"  {line}" for line in roots(formulas)), ""]
     verdict = stability(found)
     lines.append(f"stability: {verdict.words}")
-    for kind, count in verdict.zeros.items():
-        names = f" ({', '.join(verdict.names)})" if kind == "cyclic" else ""
-        lines.append(f"  {count} eigenvalue{'s' * (count > 1)} zero {ZEROS[kind]}{names}")
+    lines += [f"  {line}" for line in verdict.lines]
     return "\n".join(lines)
 
 
@@ -145,18 +143,15 @@ def _modes(found: Linearization) -> list[str]:
     """Return a line a mode: eigenvalue, frequency, damping, what moves."""
     if not found.modes:
         return ["all eigenvalues are zero"]
-    cells = [["eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape"]]
+    cells = [list(HEAD)]
     for mode in found.modes:
-        cells.append(
-            [
-                eigenvalue(mode, found),
-                number(mode.frequency) if mode.oscillates else "-",
-                number(mode.damping, 1.0),
-                shape(mode, found),
-            ]
-        )
+        cells.append([eigenvalue(mode, found), number(mode.frequency), number(mode.damping, 1.0), shape(mode, found)])
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return ["  ".join(x.ljust(w) for x, w in zip(row, widths, strict=True)).rstrip() for row in cells]
+
+
+HEAD = ("eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape")
+"""What is told of a mode, by every door."""
 
 
 def eigenvalue(mode: Mode, found: Linearization) -> str:
@@ -266,6 +261,7 @@ def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str,
             for mode in found.modes
         ],
         "zero": verdict.zeros,
+        "cyclic": list(verdict.names),
         "stability": verdict.verdict,
         "dropped": list(found.dropped),
         "notes": list(found.notes),

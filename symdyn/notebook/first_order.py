@@ -6,7 +6,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.linear import Axis, Linearization, stability
-from symdyn.linear.report import KINDS, eigenvalue, latex, number, shape, where
+from symdyn.linear.report import HEAD, KINDS, eigenvalue, latex, number, shape, where
 from symdyn.notebook.page import Cell, Markup, beside, head, note, notes, table, verdict
 from symdyn.simulation import Sensitivity
 
@@ -21,7 +21,7 @@ def linearization(found: Linearization) -> list[Markup]:
             "C": (found.outputs, found.states), "D": (found.outputs, found.inputs)}  # fmt: skip
     shown = [_matrix(letter, getattr(found, letter), *axes[letter]) for letter in axes]
     modes = [
-        (eigenvalue(mode, found), mode.frequency if mode.oscillates else "", mode.damping, shape(mode, found))
+        (eigenvalue(mode, found), mode.frequency, mode.damping, shape(mode, found))
         for mode in found.modes
     ]
     return [
@@ -29,7 +29,8 @@ def linearization(found: Linearization) -> list[Markup]:
         verdict(told.verdict != "unstable", told.words),
         note(where(found)),
         beside(*shown),
-        table(("eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape"), modes, "modes"),
+        table(HEAD, modes, "modes"),
+        *(note(line) for line in told.lines),
         *notes(found.notes),
     ]
 
