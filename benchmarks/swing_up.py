@@ -18,6 +18,7 @@ from scipy.integrate import solve_bvp
 
 import symdyn
 from symdyn.transcription import METHODS, Collocation, Solution, along, solve
+from symdyn.transcription.lagrangian import lagrangian
 
 Array = NDArray[np.float64]
 
@@ -97,10 +98,37 @@ def pendulum() -> None:
         told(method, "that motion", solve(there, along(there, run), max_iter=1000))
 
 
+def curvature(found: Collocation, z: Array, multipliers: Array) -> float:
+    """Return the least second derivative of the cost along ways that equations and bounds leave free.
+
+    Above zero, with the conditions of first order, there is no better motion next to it (Nocedal and Wright, Numerical
+    Optimization (2006), theorem 12.6).
+    """
+    from scipy.linalg import null_space
+
+    of, free = lagrangian(found), (z - found.lower > 1e-6) & (found.upper - z > 1e-6)
+    H = np.zeros((found.size, found.size))
+    H[of.rows, of.columns] = of.values(z, 1.0, multipliers)
+    H += np.triu(H, 1).T
+    ways = null_space(found.jacobian(z).toarray()[:, free], rcond=1e-10)
+    return float(np.linalg.eigvalsh(ways.T @ H[np.ix_(free, free)] @ ways)[0])
+
+
+def optima() -> None:
+    """Print which optima of the cart-pole eight starts find, and what conditions each fulfils."""
+    found = solve(problem(25), starts=8)
+    print(found.searched)
+    for one in found.optima:
+        bends, pushes = curvature(one.problem, one.z, one.multipliers), one.motion.tau[:, 0]
+        words = f"cost {one.objective:.4f}, forces {pushes.min():.2f} … {pushes.max():.2f} N, curvature {bends:.1e}"
+        at_bounds = np.abs(pushes).max() > 19.99  # where the principle is another one
+        told = "" if at_bounds else f"; minimum principle: {truth(one.problem, one.z, one.multipliers):.9f} N² s"
+        print(f"{words}{told}")
+
+
 def main() -> None:
-    """Print the table, and what opty's pendulum takes."""
-    first = solve(problem(100))
-    print(f"minimum principle: {truth(first.problem, first.z, first.multipliers):.9f} N² s")
+    """Print the optima, the table, and what opty's pendulum takes."""
+    optima()
     for method in METHODS:
         for intervals in (25, 50, 100, 200):
             found = solve(problem(intervals, method))

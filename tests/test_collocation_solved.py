@@ -43,7 +43,13 @@ def line(intervals: int) -> Collocation:
     )  # fmt: skip
 
 
-PROBLEMS = {"swing_up": lambda: swing_up(25), "five_bar": lambda: line(10)}
+PROBLEMS = {"swing_up": lambda: swing_up(25), "swing_up_better": lambda: swing_up(25), "five_bar": lambda: line(10)}
+
+STARTS = {"swing_up_better": 8}
+"""Starts of those that a straight way does not lead to."""
+
+BETTER = 57.944780307
+"""Cost of the other one by the minimum principle, which swings back once more."""
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -51,7 +57,7 @@ def test_what_ipopt_found_fulfils_the_conditions_of_an_optimum(name, request):
     """Equations hold, and the gradient is one of the equations wherever no bound is met (Karush, Kuhn, Tucker)."""
     problem = PROBLEMS[name]()
     if request.config.getoption("--update-golden"):
-        found = solve(problem, tol=1e-11)
+        found = solve(problem, tol=1e-11, starts=STARTS.get(name, 1))
         known = json.loads(GOLDEN.read_text()) if GOLDEN.exists() else {}
         known[name] = {"z": found.z.tolist(), "multipliers": found.multipliers.tolist(), "objective": found.objective}
         GOLDEN.write_text(json.dumps(known) + "\n")
@@ -78,13 +84,44 @@ def test_the_forces_that_were_found_swing_the_pole_up():
     assert found.objective == pytest.approx(PONTRYAGIN, rel=1e-4)
 
 
-def test_the_minimum_principle_gives_the_cost_of_the_swing_up():
+@pytest.mark.parametrize(("name", "cost"), [("swing_up", PONTRYAGIN), ("swing_up_better", BETTER)])
+def test_the_minimum_principle_gives_the_cost_of_the_swing_up(name, cost):
     truth = runpy.run_path(str(ROOT / "benchmarks" / "swing_up.py"))["truth"]
-    problem, known = swing_up(25), json.loads(GOLDEN.read_text())["swing_up"]
+    problem, known = swing_up(25), json.loads(GOLDEN.read_text())[name]
 
     found = truth(problem, np.array(known["z"]), np.array(known["multipliers"]), 1e-6)
 
-    assert found == pytest.approx(PONTRYAGIN, abs=1e-7)
+    assert found == pytest.approx(cost, abs=1e-7)
+
+
+@pytest.mark.mends("30.control.3")
+@pytest.mark.mends("30.class.optimum")
+def test_the_page_shows_both_optima_of_the_swing_up():
+    page = (ROOT / "docs" / "collocation.md").read_text(encoding="utf-8")
+
+    assert [cost for cost in (BETTER, PONTRYAGIN) if f"{cost:.9f}" not in page] == []
+
+
+@pytest.mark.parametrize("name", ["swing_up", "swing_up_better"])
+def test_no_motion_next_to_an_optimum_of_the_swing_up_is_better(name):
+    """Second derivatives along what equations leave free are above zero."""
+    curvature = runpy.run_path(str(ROOT / "benchmarks" / "swing_up.py"))["curvature"]
+    problem, known = swing_up(25), json.loads(GOLDEN.read_text())[name]
+
+    assert curvature(problem, np.array(known["z"]), np.array(known["multipliers"])) > 1e-4
+
+
+@pytest.mark.targets
+@pytest.mark.parametrize("seed", [0, 1])
+def test_eight_starts_find_both_optima_and_tell_the_better_one_first(seed):
+    found = solve(swing_up(25), starts=8, seed=seed)
+
+    costs = [one.objective for one in found.optima]
+    assert costs[:2] == pytest.approx([57.938709, 58.805425], abs=1e-5)
+    assert costs == sorted(costs)
+    assert found.objective == costs[0]
+    assert sum(count for _, count in found.searched.led) + sum(count for _, count in found.searched.failed) == 8
+    assert f"8 starts (the guess, and 7 drawn by seed {seed})" in found.notes[-1]
 
 
 def test_the_five_bar_keeps_to_its_line_and_its_loop_closes():

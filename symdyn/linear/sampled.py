@@ -107,6 +107,6 @@ def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
         raise LinearizeError(f"--dt {period:g}: the motion from the point cannot be followed that long")
     found = run.y[nq + nv :, -1].reshape(n, n + inputs)
     if one.spin.any():  # to the axes that the system is in
-        found = np.linalg.solve(turned(full, labels, one.spin, period).X, found)
+        found = np.asarray(np.linalg.solve(turned(full, labels, one.spin, period).X, found), np.float64)
     kept = [full.states.names.index(name) for name in one.states.names]
     return Sampled(period, found[np.ix_(kept, kept)], found[kept, n:])

@@ -128,6 +128,6 @@ def seen(found: Linearization, start: Linearization, labels: Sequence[str], spin
     if not spin.any():
         return found
     by = turned(start, labels, spin, time)
-    AB = np.linalg.solve(by.X, np.hstack([found.A @ by.X + by.rate, found.B @ by.W]))
+    AB: Array = np.asarray(np.linalg.solve(by.X, np.hstack([found.A @ by.X + by.rate, found.B @ by.W])), np.float64)
     n = len(found.states)
     return replace(found, A=AB[:, :n], B=AB[:, n:] + 0.0, C=found.C @ by.X, D=found.D @ by.W, spin=spin)

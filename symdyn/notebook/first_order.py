@@ -20,10 +20,7 @@ def linearization(found: Linearization) -> list[Markup]:
     axes = {"A": (found.states, found.states), "B": (found.states, found.inputs),
             "C": (found.outputs, found.states), "D": (found.outputs, found.inputs)}  # fmt: skip
     shown = [_matrix(letter, getattr(found, letter), *axes[letter]) for letter in axes]
-    modes = [
-        (eigenvalue(mode, found), mode.frequency, mode.damping, shape(mode, found))
-        for mode in found.modes
-    ]
+    modes = [(eigenvalue(mode, found), mode.frequency, mode.damping, shape(mode, found)) for mode in found.modes]
     return [
         head(found.scene.name, f"linearised {KINDS[found.kind]}"),
         verdict(told.verdict != "unstable", told.words),

@@ -91,6 +91,10 @@ def solution(found: Solution) -> list[Markup]:
         head(found.problem.scene.name, "a motion that a solver found"),
         verdict(found.success, found.status),
         table(("", ""), rows),
+        table(("optima", "objective"), [(k, one.objective) for k, one in enumerate(found.optima, 1)])
+        if found.others
+        else Markup(""),
+        *notes(found.notes),
         _plots(found.motion),
     ]
 

@@ -12,7 +12,8 @@ nonlinear programming, Math. Programming 106 (2006) 25; Andersson et al., CasADi
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from symdyn.errors import SimulateError
 from symdyn.extras import install
 from symdyn.transcription.lagrangian import lagrangian
 from symdyn.transcription.solution import Solution
+from symdyn.transcription.starts import best_of, drawn
 from symdyn.transcription.transcribed import Collocation
 
 DEFAULTS: dict[str, Any] = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "no_nlp_grad": True}
@@ -35,20 +37,60 @@ CLOSE = 1e-6
 """Largest residual of an equation between unknowns that are given."""
 
 
-def solve(problem: Collocation, guess: Array | None = None, exact: bool | None = None, **options: Any) -> Solution:
-    """Return what IPOPT finds.
+def solve(
+    problem: Collocation,
+    guess: Array | None = None,
+    exact: bool | None = None,
+    starts: int = 1,
+    seed: int = 0,
+    **options: Any,
+) -> Solution:
+    """Return what IPOPT finds: of several starts the best optimum, the others beside it (`Solution.optima`).
 
     Args:
         problem: what to solve.
         guess: z to start from, shape (size,); None takes the problem's own.
         exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory; None
             computes them for as many velocities as `EXACT`.
+        starts: how many searches: the first from the guess, the others from motions drawn about it (`starts.py`).
+        seed: of these.
         options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
 
     Raises:
         SimulateError: CasADi is not installed, the guess has another shape or no value, or an equation between
-            unknowns that are given does not hold.
+            unknowns that are given does not hold; starts or a seed that are none.
     """
+    z = problem.guess if guess is None else np.asarray(guess, dtype=np.float64)
+    if z.shape != (problem.size,):
+        raise SimulateError(f"guess: has the shape {z.shape}; the problem has {problem.size} unknowns")
+    (starts, seed) = (_whole("starts", starts, 1), _whole("seed", seed, 0))
+    found = []
+    for k, start in enumerate(drawn(problem, z, starts, seed)):
+        if not k or _has_values(problem, start):
+            found.append(_solved(problem, start, exact, options))
+    return best_of(found, seed if starts > 1 else None)
+
+
+def _whole(name: str, given: int, least: int) -> int:
+    """Return a whole number of those that `solve` takes."""
+    try:
+        found = index(given)
+    except TypeError:
+        found = least - 1
+    if not least <= found or isinstance(given, bool):
+        raise SimulateError(f"{name} = {given!r:.40}: give a whole number, {least} or more")
+    return found
+
+
+def _has_values(problem: Collocation, z: Array) -> bool:
+    """Tell whether everything that IPOPT asks for has a value."""
+    with np.errstate(all="ignore"):
+        parts = [problem.residual(z), problem.jacobian_values(z), problem.gradient(z), np.array([problem.objective(z)])]
+    return all(np.isfinite(part).all() for part in parts)
+
+
+def _solved(problem: Collocation, z: Array, exact: bool | None, options: Mapping[str, Any]) -> Solution:
+    """Return what IPOPT finds from one start; errors as of `solve`."""
     try:
         import casadi
     except ImportError:
@@ -56,12 +98,7 @@ def solve(problem: Collocation, guess: Array | None = None, exact: bool | None =
             f"solving needs IPOPT, which comes with CasADi: {install('optimal')}; or hand the problem's residual, "
             "jacobian_values, objective and gradient to another solver"
         ) from None
-    z = problem.guess if guess is None else np.asarray(guess, dtype=np.float64)
-    if z.shape != (problem.size,):
-        raise SimulateError(f"guess: has the shape {z.shape}; the problem has {problem.size} unknowns")
-    with np.errstate(all="ignore"):
-        parts = [problem.residual(z), problem.jacobian_values(z), problem.gradient(z), np.array([problem.objective(z)])]
-    if not all(np.isfinite(part).all() for part in parts):
+    if not _has_values(problem, z):
         raise SimulateError("guess: the equations, the cost or their slopes have no value there; give another guess")
     _contradictions(problem, z)
     kept = problem.binding

@@ -11,6 +11,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.graph import Graph
+from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
 from symdyn.simulation import Forces, Trajectory, simulate
@@ -70,9 +71,37 @@ def along(problem: Collocation, motion: Trajectory) -> Array:
     return z
 
 
+@dataclass(frozen=True)
+class Searched:
+    """What was searched, and what was found there.
+
+    Attributes:
+        starts: how many searches there were, the first from the guess.
+        seed: of those that were drawn; None where none was.
+        led: cost of each optimum that was found, best first, and how many starts led there.
+        failed: what the solver said of the others, and of how many.
+    """
+
+    starts: int = 1
+    seed: int | None = None
+    led: tuple[tuple[float, int], ...] = ()
+    failed: tuple[tuple[str, int], ...] = ()
+
+    def __str__(self) -> str:
+        """Return it in words, one line."""
+        drawn = f" (the guess, and {self.starts - 1} drawn by seed {self.seed})" if self.starts > 1 else ""
+        searched = f"searched from {self.starts} start{'s' * (self.starts > 1)}{drawn}"
+        parts = [f"{in_digits(cost, 9)} ({count} start{'s' * (count > 1)})" for cost, count in self.led]
+        what = f"{len(parts)} optim{'a' if len(parts) > 1 else 'um'} by the conditions of first order"
+        optima = f"{what}: {', '.join(parts)}" if parts else "no optimum"
+        ended = "".join(f"; {count} ended with {status}" for status, count in self.failed)
+        more = "; another start may find a better one: starts=8" if self.starts == 1 else "; there may be better ones"
+        return f"{searched}: {optima}{ended}{more}"
+
+
 @dataclass(frozen=True, eq=False)
 class Solution(Shown):
-    """A point that a solver ended at.
+    """A point that a solver ended at: where conditions of first order hold, a local optimum at best.
 
     Attributes:
         problem: what was solved.
@@ -84,6 +113,8 @@ class Solution(Shown):
         status: what the solver says.
         iterations: of the solver.
         wall: seconds that it took.
+        others: further optima that other starts led to, best first.
+        searched: how many starts, which, and what they led to.
     """
 
     problem: Collocation = field(repr=False)
@@ -95,6 +126,18 @@ class Solution(Shown):
     status: str
     iterations: int
     wall: float
+    others: tuple[Solution, ...] = field(default=(), repr=False)
+    searched: Searched = Searched()
+
+    @property
+    def optima(self) -> tuple[Solution, ...]:
+        """All optima that were found, this one and the others, best first."""
+        return tuple(sorted((self, *self.others), key=lambda one: one.objective))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know: of the problem, and what was searched."""
+        return (*self.problem.notes, str(self.searched))
 
     @property
     def duration(self) -> float:
