@@ -122,9 +122,10 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
         return [System(asked, found, symbolic(asked, found))], ()
     places = equilibria(asked)
     systems = [at_rest(asked, place) for place in places.places]
-    notes = told_of(places, [(asked, one) for one in systems])
+    notes = told_of(places, asked)
     if not systems:
-        raise LinearizeError(f"{scene.name}: {notes[0]}; give forces that hold it, as in --forces NAME=FORMULA")
+        way = "" if places.crossings else "; give forces that hold it, as in --forces NAME=FORMULA"
+        raise LinearizeError([f"{scene.name}: {notes[0]}{way}", *notes[1:]])
     return [System(asked, one, symbolic(asked, one)) for one in systems], notes
 
 

@@ -7,12 +7,15 @@
     [G_h   0 ] [δλ] = - [r]        solved in least squares: where equilibria are not isolated the nearest is taken
 
 Seeds are fixed, so that the same scene gives the same list. Coordinates on which nothing depends stay where the scene
-starts. Where angles are singular, forces may vanish though no body is in balance: such places are no equilibria.
+starts. Where angles are singular, forces may vanish though no body is in balance: such places are no equilibria. Where
+branches of loops meet, as where the arms of a governor hang down, rows depend on each other: if what is left of them
+balances the forces, it rests there, but has no one linear motion; such places are told apart.
 """
 
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,6 +25,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr, reachable
+from symdyn.linear.eliminated import RANK
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.scene.units import coordinate_units
@@ -46,6 +50,9 @@ BALANCED = 1e-8
 
 SAME = 1e-6
 """Distance of positions that are one, rad or m."""
+
+NEAR = 1e-4
+"""The same where rows lose rank and Newton's steps only halve what is missing; and forces over the largest there."""
 
 ALIKE = 1e-5
 """Distance of eigenvalues, over the largest, that are one."""
@@ -77,8 +84,10 @@ class Equilibria:
         places: in the order of their coordinates.
         starts: how many starts were tried.
         lost: how many of them led nowhere.
-        singular: how many of them led to where angles are singular, a wheel lies flat, or branches of loops meet.
+        singular: how many of them led to where angles are singular, a wheel lies flat, or rows of loops lose rank where
+            they balance nothing.
         idle: coordinates on which nothing depends: they may have any value.
+        crossings: where it rests too, but branches of loops meet, so that there is no one linear motion.
     """
 
     places: tuple[Equilibrium, ...]
@@ -86,6 +95,7 @@ class Equilibria:
     lost: int
     singular: int
     idle: tuple[str, ...]
+    crossings: tuple[Equilibrium, ...] = ()
 
 
 def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilibria:
@@ -118,11 +128,22 @@ def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilib
             spectra.append(values)
         else:
             places[known] = replace(places[known], found=places[known].found + 1)
-    places.sort(key=lambda place: [round(float(x), 6) for x in place.q])
+    crossings: list[Equilibrium] = []
+    for one in (search.wrapped(x) for x in q[good & ~clear] if search.crossing(x)):
+        known = next((k for k, other in enumerate(crossings) if search.same(one, other.q, NEAR)), None)
+        if known is None:
+            crossings.append(Equilibrium(one, 1, False))
+        else:
+            crossings[known] = replace(crossings[known], found=crossings[known].found + 1)
     return Equilibria(
-        tuple(places), starts, int(np.sum(np.logical_not(good))), int(np.sum(good)) - int(np.sum(clear)),
+        _sorted(places), starts, int(np.sum(~good)), int(np.sum(good & ~clear)) - sum(one.found for one in crossings),
         tuple(name for name, idle in zip(asked.scene.coordinates, search.idle, strict=True) if idle),
+        _sorted(crossings),
     )  # fmt: skip
+
+
+def _sorted(places: Sequence[Equilibrium]) -> tuple[Equilibrium, ...]:
+    return tuple(sorted(places, key=lambda place: [round(float(x), 6) + 0.0 for x in place.q]))
 
 
 def nearest(asked: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Array | None:
@@ -269,11 +290,26 @@ class _Search:
             return False
         return True
 
-    def same(self, x: Array, y: Array) -> bool:
+    def crossing(self, q: Array) -> bool:
+        """Tell whether rows of loops depend on each other at a place, and what is left of them balances the forces."""
+        if self.numbers.singular_angles(q) or self.numbers.lying_flat(q):
+            return False
+        found = self.at(q[None, :], np.zeros((1, len(self.v.multipliers))))
+        f, G = found["f"][0] * self.sizes, found["G"][0] * self.sizes
+        if not (len(G) and np.isfinite(G).all() and np.isfinite(f).all()):
+            return False
+        lengths = np.linalg.norm(G, axis=1, keepdims=True)
+        _, values, ways = np.linalg.svd(G / np.where(lengths > 0, lengths, 1.0))
+        rank = int(np.sum(values > RANK * values[0]))
+        held = ways[:rank]
+        left = np.abs(f - held.T @ (held @ f)).max(initial=0.0)
+        return bool(rank < len(G) and left <= NEAR * max(np.abs(f).max(initial=0.0), self._typical))
+
+    def same(self, x: Array, y: Array, near: float = SAME) -> bool:
         """Tell whether two places are one."""
         apart = np.abs(x - y)
         turned = np.abs(np.pi - np.abs(apart % (2 * np.pi) - np.pi))
-        return bool(np.where(self.turns, turned, apart).max(initial=0.0) < SAME)
+        return bool(np.where(self.turns, turned, apart).max(initial=0.0) < near)
 
     def flat(self, q: Array) -> bool:
         """Tell whether there are equilibria next to one, moves of idle coordinates apart."""

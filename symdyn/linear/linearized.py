@@ -10,11 +10,13 @@ import numpy as np
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.linear.completeness import complete
-from symdyn.linear.equilibrium import Equilibria, equilibria
+from symdyn.linear.equilibrium import Equilibria, Equilibrium, equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
+from symdyn.rounding import in_digits
 from symdyn.scene import SceneLike, scene_of, with_values
+from symdyn.scene.units import coordinate_units
 from symdyn.scene.values.value import value_of
 from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
@@ -120,16 +122,25 @@ def along(asked: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
     return tuple(found)
 
 
-def told_of(places: Equilibria, systems: Sequence[tuple[Prepared, Linearization]]) -> list[str]:
+MOST = 6
+"""Places where branches meet that are told one by one."""
+
+
+def told_of(places: Equilibria, asked: Prepared) -> list[str]:
     """Return what is said of how positions of rest were found."""
-    count = len(places.places)
+    count, crossings = len(places.places), len(places.crossings)
     starts = f"from {places.starts} seeded starts of Newton's method"
-    if not count:
-        lines = [f"no position of rest was found {starts}"]
-    else:
-        sure = complete(systems[0][0], places)
+    if count:
+        sure = complete(asked, places)
         there = "these are all: the equations are polynomials, solved exactly" if sure else "there may be more"
         lines = [f"{count} position{'s' * (count > 1)} of rest found {starts}; {there}"]
+    elif crossings:
+        lines = [
+            f"{crossings} position{'s' * (crossings > 1)} of rest found {starts}, none with one linear motion next to "
+            "it; there may be more"
+        ]
+    else:
+        lines = [f"no position of rest was found {starts}"]
     if count and places.idle:
         many = len(places.idle) > 1
         lines.append(
@@ -137,9 +148,24 @@ def told_of(places: Equilibria, systems: Sequence[tuple[Prepared, Linearization]
         )
     if places.singular:
         lines.append(
-            f"{places.singular} of them led to where angles are singular, a wheel lies flat or branches of loops meet, "
-            "which are no equilibria"
+            f"{places.singular} of them led to where angles are singular, a wheel lies flat or loops lose rank and "
+            "balance nothing, which are no equilibria"
         )
+    lines += [_crossing(asked, place, places.idle) for place in places.crossings[:MOST]]
+    if len(places.crossings) > MOST:
+        lines.append(f"and at {len(places.crossings) - MOST} places more where branches of loops meet")
     if any(place.family for place in places.places):
         lines.append("where equilibria are not isolated, one of each family is told")
     return lines
+
+
+def _crossing(asked: Prepared, place: Equilibrium, idle: Sequence[str]) -> str:
+    """Return what is said of a place where it rests and branches of loops meet."""
+    units = coordinate_units(asked.scene)
+    values = [
+        f"{name} = {in_digits(float(x) + 0.0, 6)} {unit}".removesuffix(" 1")
+        for name, x, unit in zip(asked.scene.coordinates, place.q, units, strict=True)
+        if name not in idle
+    ]
+    times = f"{place.found} start{'s' * (place.found > 1)}"
+    return f"it rests at {', '.join(values)} ({times}), where branches of loops meet: it has no one linear motion there"

@@ -45,8 +45,10 @@ def _rests(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) -
         return None
     of = "closed" if lesson.scene.is_closed else "open"
     searched = lesson.say(f"{of}.search", starts=str(found.starts))
-    blocks: list[Block] = [_places(lesson, systems, found), searched] if systems else [lesson.say("equilibria.none")]
-    blocks += [] if systems else [searched]
+    blocks: list[Block] = [_places(lesson, systems, found)] if systems else []
+    if found.crossings:
+        blocks += [lesson.say("closed.crossings"), _crossings(lesson, found)]
+    blocks += [searched] if blocks else [lesson.say("equilibria.none"), searched]
     if found.idle:
         blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
     if any(place.family for place in found.places):
@@ -66,6 +68,14 @@ def _places(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) 
         place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
         rows.append([*place, lesson.say(f"closed.{stability(one).verdict}"), _values(lesson, one)])
     return lesson.table(heads, rows)
+
+
+def _crossings(lesson: Prose, found: Equilibria) -> Block:
+    """Return the table of places where it rests and branches of loops meet."""
+    scene, units = lesson.scene, coordinate_units(lesson.scene)
+    shown = [k for k, q in enumerate(scene.coordinates) if q not in found.idle]
+    rows = [[_with_unit(lesson, float(one.q[k]) + 0.0, units[k]) for k in shown] for one in found.crossings]
+    return lesson.table([Symbol(scene.coordinates[k]) for k in shown], rows)
 
 
 def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
