@@ -17,6 +17,7 @@ from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
 from symdyn.scene.starters import starter
 from symdyn.simulation import simulate
+from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 
@@ -101,6 +102,29 @@ def test_the_rows_of_a_system_are_those_of_the_scene(template):
     assert system.jacobian(0.0, x) == pytest.approx(G(start.q))
     assert system.jacobian(0.0, np.stack([x, x]))[1] == pytest.approx(G(start.q))
     assert system.tell("row_rates", 0.0, x) == pytest.approx(G(start.q) @ x[system.nq :][: system.nv])
+
+
+def test_a_state_of_loops_in_proportion_is_moved_onto_them_and_its_work_stays():
+    """Residuals and rows by the scene's own functions; the free coordinate, its rate and what follows are kept."""
+    scene = row_of(2)
+    system = state_equations(scene)
+    called = symdyn.load(scene, ["constraint_residual", "constraint_jacobian"])
+    (free,) = system.decisions.partition.independent
+    start = read_start(scene)
+    drift = 1e-3 * np.sin(np.arange(1, len(start.q) + 1))
+    x = np.concatenate([start.q + drift, start.u + drift, [17.0, -3.0]])
+
+    moved = Projection(system, 1e-9).projected(x)
+
+    nq, nv = len(start.q), len(start.u)
+    assert system.linear
+    assert len(moved) == len(x)
+    assert moved[nq + nv :].tolist() == [17.0, -3.0]
+    assert np.abs(called.constraint_residual(moved[:nq])).max() < 1e-14
+    assert np.abs(called.constraint_jacobian(moved[:nq]) @ moved[nq : nq + nv]).max() < 1e-14
+    assert moved[free] == x[free]
+    assert moved[nq + free] == x[nq + free]
+    assert np.abs(called.constraint_residual(x[:nq])).max() > 1e-4
 
 
 def test_a_redundant_coupler_changes_nothing_of_that():

@@ -96,6 +96,19 @@ def test_groups_with_a_failed_run_are_left_out_and_it_is_said() -> None:
         indices(failed, "y")
 
 
+@pytest.mark.parametrize("count", [16, 64, 1024])
+def test_the_widest_interval_of_indices_is_told_where_it_is_wide(count: int) -> None:
+    """Beside the intervals that are returned: bounds in their order, and the largest difference of two."""
+    found = indices(study(OVER_ISHIGAMI, "saltelli", count, ishigami), "y")
+
+    bounds = np.concatenate([found.first_interval, found.total_interval])
+    assert np.all(bounds[:, 0] < bounds[:, 1])
+    widest = max(high - low for low, high in bounds.tolist())
+    told = [note for note in found.notes if "wide" in note]
+    assert len(told) == (widest > 0.3)
+    assert all(f"an interval is {widest:.2g} wide" in note for note in told)
+
+
 def test_a_measure_that_never_changes_has_no_variance_to_share_out() -> None:
     found = indices(study(OVER_ISHIGAMI, "saltelli", 8, lambda *x: {"y": np.full(len(x[0]), 3.0)}), "y")
 
