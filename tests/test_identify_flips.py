@@ -37,6 +37,8 @@ def test_slopes_of_the_first_guess_of_gains_are_those_of_its_residuals(
     def watched(off: Any, begin: Any, slope: Any, **more: Any) -> Any:
         found = solve(off, begin, slope, **more)
         assert not off(begin)[-2:].any(), "a guess is where gains that are not told stay"
+        pulls, sizes = slope(begin)[:, :-2].T @ off(begin), np.abs(slope(begin)[:, :-2]).T @ np.abs(off(begin))
+        assert np.abs(pulls / sizes).max() < 1e-9, "parameters begin where they fit best beside the guess of gains"
         for x in (begin, found.x, begin + 0.1 * draw.normal(size=len(begin))):
             steps = 1e-6 * np.maximum(1, np.abs(x))
             by_steps = [
