@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -66,6 +67,8 @@ def linearize(
     """
     check_arguments(linearize, locals(), SimulateError)
     (t,), scene = doubles(t), scene_of(scene)
+    if not math.isfinite(t):
+        raise SimulateError(f"t = {t}: give a finite time, s")
     scene = with_values(scene, values)
     asked = prepared(scene, forces, outputs, independent)
     start = read_start(scene, at, rates)

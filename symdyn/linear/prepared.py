@@ -54,7 +54,8 @@ class Prepared:
         values = opened(self.scene).values
         tables = self.forces.tabulated(np.asarray(t), len(u) + len(self.scene.inputs)) if given is None else given
         try:
-            return place(self.functions, values, t, q, u, tables)
+            with np.errstate(all="ignore"):
+                return place(self.functions, values, t, q, u, tables)
         except NoValueError as fault:
             raise LinearizeError(f"{self.scene.name}: {fault}") from None
 
@@ -79,14 +80,17 @@ class Prepared:
         here = self.place(q, u, t, given)
         try:
             choice = chosen(here, self.wanted) if like is None else self._like(here, like)
-            found = matrices(v, here, choice, self.drives)
+            with np.errstate(all="ignore"):  # what has no finite value is told below
+                found = matrices(v, here, choice, self.drives)
         except NoValueError as fault:
             raise LinearizeError(f"{scene.name}: {fault}") from None
         except np.linalg.LinAlgError:
             raise LinearizeError(f"{scene.name}: independent states do not determine the others there") from None
         for matrix in (found.A, found.B, found.C, found.D):
             if not np.isfinite(matrix).all():
-                raise LinearizeError(f"{scene.name}: a derivative has no finite value there; give another place")
+                raise LinearizeError(
+                    f"{scene.name}: a derivative has no finite value there; give another place, or other values"
+                )
         units, labels = velocity_units(scene), COLUMNS["q"](v.w)
         states = Axis(
             (*(labels[k] for k in choice.positions), *(scene.velocities[k] for k in choice.velocities)),

@@ -32,6 +32,9 @@ PART = math.pi / 12
 EXACT = 1e-11
 """How nearly an angle is one."""
 
+FAR = 1e4
+"""Angles, rad, of which doubles do not tell any more whether they are one."""
+
 
 @growing()
 def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
@@ -82,7 +85,7 @@ def _exact(asked: Prepared, found: Linearization) -> tuple[dict[Expr, Expr], tup
     needed = set(reachable([x for _, some in asked.functions.slopes.parts.values() for x in some]))
     exact = True
     for q, x, unit in zip(w.state.q, found.point.q.tolist(), coordinate_units(found.scene), strict=True):
-        parts = round(x / PART)
+        parts = round(x / PART) if abs(x) < FAR else 0
         if abs(x) <= EXACT:
             place[q] = w.graph.zero
         elif unit == "rad" and abs(x - parts * PART) <= EXACT * max(1, abs(parts)):

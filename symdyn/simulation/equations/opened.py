@@ -74,7 +74,7 @@ def _plain(free: Scene, values: Mapping[str, float]) -> bool:
         found = evaluate(formulas, Floats(), {graph.symbol(name): x for name, x in values.items()}, order)
     except (ArithmeticError, ValueError):  # told where it is computed with
         return False
-    return all(abs(math.sin(2 * x)) > SMALL for x in (*values.values(), *found))
+    return all(math.isfinite(2 * x) and abs(math.sin(2 * x)) > SMALL for x in (*values.values(), *found))
 
 
 @lru_cache(maxsize=16)

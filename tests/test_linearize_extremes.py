@@ -1,0 +1,58 @@
+"""Values at the ends of what a double holds: told in words, or linearised."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.cli import main
+from symdyn.errors import SimulateError, SymdynError
+from symdyn.scene import Scene
+
+LARGEST = 1.797e308
+
+
+@pytest.mark.mends("30.attacks.6")
+def test_a_place_as_far_as_doubles_go_is_linearised(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["linearize", "examples/cart_pole.toml", "--at", "x=1e308"]) == 0
+    assert "5.61664" in capsys.readouterr().out
+
+
+@pytest.mark.mends("30.attacks.6")
+def test_a_weight_beyond_all_numbers_is_told_in_words(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["linearize", "examples/cart_pole.toml", "--bind", f"g={LARGEST}"]) == 1
+    told = capsys.readouterr().err
+    assert told == "symdyn: cart_pole: a derivative has no finite value there; give another place, or other values\n"
+
+
+@pytest.mark.mends("30.attacks.8.t")
+@pytest.mark.parametrize("t", [math.nan, math.inf, -math.inf])
+def test_a_time_that_is_none_is_refused(t: float) -> None:
+    with pytest.raises(SimulateError, match=f"t = {t}: give a finite time, s"):
+        symdyn.linearize(symdyn.example("cart_pole"), t=t)
+
+
+def asked(scene: Scene) -> list[dict[str, object]]:
+    found: list[dict[str, object]] = []
+    for x in (1e308, -LARGEST, 1e-320, 1e20):
+        found += [{"values": {one.name: x}} for one in scene.parameters]
+        found += [{"at": {name: repr(x)}} for name in scene.coordinates]
+        found += [{"rates": {name: repr(x)}} for name in scene.velocities]
+    return found
+
+
+@pytest.mark.mends("30.attacks.6")
+@pytest.mark.parametrize("name", ["cart_pole", "slider_crank"])
+def test_what_is_too_large_or_too_small_never_ends_in_a_traceback(name: str) -> None:
+    scene = symdyn.example(name)
+    for one in asked(scene):
+        try:
+            with np.errstate(all="ignore"):
+                found = symdyn.linearize(scene, anywhere=True, **one)  # type: ignore[arg-type]
+                assert np.isfinite(found.A).all()
+                assert len(found.eigenvalues) == len(found.states)
+        except SymdynError as fault:
+            assert str(fault)
