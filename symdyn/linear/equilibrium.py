@@ -128,15 +128,16 @@ def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilib
             spectra.append(values)
         else:
             places[known] = replace(places[known], found=places[known].found + 1)
+    odd = np.logical_and(good, np.logical_not(clear))
     crossings: list[Equilibrium] = []
-    for one in (search.wrapped(x) for x in q[good & ~clear] if search.crossing(x)):
+    for one in (search.wrapped(x) for x in q[odd] if search.crossing(x)):
         known = next((k for k, other in enumerate(crossings) if search.same(one, other.q, NEAR)), None)
         if known is None:
             crossings.append(Equilibrium(one, 1, False))
         else:
             crossings[known] = replace(crossings[known], found=crossings[known].found + 1)
     return Equilibria(
-        _sorted(places), starts, int(np.sum(~good)), int(np.sum(good & ~clear)) - sum(one.found for one in crossings),
+        _sorted(places), starts, int(np.sum(np.logical_not(good))), int(np.sum(odd)) - sum(x.found for x in crossings),
         tuple(name for name, idle in zip(asked.scene.coordinates, search.idle, strict=True) if idle),
         _sorted(crossings),
     )  # fmt: skip
