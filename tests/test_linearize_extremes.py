@@ -40,7 +40,7 @@ def test_a_time_that_is_none_is_refused(t: float) -> None:
 
 def asked(scene: Scene) -> list[dict[str, object]]:
     found: list[dict[str, object]] = []
-    for x in (1e308, -LARGEST, 1e-320, 1e20):
+    for x in (-LARGEST, 1e-320):
         found += [{"values": {one.name: x}} for one in scene.parameters]
         found += [{"at": {name: repr(x)}} for name in scene.coordinates]
         found += [{"rates": {name: repr(x)}} for name in scene.velocities]

@@ -11,7 +11,17 @@ from symdyn.arguments import check_arguments
 from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python
-from symdyn.dynamics import Function, LoopChoices, Unasked, Workspace, available_on, called, loop_alone, row_of
+from symdyn.dynamics import (
+    Function,
+    LoopChoices,
+    Unasked,
+    Workspace,
+    available_on,
+    called,
+    loop_alone,
+    request_of,
+    row_of,
+)
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.numpy import NUMPY
@@ -71,8 +81,11 @@ class Loaded(Shown):
         self.__dict__.update(self.calls)
 
     def __getattr__(self, name: str) -> NumericFunction:
-        """Raise AttributeError: `name` is none of the functions."""
-        raise AttributeError(self._missing(name))
+        """Return the function that was asked for as `name`; AttributeError if it is none of the functions."""
+        found = self._found(name) if "requests" in self.__dict__ and not name.startswith("_") else None
+        if found is None:
+            raise AttributeError(self._missing(name))
+        return found
 
     def __getitem__(self, request: str) -> NumericFunction:
         """Return the function that was asked for as `request`, or that has this name.
@@ -255,8 +268,8 @@ def lambdify(
     runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
     if target not in runners:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
-    wanted = names_of("name", name)
     known = scene_of(scene)
+    wanted = tuple(request_of(one, known) for one in names_of("name", name))
     lines = not TARGETS[target].loops
     program = lower(formulate(known, tuple(dict.fromkeys(wanted)), closing=closing, lines=lines))
     sources = emit(program, target, real, option=runners[target].many)
@@ -266,7 +279,7 @@ def lambdify(
     for one, routine, call in zip(names, program.routines, found, strict=True):
         again = _one_made, (known, one, names, *settings)
         made[one] = numeric_function(known, routine.function.name, routine.function, call, {}, again)
-    return made[name] if isinstance(name, str) else tuple(made[one] for one in wanted)
+    return made[wanted[0]] if isinstance(name, str) else tuple(made[one] for one in wanted)
 
 
 def _one_made(scene: Scene, name: str, names: tuple[str, ...], *settings: Any) -> NumericFunction:

@@ -9,7 +9,7 @@ import argparse
 
 from symdyn.bench import Bench, bench
 from symdyn.bench.report import as_json, best, choices_of, html, markdown, nanoseconds
-from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
+from symdyn.cli.scene_options import add_reading_options, again, functions_of, read_scene
 from symdyn.cli.talk import Waiting, give, print_table, say, wrote
 from symdyn.emit.writing import write
 from symdyn.rounding import in_digits
@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
         say(f"symdyn: {LONG}")
     with Waiting() as progress:
         command = again(options) + (" -o DIR" if options.output is not None else "")
-        functions = split(options.functions)
+        functions = functions_of(options, scene)
         found = bench(scene, functions, options.quick, options.trajectories, options.seed, command, progress)
     if options.output is not None:
         files = {"bench.html": html(found), "bench.md": markdown(found), "bench.json": as_json(found.as_dict())}

@@ -14,8 +14,8 @@ from symdyn.cli.scene_options import (
     add_reading_options,
     again,
     closing_of,
+    functions_of,
     read_scene,
-    split,
 )
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, available
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
     with Waiting() as progress:
         progress("deriving")
         target = TARGETS[options.target]
-        asked = split(options.functions)
+        asked = functions_of(options, scene)
         if asked is None and target.functions:
             asked = target.functions(scene)
         if options.static and target.tunes:

@@ -11,7 +11,7 @@ from math import inf
 from pathlib import Path
 
 from symdyn.cli.talk import say
-from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked
+from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked, request_of
 from symdyn.errors import DerivationError, SceneError, printable
 from symdyn.scene import ReadOptions, Scene, bind, in_numbers, read_bindings, read_noting, with_symbols
 from symdyn.scene.declaration.value_in_unit import ask_for_units
@@ -212,3 +212,9 @@ def again(options: argparse.Namespace, always: str = "") -> str:
 def split(names: str | None) -> tuple[str, ...] | None:
     """Return the names of a comma-separated list, each once; None for no list."""
     return None if names is None else tuple(dict.fromkeys(filter(None, split_commas(names))))
+
+
+def functions_of(options: argparse.Namespace, scene: Scene) -> tuple[str, ...] | None:
+    """Return the requests of `--functions`, each once, whichever of its names it is asked for by; None without."""
+    names = split(options.functions)
+    return None if names is None else tuple(dict.fromkeys(request_of(name, scene) for name in names))

@@ -17,6 +17,7 @@ from symdyn.cli.scene_options import (
     add_prepare,
     add_reading_options,
     closing_of,
+    functions_of,
     read_scene,
     split,
 )
@@ -96,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
         return 0 if found.passed else 1
     scene = read_scene(options)
     closing = closing_of(options, scene)
-    outputs = split(options.functions)
+    outputs = functions_of(options, scene)
     if options.rigorous:
         at = None if options.at is None else numbers(options.at, scene)
         with Waiting() as progress:

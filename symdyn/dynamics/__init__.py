@@ -27,7 +27,7 @@ from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS, coefficients
 from symdyn.dynamics.roads.regressor_outputs import linear_parameters
-from symdyn.dynamics.roads.requests import roads_lacking, roads_of, row_of
+from symdyn.dynamics.roads.requests import request_of, roads_lacking, roads_of, row_of
 from symdyn.dynamics.roads.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ __all__ = [
     "loop_alone",
     "of_place",
     "reactions_at",
+    "request_of",
     "roads_lacking",
     "roads_of",
     "row_of",

@@ -10,7 +10,7 @@ from typing import Any
 from symdyn.arguments import check_arguments
 from symdyn.build.later import compile_all
 from symdyn.build.loaded import Loaded, loaded, names_of, values_of
-from symdyn.dynamics import LoopChoices
+from symdyn.dynamics import LoopChoices, request_of
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.extras import install
@@ -120,7 +120,7 @@ def load(
     names = None if functions is None else names_of("functions", functions)
     opened = tuple(replace(p, value=None) if p.name in values else p for p in known.parameters)
     known = replace(known, parameters=opened)
-    requests = None if names is None else tuple(dict.fromkeys(names))
+    requests = None if names is None else tuple(dict.fromkeys(request_of(name, known) for name in names))
     settings = (known, requests, compiler, machine, prepare, closing, values)
     found = row.load(*settings, accuracy) if accuracy else row.load(*settings)
     if at_once:

@@ -13,9 +13,9 @@ from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, has_motion
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
-from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
+from symdyn.dynamics.roads.output import Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
-from symdyn.dynamics.roads.requests import row_of
+from symdyn.dynamics.roads.requests import name_in_code, request_of, row_of
 from symdyn.dynamics.roads.result_labels import told
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -54,8 +54,8 @@ def derive(
 
     Args:
         scene: the mechanism.
-        outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool". None
-            takes the dynamics that a scene of its kind has.
+        outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool"; or
+            names in code, such as "jacobian_tool". None takes the dynamics that a scene of its kind has.
         road: which derivation, a key of the output's `roads`; None takes the one that code is generated from.
         closing: what to choose about closed loops, see `LoopChoices`.
 
@@ -73,6 +73,7 @@ def derive(
 @growing()
 def loop_alone(workspace: Workspace, request: str, road: str) -> Function:
     """Return an output by a road that is a loop with its table alone: no entry is derived."""
+    request = request_of(request, workspace.scene)
     row, place = row_of(request, workspace.scene)
     assert row.roads[road].loop, f"{road} is no loop"
     return _named(workspace, request, row, place, road, ())
@@ -81,6 +82,7 @@ def loop_alone(workspace: Workspace, request: str, road: str) -> Function:
 @growing()
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph, derived once; see `derive`."""
+    request = request_of(request, workspace.scene)
     row, place = row_of(request, workspace.scene)
     try:
         name = road or row.preferred(workspace)
@@ -123,7 +125,7 @@ def _called(workspace: Workspace, request: str, row: Output, place: str, timed: 
     tree = row.in_loops == "tree" and scene.is_closed
     labels = tuple(axis(workspace) for axis in row.axes)
     return Function(
-        name=(TREE_NAME if tree else "") + request.replace(":", "_"),
+        name=name_in_code(row, request, scene),
         text=row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else ""),
         arguments=arguments(workspace, (*row.arguments, *timed), row.weighs(workspace) if row.weighs else ()),
         result=row.result,
@@ -146,6 +148,7 @@ def called(workspace: Workspace, request: str) -> Function | None:
         DerivationError: an unknown output, body or point, or equations that do not exist.
     """
     scene = workspace.scene
+    request = request_of(request, scene)
     row, place = row_of(request, scene)
     if scene.is_closed or scene.loads or scene.inputs or has_motion(scene):
         return None

@@ -1,4 +1,8 @@
-"""Requests: the name of a row of the table of outputs, and a body or point that it is about: "jacobian:tool"."""
+"""Requests: the name of a row of the table of outputs, and a body or point that it is about: "jacobian:tool".
+
+A function has a name in code beside it, "jacobian_tool", or "tree_mass_matrix" where loops close a scene; whoever asks
+may say either.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +24,47 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     Raises:
         DerivationError: there is no such output, or the scene cannot have it.
     """
+    try:
+        return _row(request, scene)
+    except DerivationError:
+        other = request if scene is None else request_of(request, scene)
+        if other == request:
+            raise
+        return _row(other, scene)
+
+
+def name_in_code(row: Output, request: str, scene: Scene) -> str:
+    """Return what the function of a request is called in code."""
+    return (TREE_NAME if row.in_loops == "tree" and scene.is_closed else "") + request.replace(":", "_")
+
+
+def request_of(name: str, scene: Scene) -> str:
+    """Return the request of a function that is asked for by its name in code; what is none stays as it is."""
+    places = [*(one.name for one in (*scene.bodies, *scene.points, *scene.outputs))]
+    places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]
+    plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_closed else []))
+    tried = [name, *plain[1:], *(f"{one.removesuffix(f'_{at}')}:{at}" for one in plain for at in places
+                                 if one.endswith(f"_{at}"))]  # fmt: skip
+    for request in dict.fromkeys(tried):
+        try:
+            row, _ = _row(request, scene)
+        except DerivationError:
+            continue
+        if name in (request, name_in_code(row, request, scene)):
+            return request
+    return name
+
+
+def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
+    """Return the same of a request alone."""
     name, _, place = request.partition(":")
     closed = scene is not None and scene.is_closed
     there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
     if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
         place = ""
     row = row or OUTPUTS.get(name) or _of_state(name, closed) or of_another(name, MANY) or CLOSED.get(name)
-    if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
+    asked = name.removeprefix(TREE_NAME)
+    if row is None and asked in OUTPUTS and OUTPUTS[asked].in_loops == "tree":
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
