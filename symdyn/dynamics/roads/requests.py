@@ -40,7 +40,8 @@ def name_in_code(row: Output, request: str, scene: Scene) -> str:
 
 def request_of(name: str, scene: Scene) -> str:
     """Return the request of a function that is asked for by its name in code; what is none stays as it is."""
-    places = [*(one.name for one in (*scene.bodies, *scene.points, *scene.outputs))]
+    places = [one.name for one in scene.bodies] + [one.name for one in scene.points]
+    places += [one.name for one in scene.outputs]
     places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]
     plain = (name, *([name.removeprefix(TREE_NAME)] if scene.is_closed else []))
     tried = [name, *plain[1:], *(f"{one.removesuffix(f'_{at}')}:{at}" for one in plain for at in places
