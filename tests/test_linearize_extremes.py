@@ -47,7 +47,6 @@ def asked(scene: Scene) -> list[dict[str, object]]:
     return found
 
 
-@pytest.mark.mends("30.attacks.6")
 @pytest.mark.parametrize("name", ["cart_pole", "slider_crank"])
 def test_what_is_too_large_or_too_small_never_ends_in_a_traceback(name: str) -> None:
     scene = symdyn.example(name)

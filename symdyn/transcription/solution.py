@@ -136,8 +136,9 @@ class Solution(Shown):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know: of the problem, and what was searched."""
-        return (*self.problem.notes, str(self.searched))
+        """What a user should know: of the problem, and what was searched, where that is known."""
+        known = self.searched.led or self.searched.failed
+        return (*self.problem.notes, *([str(self.searched)] if known else []))
 
     @property
     def duration(self) -> float:
