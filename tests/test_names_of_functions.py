@@ -86,6 +86,13 @@ def test_the_mass_matrix_of_the_tree_is_called_the_same_by_both_doors() -> None:
     assert (one(q) == other(q)).all()
 
 
+def test_a_certificate_is_asked_for_by_either_name(numpy_alone: None) -> None:
+    scene = symdyn.example("four_bar")
+    told = symdyn.certify(scene, ("tree_mass_matrix", "mass_matrix"))
+    assert told.passed
+    assert told.as_dict() == symdyn.certify(scene, ("mass_matrix",)).as_dict()
+
+
 def test_what_is_asked_for_twice_by_two_names_is_written_once(tmp_path: Path) -> None:
     scene = str(Path(__file__).parent.parent / "examples" / "four_bar.toml")
     assert main(["generate", scene, "--functions", "mass_matrix,tree_mass_matrix", "-o", str(tmp_path)]) == 0

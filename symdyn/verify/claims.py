@@ -11,6 +11,7 @@ from symdyn.dynamics import (
     derive_one,
     expected,
     of_place,
+    request_of,
     roads_lacking,
     roads_of,
     row_of,
@@ -34,7 +35,8 @@ def taken(
     These are what a scene has unasked, kinematics of the last body, and what no one writes unasked.
     """
     if outputs is not None:
-        return tuple(outputs), choose(workspace, outputs, road), [], []
+        outputs = tuple(dict.fromkeys(request_of(name, workspace.scene) for name in outputs))
+        return outputs, choose(workspace, outputs, road), [], []
     scene = workspace.scene
     wanted, left_out = wanted_on(workspace)
     wanted += of_place(scene.bodies[-1].name, Unasked.PROVED)

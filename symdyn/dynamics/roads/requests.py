@@ -120,6 +120,7 @@ def roads_lacking(request: str, scene: Scene) -> dict[str, str]:
     Raises:
         DerivationError: there is no such output.
     """
+    request = request_of(request, scene)
     there, own = roads_of(request, scene), row_of(request, scene)[0].roads
     closed, shared = (
         "it is of trees, and loops or rows close the scene",
