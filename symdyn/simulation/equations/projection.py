@@ -3,8 +3,9 @@
     r, G        residuals and kept rows of the loops and of the scene, compiled
     q̇ = H u     a step δ along the velocities moves q by H δ
 
-Positions first, by Newton's method with the shortest steps, δ = -G⁺ r; then velocities, u - G⁺ G u. What has a
-prescribed motion is not moved. Where loops hold dependent coordinates in proportion, these follow the independent ones.
+Positions first, by Newton's method with the shortest steps, δ = -G⁺ r; then velocities, u - G⁺ G u. Both converge
+quadratically, so that one step is the last where what it takes away is `SMALL`. What has a prescribed motion is not
+moved. Where loops hold dependent coordinates in proportion, these follow the independent ones.
 
 Reference: Eich, Convergence results for a coordinate projection method applied to mechanical systems (1993).
 """
@@ -19,6 +20,10 @@ from symdyn.graph import Graph
 from symdyn.simulation.equations.system import StateEquations
 
 STEPS = 8
+
+SMALL = 1e-8
+"""What is off by less, of its size, is off by rounding after one step of Newton's."""
+
 NEGLIGIBLE = 1e-9
 """Singular values of G below it, over the largest, are zero: redundant rows, and what a change point loses."""
 
@@ -65,16 +70,23 @@ class Projection:
             return np.concatenate([*self.system.on_manifold(x[:nq], x[nq : nq + nv]), x[nq + nv :]])
         for _ in range(STEPS):
             r, G = self._rows(x)
-            if np.abs(r).max(initial=0.0) <= 0.01 * self.limit:
+            off = np.abs(r).max(initial=0.0)
+            if off <= 0.01 * self.limit:
                 break
             step = np.zeros(nv)
             step[self._loose] = -_least(G[:, self._loose], r)
             x = x.copy()
             x[:nq] += self.system.calls["movement"](x[:nq], step)
             x = self._normalised(x)
-        _, G = self._rows(x)
+            if off <= SMALL:
+                break
+        G = self.system.jacobian(0.0, x)
         for _ in range(2):  # once more for what rounding has left
-            x[nq + self._loose] -= _least(G[:, self._loose], G @ x[nq : nq + nv])
+            u = x[nq : nq + nv]
+            missed = G @ u
+            x[nq + self._loose] -= _least(G[:, self._loose], missed)
+            if np.abs(missed).max(initial=0.0) <= SMALL * max(1.0, np.abs(u).max(initial=0.0)):
+                break
         return x
 
     def _rows(self, x: Array) -> tuple[Array, Array]:

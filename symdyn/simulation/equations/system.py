@@ -167,6 +167,11 @@ class StateEquations:
         """Whether there are rows to hold; loops whose rows are all redundant have none."""
         return self.rows > 0
 
+    @property
+    def swerves(self) -> bool:
+        """Whether motions that miss the loops leave those that close them, the faster the nearer a change point is."""
+        return self.closed and not self.linear
+
     @cached_property
     def quaternions(self) -> tuple[slice, ...]:
         """Where the quaternions stand in q."""
@@ -186,7 +191,7 @@ class StateEquations:
     def rates(self, t: float, x: Array) -> Array:
         """Return ẋ of one state, shape (nx,)."""
         q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
-        if self.closed and not self.linear:
+        if self.swerves:
             if self.ill_chosen(q):
                 return self._at_once(q, u, t)
             q, u = self.on_manifold(q, u)

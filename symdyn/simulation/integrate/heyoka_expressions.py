@@ -150,7 +150,7 @@ def equations(system: StateEquations) -> Function:
 
 
 def _compiled(system: StateEquations) -> Compiled:
-    closed = system.together if system.closed and not system.linear else None
+    closed = system.together if system.swerves else None
     return system.compiled if closed is None else closed
 
 

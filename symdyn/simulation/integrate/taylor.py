@@ -5,6 +5,9 @@ digit, as smoothed friction is away from rest, no order of the series knows of t
 zero, as the length of a spring may, its series goes on below. Equations with these are followed step by step, and a
 step is kept only if the series has the rates of the equations all along it.
 
+Of closed mechanisms every step is brought back to the loops at its end: the series knows of them only that their
+accelerations are kept, and what misses them grows, by 4e6 in 5 s of an RSSR whose neighbours part by 65.
+
 Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynamics and celestial mechanics (2021).
 """
 
@@ -46,7 +49,7 @@ SAMPLES = 20_000
 """Samples of one stretch: of millions, only those near by are looked at."""
 
 PATIENT = 10.0
-"""How many times its limit a projection waits for: it takes as long as a hundred steps."""
+"""How many times its limit a projection of quaternions, and of loops in proportion, waits for."""
 
 LOST = 1e3
 """How many times its limit a step that is right never misses: ten times the tolerance."""
@@ -108,7 +111,8 @@ def _stretches(problem: Problem, ta: Any) -> Iterator[Piece]:
         x, steps, why = stretch.cover(inside, min(goal, float(inside[-1])) if len(inside) == SAMPLES else goal)
         hits, stretch.found = stretch.found, []
         stop = next((one for one in hits if problem.stops[one.event]), None)
-        now = (float(ta.time), ta.state.copy()) if stop is None else (stop.t, stop.x)
+        end = min(float(ta.time), problem.until)  # heyoka's clock has more digits, and may pass the end by rounding
+        now = (end, ta.state.copy()) if stop is None else (stop.t, stop.x)
         kept = inside[: len(x)][inside[: len(x)] <= now[0]]
         yield Piece(
             kept, x[: len(kept)], tuple(one for one in hits if one.t <= now[0]), now, steps, steps, stop is not None
@@ -131,6 +135,7 @@ class Stretch:
         self.begin = 0.0
         self.guard = Guard(problem) if guarded(problem.system) else None
         self.longest = math.inf
+        self.patience = 0.0 if problem.system.swerves else PATIENT
         self.why = ""
 
     def cover(self, inside: Array, goal: float) -> tuple[Array, int, str]:
@@ -182,7 +187,7 @@ class Stretch:
         if drift > LOST * project.limit:
             self.why = f"the series leave the constraints after t = {end:g} s"
             return False
-        if drift > PATIENT * project.limit:
+        if drift > self.patience * project.limit:
             ta.state[:] = project.projected(ta.state)
             self.found += self.watch.restart(end, ta.state.copy())
         return not any(self.problem.stops[one.event] for one in self.found)
