@@ -1,4 +1,4 @@
-"""Motions of closed mechanisms against ones in numbers of 64 bits (data/closed_in_time.py), and against closed forms."""
+"""Motions of closed mechanisms against ones in numbers of 64 bits (data/closed_in_time.py), and closed forms."""
 
 from __future__ import annotations
 
@@ -35,9 +35,8 @@ def error(name: str, method: str, rtol: float) -> float:
     """Return the largest error of a run, over the size of every coordinate and velocity or 1."""
     row = MOTIONS[name]
     given = np.array(row["states"])
-    found = simulate(
-        read(ROOT / name), row["forces"], row["until"], None, row["rates"], method, rtol, every=row["until"] / len(given)
-    )
+    every = row["until"] / len(given)
+    found = simulate(read(ROOT / name), row["forces"], row["until"], None, row["rates"], method, rtol, every=every)
     off = np.abs(np.hstack([found.q, found.qd])[1:] - given)
     assert row["sure"] < LEAST / 10
     return float((off / np.maximum(1.0, np.abs(given).max(axis=0))).max())

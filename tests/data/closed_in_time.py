@@ -61,9 +61,9 @@ def entries_of(system: StateEquations, made: Any, name: str) -> tuple[list[Any],
     symbols = {argument.name: argument.symbols for argument in function.arguments}
     state = [*symbols["q"], *symbols.get("qd", ())]
     values: dict[Expr, Any] = {one: algebra.heyoka.expression(str(one.value)) for one in state}
-    values |= {one: algebra.heyoka.time for one in symbols.get(TIME, ())}
-    known = made.values(system.opened.values)
-    values |= {one: algebra.constant(Fraction(float(x))) for one, x in zip(symbols.get(PREPARED, ()), known, strict=True)}
+    values |= dict.fromkeys(symbols.get(TIME, ()), algebra.heyoka.time)
+    known = map(Fraction, map(float, made.values(system.opened.values)))
+    values |= {one: algebra.constant(x) for one, x in zip(symbols.get(PREPARED, ()), known, strict=True)}
     return [values[one] for one in state], evaluate(function.entries, algebra, values)
 
 
