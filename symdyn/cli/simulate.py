@@ -14,6 +14,7 @@ from symdyn.scene.units import letter_units
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, simulate
 from symdyn.simulation.feedback.controller import changed, placed
+from symdyn.simulation.feedback.saturation import listed
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import FINEST
@@ -104,6 +105,8 @@ def run(options: argparse.Namespace) -> int:
     for event in trajectory.events:
         if not event.stops:
             say(f"event: {event.formula} = 0 at t = {event.t!r} s")
+    for line in listed(trajectory.saturations):
+        say(f"saturation: {line}")
     if trajectory.stopped != END:
         (fail if ended else say)(ending(trajectory))
     say(balance(trajectory))

@@ -8,6 +8,7 @@ from symdyn.extras import EXTRAS, install
 from symdyn.identification.excitation import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
 from symdyn.simulation.ensemble.ensemble import Ensemble
+from symdyn.simulation.feedback.saturation import listed
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.plot import MONITORS, draw
 from symdyn.simulation.trajectory import Trajectory
@@ -27,12 +28,14 @@ def trajectory(found: Trajectory) -> list[Markup]:
     for name, value in found.monitors.items():
         kind, _, contact = name.partition(" ")
         monitors.append((MONITORS.get(kind, kind) + (f", of {contact}" if contact else ""), float(value)))
+    lines = listed(found.saturations)
     events = [(event.formula, event.t, "ended the run" if event.stops else "") for event in found.events]
     return [
         head(found.scene.name, span + method),
         *ended,
         _plots(found),
         table(("event", "t, s", ""), events),
+        folded("saturation", table(("",), [(line,) for line in lines])) if lines else Markup(""),
         folded("how well the laws of mechanics were kept", table(("", ""), monitors)) if monitors else Markup(""),
         *notes(found.notes),
     ]

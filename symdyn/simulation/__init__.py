@@ -2,6 +2,7 @@
 
 from symdyn.simulation.feedback.controller import Feedback, read_feedback
 from symdyn.simulation.feedback.gains import Gains
+from symdyn.simulation.feedback.saturation import Saturation
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.gradients import Sensitivity, sensitivity
 from symdyn.simulation.integrate import METHODS
@@ -18,6 +19,7 @@ __all__ = [
     "Feedback",
     "Forces",
     "Gains",
+    "Saturation",
     "SceneMotion",
     "ScenePath",
     "Sensitivity",

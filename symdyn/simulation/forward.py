@@ -15,13 +15,13 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_values
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
+from symdyn.simulation.control import Control, control
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.exact_start import beyond_doubles
-from symdyn.simulation.feedback.controller import Feedback, Law, placed, placed_function, read_feedback
+from symdyn.simulation.feedback.controller import Feedback, Law
 from symdyn.simulation.feedback.gains import Gains
-from symdyn.simulation.feedback.loop import Loop, Loops
 from symdyn.simulation.initial import Start, Values, read_start, singular
 from symdyn.simulation.integrate import DOUBLES, FINEST, METHODS, Problem
 from symdyn.simulation.integrator import Choice, choose
@@ -90,7 +90,7 @@ def simulate(
         atol: absolute tolerance of a step; None takes rtol.
         stops: formulas in what outputs may name, and in outputs; where one crosses zero the run ends.
         reports: likewise; where one crosses zero the event is kept.
-        every: seconds between samples; None for 200 samples.
+        every: seconds between rows; None for 200 of them, and of a controller that takes samples for all of these.
         reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
             "body".
         progress: called with the share that is done.
@@ -118,26 +118,22 @@ def simulate(
         initial = read_start(scene, start, start_rates)
     with noted(faults):
         zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions, FINEST)
-    laws = []
+    outside = Control()
     with noted(faults):
-        laws += [placed(scene, read_feedback(scene, feedback), until)] if feedback is not None else []
-        laws += [placed_function(scene, one, until) for one in given.functions]
-        given = replace(given, fed=tuple(dict.fromkeys(k for law in laws for k in law.places)))
+        outside = control(scene, feedback, given, until)
+        given = replace(given, fed=outside.places)
     faults.lines[:] = dict.fromkeys(faults.lines)
     close(faults)
+    times = outside.rows(until, every, times)
     system = state_equations(scene, given, zeros, initial.q if isinstance(start, Start) else None)
-    if laws:
-        loop = Loops(
-            [Loop(law, len(scene.coordinates), len(scene.velocities), until, len(scene.inputs)) for law in laws]
-        )
-        loop.start(initial.q, initial.u)
-        system = replace(system, loop=loop)
+    system = replace(system, loop=outside.begun(scene, initial, until))
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     ready(system, x)
     flags = tuple(k < len(stops) for k in range(len(formulas)))
     limits = stopping(system, ignore_limits)
     looked_for = (*flags, *(True for _ in system.ends), *limits)
     notes = (*initial.notes, *held(scene, given, until), *system.notes, *at_start(system, x, limits))
+    notes += tuple(outside.hidden(times))
     for note in notes:
         _tell(say, note)
 
@@ -164,7 +160,7 @@ def simulate(
     if choice.otherwise is not None and run.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
         run, problem = attempt(choice)
-    found = trajectory_of(system, run, formulas, flags, reactions)
+    found = outside.told(trajectory_of(system, run, formulas, flags, reactions), given, system.loop)
     seen = (*found.notes, *on_the_way(system, run.t, run.x, run.hits, limits))
     for note in seen:
         _tell(say, note)

@@ -12,6 +12,7 @@ from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import SimulateError
 from symdyn.extras import install
+from symdyn.simulation.feedback.saturation import listed
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.panels import Curve, Panel, panels
 from symdyn.simulation.record import write_whole
@@ -132,7 +133,8 @@ def _filling(trajectory: Trajectory, parts: Sequence[Panel]) -> tuple[tuple[floa
 def _draw(axis: Any, part: Panel, trajectory: Trajectory) -> None:
     """Draw the curves of one axis."""
     for one in part.curves[:MOST_LINES]:
-        axis.plot(trajectory.t, one.values, label=_label(one), linewidth=1.0)
+        style = "steps-post" if one.column.name in trajectory.held else "default"
+        axis.plot(trajectory.t, one.values, label=_label(one), linewidth=1.0, drawstyle=style)
     more = len(part.curves) - MOST_LINES
     axis.set_title(part.title + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
     axis.set_ylabel(part.unit).set_parse_math(False)  # a unit is a stranger's text
@@ -193,4 +195,6 @@ def _facts(trajectory: Trajectory) -> list[tuple[str, str]]:
     for name, value in trajectory.monitors.items():
         kind, _, contact = name.partition(" ")
         facts.append((MONITORS[kind] + (f", of {contact}" if contact else ""), f"{value:.3g}"))
-    return facts + [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
+    facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
+    facts += [("saturation", line) for line in listed(trajectory.saturations)]
+    return facts + [("note", line) for line in trajectory.notes]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -34,7 +35,8 @@ def write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
     arrays: dict[str, Any] = {name: getattr(trajectory, name) for name in ("t", "q", "qd", "qdd", "tau")}
     arrays |= dict(trajectory.extra) | ({} if trajectory.low is None else {"low": trajectory.low})
     arrays["coordinates"], arrays["velocities"] = np.array(scene.coordinates), np.array(scene.velocities)
-    arrays["about"] = np.array(json.dumps(about(trajectory), ensure_ascii=False))
+    told = about(trajectory) | {"notes": list(trajectory.notes)}
+    arrays["about"] = np.array(json.dumps(told, ensure_ascii=False))
     np.savez_compressed(file, **arrays)
 
 
@@ -49,6 +51,8 @@ def about(trajectory: Trajectory) -> dict[str, Any]:
         "evaluations": trajectory.evaluations,
         "stopped": trajectory.stopped,
         "events": [{"formula": e.formula, "t": e.t, "stops": e.stops} for e in trajectory.events],
+        "saturations": [asdict(one) for one in trajectory.saturations],
+        "held": list(trajectory.held),
         "monitors": dict(trajectory.monitors),
     }
 

@@ -18,6 +18,7 @@ from symdyn.scene.values.value import value_of
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing
+from symdyn.simulation.feedback.saturation import Saturation
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -70,6 +71,8 @@ class Trajectory(Shown):
         wall: seconds that integrating took.
         notes: what a user should know.
         low: what q and qd are beyond their doubles, shape (N, nq + nv), of runs with 31 digits; else None.
+        held: names of the columns that a controller holds from one sample to the next.
+        saturations: when a controller's forces were cut at their limits, in order.
     """
 
     scene: Scene
@@ -91,6 +94,8 @@ class Trajectory(Shown):
     wall: float = 0.0
     notes: tuple[str, ...] = ()
     low: Array | None = None
+    held: tuple[str, ...] = ()
+    saturations: tuple[Saturation, ...] = ()
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g} … {self.t[-1]:g} s, " if len(self.t) else ""

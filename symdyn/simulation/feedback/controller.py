@@ -20,10 +20,13 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
-from symdyn.simulation.prescribed.forces import ForceFunction, force_names, place_of, places_of
+from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import close
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
+
+Said: TypeAlias = "Feedback | Gains | Law | Mapping[str, object] | str | Path"
+"""What a controller may be given as."""
 
 LARGEST = 1e7
 """Samples of one run at most."""
@@ -61,6 +64,7 @@ class Placed:
     Attributes:
         feedback: its law, period and delay.
         names: of the inputs.
+        units: of their forces.
         places: index of the velocity of every input, shape (m,).
         least, most: what every force is cut at, shape (m,).
         initial: shape (m,).
@@ -69,6 +73,7 @@ class Placed:
 
     feedback: Feedback
     names: tuple[str, ...]
+    units: tuple[str, ...]
     places: tuple[int, ...]
     least: tuple[float, ...]
     most: tuple[float, ...]
@@ -76,7 +81,7 @@ class Placed:
     title: str = "feedback: the controller"
 
 
-def read_feedback(scene: Scene, what: Feedback | Gains | Law | Mapping[str, object] | str | Path) -> Feedback:
+def read_feedback(scene: Scene, what: Said) -> Feedback:
     """Return the controller that something says: a law, gains, a .json file of gains or what that holds.
 
     Raises:
@@ -121,7 +126,8 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
     ranges = _ranges(feedback, names, faults)
     close(faults)
     least, most = zip(*(ranges[name] for name in names), strict=True)
-    return Placed(feedback, names, tuple(k for k in found if k is not None), least, most, initial)
+    at, units = tuple(k for k in found if k is not None), force_units(scene)
+    return Placed(feedback, names, tuple(units[k] for k in at), at, least, most, initial)
 
 
 def placed_function(scene: Scene, function: ForceFunction, until: float) -> Placed:

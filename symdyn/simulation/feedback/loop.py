@@ -10,14 +10,15 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
-from symdyn.simulation.feedback.controller import Placed
+from symdyn.simulation.feedback.controller import Feedback, Placed
+from symdyn.simulation.feedback.saturation import Cuts
 
 SAME = 1e-9
 """Part of a period by which two times may differ and are one."""
@@ -30,11 +31,21 @@ class ControllerError(SimulateError):
     """A controller that raised something, or returned what no force can be: what it was, and when."""
 
 
+def lateness(feedback: Feedback) -> tuple[int, float]:
+    """Return how late forces of a controller that takes samples act: whole periods, and the rest, s."""
+    assert feedback.period is not None, "only of controllers that take samples"
+    whole, rest = divmod(feedback.delay, feedback.period)
+    if feedback.period - rest < SAME * feedback.period:
+        whole, rest = whole + 1, 0.0
+    return int(whole), rest if rest > SAME * feedback.period else 0.0
+
+
 class Loop:
     """A controller of a scene with nq coordinates, nv velocities and some inputs, in a run to the time `until`.
 
     Attributes:
         samples: how many were taken.
+        cuts: when forces were cut at their limits.
     """
 
     def __init__(self, placed: Placed, nq: int, nv: int, until: float, inputs: int = 0) -> None:
@@ -44,19 +55,32 @@ class Loop:
         feedback = placed.feedback
         self.law, self.period = feedback.law, feedback.period
         self.samples = 0
-        if self.period is not None:
-            whole, rest = divmod(feedback.delay, self.period)
-            if self.period - rest < SAME * self.period:
-                whole, rest = whole + 1, 0.0
-            self.late, self.rest = int(whole), rest if rest > SAME * self.period else 0.0
+        self.late, self.rest = (0, 0.0) if self.period is None else lateness(feedback)
+        self.cuts = Cuts(placed.names, placed.units, placed.least, placed.most)
         self._since, self._held = [-math.inf], [self._cut(np.array(placed.initial))]
         self._waiting: deque[tuple[float, Array]] = deque()
 
     def start(self, q: Array, u: Array) -> None:
         """Begin at t = 0: take the first sample, if samples are taken."""
         if self.period is not None:
+            self.cuts.change(0.0, self.cuts.of(np.array(self.placed.initial)))
             self._sample(q, u)
             self._act(0.0)
+        elif self.cuts.limited:
+            self.cuts.change(0.0, self.cuts.of(self._said(0.0, q, u)))
+
+    def look(self, t0: float, t1: float, states: Callable[[Array], Array]) -> None:
+        """Look, of a controller that acts all the time, where its forces pass their limits in a step from t0 to t1.
+
+        `states` are those at times of the step, shape (k, nx).
+        """
+        if self.period is None and self.cuts.limited:
+
+            def asked(t: float) -> Array:
+                x = states(np.array([t]))[0]
+                return self._said(t, x[: self.nq], x[self.nq : self.nq + self.nv])
+
+            self.cuts.look(t0, t1, asked)
 
     @property
     def due(self) -> float:
@@ -97,7 +121,11 @@ class Loop:
         return self._held[bisect_right(self._since, t + slack) - 1]
 
     def asked(self, t: float, q: Array, u: Array) -> Array:
-        """Return what the law says, cut at its limits, shape (m,).
+        """Return what the law says, cut at its limits, shape (m,); errors as of `_said`."""
+        return self._cut(self._said(t, q, u))
+
+    def _said(self, t: float, q: Array, u: Array) -> Array:
+        """Return what the law says, shape (m,).
 
         Raises:
             ControllerError: it raised something, or returned what is no force.
@@ -121,7 +149,7 @@ class Loop:
         for name, value in zip(names, found, strict=True):
             if not math.isfinite(value):
                 raise ControllerError(f"{title} returned {value} for {name} {when}")
-        return self._cut(found)
+        return found
 
     def slope(self, t: float, q: Array, u: Array) -> Array:
         """Return their derivative by (q, u) at a state, shape (nv + inputs, nq + nv); 0 of what is held or cut."""
@@ -153,14 +181,15 @@ class Loop:
     def _sample(self, q: Array, u: Array) -> None:
         assert self.period is not None
         k = self.samples
-        self._waiting.append(((k + self.late) * self.period + self.rest, self.asked(k * self.period, q, u)))
+        self._waiting.append(((k + self.late) * self.period + self.rest, self._said(k * self.period, q, u)))
         self.samples += 1
 
     def _act(self, t: float) -> None:
         while self._waiting and self._waiting[0][0] <= t:
             when, forces = self._waiting.popleft()
             self._since.append(when)
-            self._held.append(forces)
+            self._held.append(self._cut(forces))
+            self.cuts.change(when, self.cuts.of(forces))
 
 
 class Loops:
@@ -185,6 +214,11 @@ class Loops:
         """Let act what acts from a time on; tell whether it was due."""
         heard = [one.halt(t, q, u) for one in self.loops]
         return any(heard)
+
+    def look(self, t0: float, t1: float, states: Callable[[Array], Array]) -> None:
+        """Look where forces pass their limits in a step, see `Loop.look`."""
+        for one in self.loops:
+            one.look(t0, t1, states)
 
     def __call__(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
         """Return the sum of their forces at times () or (N,) and states, shape (nv,) or (N, nv)."""

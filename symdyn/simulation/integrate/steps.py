@@ -42,6 +42,8 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
         projected = (problem.project(one) for one in x)
         kept = np.array([a if b is None else b for a, b in zip(x, projected, strict=True)]).reshape(x.shape)
         now = step.x1 if stop is None else stop.x
+        if loop is not None:
+            loop.look(step.t0, end, step.states)
         used, seen = step.evaluations - seen, step.evaluations
         if stop is not None:
             yield Piece(inside, kept, tuple(h for h in hits if h.t <= end), (end, now), 1, used, True)

@@ -127,6 +127,12 @@ def force_names(scene: Scene) -> tuple[str, ...]:
     return (*drive_names(scene), *(one.name for one in scene.inputs))
 
 
+def force_units(scene: Scene) -> tuple[str, ...]:
+    """Return the units of what `force_names` names."""
+    forces = ("N m" if unit == "rad" else "N" for unit in velocity_units(scene))
+    return (*forces, *(one.unit for one in scene.inputs))
+
+
 def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) -> Forces:
     """Return the forces, and inputs, that words, files, tables, arrays and functions say.
 
@@ -150,7 +156,7 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
     places = places_of(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
     letters = tuple(one.name for one in scene.inputs)
-    units = ["N m" if unit == "rad" else "N" for unit in velocity_units(scene)] + [one.unit for one in scene.inputs]
+    units = force_units(scene)
     _ask(scene, entries)
     outputs = {one.name for one in scene.outputs}
 
