@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -221,6 +223,37 @@ def test_what_has_no_gradient_is_told() -> None:
         sensitivity(cart, "F=-sign(x_dot)", until=1.0)
     with pytest.raises(SimulateError, match=r"the run cannot go on after t = 0\.\d+ s|no finite value|cannot go on"):
         sensitivity(cart, "F=x_dot**3 + 10", until=10.0)
+
+
+class WaitedInVain(Exception):
+    """Nothing was said in time."""
+
+
+@pytest.mark.mends("30.attacks.8")
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+@pytest.mark.parametrize("by", ["forward", "adjoint"])
+def test_a_gradient_that_would_take_years_is_ended_in_words(by: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def ring(*_: object) -> None:
+        raise WaitedInVain
+
+    monkeypatch.setattr("symdyn.simulation.run.FIRST", 0.05)  # as a run is ended, by two looks at its pace
+    sensitivity(example("pendulum"), until=0.1, by=by)  # compiled, and all that
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, 10.0)
+    try:
+        with pytest.raises(
+            SimulateError, match=r"at this pace t = 1e\+308 s takes about .* years, so the run ends here"
+        ):
+            sensitivity(example("pendulum"), until=1e308, start={"q1": "1"}, by=by)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_a_tolerance_of_a_gradient_that_is_not_taken_is_told() -> None:
+    found = sensitivity(example("pendulum"), until=0.1, rtol=1e-16)
+
+    assert "rtol = 1e-16 is finer than what dop853 works with; it takes 2.2e-14" in found.notes
 
 
 def test_what_the_page_says_runs() -> None:

@@ -15,7 +15,8 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.scene import read, read_text
-from symdyn.simulation import Feedback, Trajectory, simulate
+from symdyn.simulation import METHODS, Feedback, Trajectory, simulate
+from symdyn.simulation.integrate import importable
 from symdyn.simulation.plot import draw, plot
 
 pytestmark = pytest.mark.runs()
@@ -178,9 +179,11 @@ def test_sampled_forces_are_cut_from_sample_to_sample(delay: float) -> None:
 
 
 @pytest.mark.mends("30.control.2")
-@pytest.mark.parametrize("method", ["dop853", "radau", "lsoda"])
+@pytest.mark.parametrize("method", ["dop853", "radau", "lsoda", "cvode"])
 def test_the_time_at_which_a_force_leaves_its_limit_is_that_of_the_motion(method: str) -> None:
-    """F = -30 x cut at 6 N, x = 1/2 - t - 6 t²/4: until 30 x = 6, then an oscillation of amplitude more than 1/5."""
+    if not importable(METHODS[method].module):
+        pytest.skip(f"needs {METHODS[method].library}")
+    # F = -30 x cut at 6 N, x = 1/2 - t - 6 t²/4: until 30 x = 6, then an oscillation of amplitude more than 1/5
     run = simulate(BLOCK, until=1.7, feedback=Feedback(lambda t, q, u: -30 * q[0], limits={"F": 6.0}), method=method)
     leaves = (-1 + math.sqrt(1 + 4 * 1.5 * 0.3)) / 3
     rate, speed = math.sqrt(15), -1 - 3 * leaves
@@ -248,6 +251,39 @@ def test_a_spacing_of_rows_that_hides_samples_is_told() -> None:
     runs = [simulate(BLOCK, until=1.0, every=every, feedback=Feedback(LAW, period=0.01)) for every in (0.01, 0.1)]
 
     assert runs[0].notes != runs[1].notes
+
+
+@pytest.mark.mends("30.class.ignored")
+@pytest.mark.parametrize(
+    ("method", "more", "words"),
+    [
+        ("taylor", {"rtol": 1e-10, "atol": 1e-3}, "atol = 0.001 has no effect: taylor has one tolerance, rtol = 1e-10"),
+        ("taylor", {"rtol": 1e-16}, "rtol = 1e-16 is finer than what taylor works with; it takes 2.2e-16"),
+        ("dop853", {"rtol": 1e-15}, "rtol = 1e-15 is finer than what dop853 works with; it takes 2.2e-14"),
+        ("ida", {"rtol": 1e-13}, "rtol = 1e-13 is finer than what ida works with; it takes 1e-11"),
+    ],
+)
+def test_a_tolerance_that_a_method_does_not_take_is_told(method: str, more: dict[str, float], words: str) -> None:
+    if not importable(METHODS[method].module):
+        pytest.skip(f"needs {METHODS[method].library}")
+    run = simulate(BLOCK, until=0.1, method=method, **more)
+
+    assert any(words in note for note in run.notes)
+    assert run.rtol == max(more["rtol"], METHODS[method].finest)
+    assert run.atol == run.rtol
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_tolerance_changes_the_run_or_is_told_to_have_no_effect(method: str) -> None:
+    if not importable(METHODS[method].module):
+        pytest.skip(f"needs {METHODS[method].library}")
+    options = [{"rtol": 1e-6, "atol": 1e-6}, {"rtol": 1e-6, "atol": 1e-3}, {"rtol": 1e-4, "atol": 1e-6}]
+    spring = read_text(TEXT + '[springs.s]\njoint = "slide"\nstiffness = 300\n')
+    runs = [simulate(spring, until=1.0, method=method, **more) for more in options]
+
+    told = [(run.q.tolist(), run.notes) for run in runs]
+    assert told[0] != told[1]
+    assert told[0] != told[2]
 
 
 # The same events, saturation and notes at every door

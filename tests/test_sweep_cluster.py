@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +15,7 @@ from typing import Any
 import cluster_blocks as blocks
 import numpy as np
 import pytest
+from patience import HANG
 
 import symdyn
 from symdyn.errors import StudyError
@@ -20,6 +23,8 @@ from symdyn.study.executors import EXECUTORS, executor
 
 distributed = pytest.importorskip("distributed")
 cluster = pytest.importorskip("symdyn.study.cluster")
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
 
 WHERE = [name for name in EXECUTORS if name != "here"]
 
@@ -211,6 +216,43 @@ def test_ctrl_c_waits_for_what_is_under_way_and_begins_no_more(where: str) -> No
     assert len(done) == len(set(done))
     assert 5 <= len(done) <= 5 + 2 * cluster.AHEAD * 2
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+TERMINAL = """
+import os, signal, sys, threading
+from distributed import Nanny
+from symdyn.cli import main
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it, and so would children
+start = Nanny.start_unsafe
+def begun(self):
+    threading.Timer(float(sys.argv[1]), os.killpg, (os.getpgrp(), signal.SIGINT)).start()
+    Nanny.start_unsafe = start
+    return start(self)
+Nanny.start_unsafe = begun
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.mends("30.attacks.7")
+@pytest.mark.runs("cc")
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+@pytest.mark.parametrize("after", [0.0, 0.2, 0.5])
+def test_ctrl_c_while_workers_begin_is_one_line(after: float, tmp_path: Path) -> None:
+    """A terminal sends it to all processes, those among them that just begin."""
+    words = (
+        "sweep pendulum.toml --over q1=uniform(0.1,1) --count 40 --until 0.1 --measure end(q1) --scheduler processes"
+    )
+    (tmp_path / "pendulum.toml").write_bytes((EXAMPLES / "pendulum.toml").read_bytes())
+    done = subprocess.run(
+        [sys.executable, "-c", TERMINAL, str(after), *words.split()],
+        cwd=tmp_path, env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True,
+        start_new_session=True, timeout=HANG, check=False,
+    )  # fmt: skip
+
+    assert done.returncode == 130
+    assert [line for line in done.stderr.splitlines() if not line.startswith("symdyn: ")] == []
+    assert "symdyn: interrupted" in done.stderr
 
 
 PLACES = {

@@ -139,10 +139,10 @@ def simulate(
 
     choice = choose(system, x, until, method, rtol, any(limits))
 
-    def attempt(choice: Choice) -> tuple[Run, Problem]:
-        relative = choice.method.rtol if rtol is None else rtol
-        absolute = relative if atol is None else atol
-        _tell(say, _method(choice, relative, absolute))
+    def attempt(choice: Choice) -> tuple[Run, Problem, list[str]]:
+        relative, absolute, others = choice.method.tolerances(choice.name, rtol, atol)
+        for line in (_method(choice, relative, absolute), *others):
+            _tell(say, line)
         projection = Projection(system, max(ROUNDING, DRIFT * relative))
         problem = Problem(
             system,
@@ -154,19 +154,19 @@ def simulate(
             projection,
             beyond_doubles(scene, initial, len(x)) if choice.method.beyond_doubles else None,
         )
-        return integrated(problem, choice.method, progress, say), problem
+        return integrated(problem, choice.method, progress, say), problem, others
 
-    run, problem = attempt(choice)
+    run, problem, others = attempt(choice)
     if choice.otherwise is not None and run.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
-        run, problem = attempt(choice)
+        run, problem, others = attempt(choice)
     found = outside.told(trajectory_of(system, run, formulas, flags, reactions), given, system.loop)
     seen = (*found.notes, *on_the_way(system, run.t, run.x, run.hits, limits))
     for note in seen:
         _tell(say, note)
     found = replace(
         found, low=_beyond(system, run), method=choice.name, rtol=problem.rtol, atol=problem.atol, steps=run.steps,
-        evaluations=run.evaluations, preparing=run.preparing, wall=run.wall, notes=(*notes, *seen),
+        evaluations=run.evaluations, preparing=run.preparing, wall=run.wall, notes=(*notes, *others, *seen),
     )  # fmt: skip
     if say is None and not found.complete and found.stopped != INTERRUPTED:
         warnings.warn(f"{scene.name}: {found.stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)

@@ -31,11 +31,13 @@ from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import check_run, ready
 from symdyn.simulation.initial import Start, Values, read_start
+from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.tape import Tape, taped
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted
+from symdyn.simulation.run import Outlook
 
 DOORS = {"forward": ALONG, "adjoint": AGAINST}
 
@@ -126,7 +128,8 @@ def sensitivity(
         values: of parameters, in place of those that the scene gives.
 
     Raises:
-        SimulateError: with every fault of the arguments; the run ends sooner; or its equations jump.
+        SimulateError: with every fault of the arguments; the run ends sooner, or would take years; or its equations
+            jump.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     check_arguments(sensitivity, locals(), SimulateError)
@@ -158,10 +161,12 @@ def sensitivity(
     ready(system, x)
     check_smooth(system)
     along = flow(system, varied(system, parameters), DOORS[by])
-    rtol = max(RTOL if rtol is None else rtol, FINEST)
     ways, changes, names = starting(along, x[: along.size])
     stiff, probe = is_stiff(system, x, until), _probe(along, ways, changes)
-    tape = taped(along, x[: along.size], probe, until, rtol, rtol if atol is None else atol, stiff)
+    name = "radau" if stiff else "dop853"
+    relative, absolute, others = METHODS[name].tolerances(name, RTOL if rtol is None else rtol, atol)
+    outlook = Outlook(until, None)
+    tape = taped(along, x[: along.size], probe, until, relative, absolute, stiff, outlook.look)
     wanted = [every.index(name) for name in rows]
     covectors = _ends(along, tape.x)[wanted]
     if by == "forward":
@@ -169,7 +174,7 @@ def sensitivity(
     else:
         moved, changed = tape.backward(along, covectors)
         matrix = moved @ ways.T + changed @ changes[:, : len(along.parameters)].T
-    return replace(_found(along, tape, until, rows, names, matrix, by), notes=(*initial.notes, *system.notes))
+    return replace(_found(along, tape, until, rows, names, matrix, by), notes=(*initial.notes, *system.notes, *others))
 
 
 def _each(names: str | Sequence[str]) -> tuple[str, ...]:

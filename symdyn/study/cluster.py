@@ -8,7 +8,7 @@ import queue
 import warnings
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -19,6 +19,7 @@ import distributed
 from distributed.scheduler import KilledWorker, NoValidWorkerError
 
 from symdyn.errors import StudyError
+from symdyn.interrupts import interrupts_wait, kept_from_children
 from symdyn.resources import version
 from symdyn.study.executor import Block, Say
 from symdyn.study.stopping import heard_ctrl_c
@@ -222,7 +223,7 @@ def at_address(address: str, say: Say) -> Iterator[Cluster]:
 
 @contextmanager
 def on_this_machine(processes: bool, workers: int | None, say: Say) -> Iterator[Cluster]:
-    """Yield workers that are begun now, and ended afterwards.
+    """Yield workers that are begun now, and ended afterwards; Ctrl-C waits until they are.
 
     Raises:
         StudyError: this is a worker process that reads the user's file again.
@@ -236,17 +237,30 @@ def on_this_machine(processes: bool, workers: int | None, say: Say) -> Iterator[
     count = workers or CPU_COUNT
     kinds = {"n_workers": count, "threads_per_worker": 1, "preload": "symdyn.study.local_worker"}
     threads = {"n_workers": 1, "threads_per_worker": count}
-    with (
-        dask.config.set({"distributed.worker.profile.enabled": False}),  # which looks at every block each 10 ms
-        distributed.LocalCluster(
-            processes=processes,
-            dashboard_address="127.0.0.1:0",  # with None, Dask warns where another cluster has its usual port
-            silence_logs=logging.CRITICAL,
-            **(kinds if processes else threads),
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
+    unseen = {"distributed.worker.profile.enabled": False}  # else every block is looked at each 10 ms
+    with dask.config.set(unseen), _closed_in_peace() as begun:
+        with interrupts_wait(lambda: say("workers are being begun; it ends when they are there")), kept_from_children():
+            cluster = begun.enter_context(
+                distributed.LocalCluster(
+                    processes=processes,
+                    dashboard_address="127.0.0.1:0",  # with None, Dask warns where another cluster has its usual port
+                    silence_logs=logging.CRITICAL,
+                    **(kinds if processes else threads),
+                )
+            )
+            client = begun.enter_context(distributed.Client(cluster, set_as_default=False))
         yield Cluster(client, f"{count} {'processes' if processes else 'threads'} of this machine", say)
+
+
+@contextmanager
+def _closed_in_peace() -> Iterator[ExitStack]:
+    """Yield what is closed in the end, while Ctrl-C waits."""
+    begun = ExitStack()
+    try:
+        yield begun
+    finally:
+        with interrupts_wait():
+            begun.close()
 
 
 @contextmanager

@@ -122,6 +122,12 @@ def ensemble(
     tolerance = f"tolerance {relative:g}" if relative == absolute else f"tolerances {relative:g}, {absolute:g}"
     notes = [
         f"method: {name} ({way.library}), {tolerance}{f' ({why})' if why else ''}",
+        *(
+            line
+            for one in way.methods
+            if not METHODS[one].absolute
+            for line in METHODS[one].tolerances(one, rtol, atol)[2]
+        ),
         *held(lanes.scene, given, until),
     ]
     for note in notes:

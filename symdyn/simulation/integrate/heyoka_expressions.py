@@ -6,9 +6,7 @@ Every operation of the graph has its row in `WORDS`; those that branch (abs, sig
 from __future__ import annotations
 
 import importlib
-import signal
 import sys
-import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,6 +19,7 @@ import numpy.typing as npt
 from symdyn import shell
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
+from symdyn.interrupts import interrupts_wait
 from symdyn.program.assemble import PREPARED
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
@@ -45,26 +44,6 @@ TURNING = (Op.SQRT, Op.ATAN2)
 """Functions with branches: √x² is |x|, whose series on one side of zero says -x on the other."""
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
-
-
-@contextmanager
-def interrupts_wait() -> Iterator[None]:
-    """Let SIGINT wait until the block has ended; then it is a KeyboardInterrupt, as it is elsewhere.
-
-    Only the main thread hears signals; a handler other than Python's own is its owner's business, and stays.
-    """
-    ours = threading.current_thread() is threading.main_thread()
-    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield
-        return
-    heard: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        if heard:
-            raise KeyboardInterrupt
 
 
 def library() -> Any:

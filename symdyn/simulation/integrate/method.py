@@ -118,7 +118,8 @@ class Method:
         run: the integrator.
         refuses: why it does not apply to a system, "" if it does.
         finds_events: whether it looks for zeros of formulas, and stops at limits of joints.
-        finest: the finest relative tolerance that means anything in the numbers that it computes with.
+        finest: the finest relative tolerance that it works with, and that means anything in the numbers it computes in.
+        absolute: whether it has an absolute tolerance too.
     """
 
     library: str
@@ -130,11 +131,29 @@ class Method:
     refuses: Callable[[StateEquations], str] = lambda system: ""
     finds_events: bool = True
     finest: float = DOUBLES
+    absolute: bool = True
 
     @property
     def beyond_doubles(self) -> bool:
         """Whether it computes with more digits than doubles have."""
         return self.finest < DOUBLES
+
+    def tolerances(self, name: str, rtol: float | None, atol: float | None) -> tuple[float, float, list[str]]:
+        """Return the relative and the absolute tolerance that it takes, and what is said of others that are asked for.
+
+        `name` is its own; None asks for none.
+        """
+        relative = self.rtol if rtol is None else max(rtol, self.finest)
+        absolute = relative if atol is None or not self.absolute else atol
+        said = []
+        if rtol is not None and rtol < self.finest:
+            said.append(f"rtol = {rtol:g} is finer than what {name} works with; it takes {self.finest:.2g}")
+        if atol is not None and not self.absolute and atol != relative:
+            said.append(
+                f"atol = {atol:g} has no effect: {name} has one tolerance, rtol = {relative:g}, relative to the "
+                "largest number of a state, or absolute where that is below 1"
+            )
+        return relative, absolute, said
 
 
 LIBRARIES_RAISE = (ArithmeticError, ValueError, RuntimeError, MemoryError)

@@ -23,7 +23,7 @@ MULTISTEP = ("BDF", "LSODA")
 IMPLICIT = ("Radau", *MULTISTEP)
 """Those that ask for the derivative of the rates."""
 
-SMALLEST = 100 * np.finfo(np.float64).eps
+SMALLEST = 100 * float(np.finfo(np.float64).eps)
 """The smallest relative tolerance that SciPy takes."""
 
 
@@ -74,7 +74,8 @@ class _Interpolant:
 
 
 def _method(name: str, text: str, rtol: float) -> Method:
-    return Method("SciPy", text, "scipy", "", rtol, partial(run, name=name))
+    share = SHARE if name in MULTISTEP else 1.0
+    return Method("SciPy", text, "scipy", "", rtol, partial(run, name=name), finest=SMALLEST / share)
 
 
 METHODS = {

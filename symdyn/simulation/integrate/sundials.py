@@ -124,10 +124,31 @@ def proportional(system: StateEquations) -> str:
 
 METHODS = {
     "cvode": Method(
-        "SUNDIALS", "CVODE's BDF, for stiff systems", "sksundae", "simulate", 1e-8, partial(run, name="BDF")
+        "SUNDIALS",
+        "CVODE's BDF, for stiff systems",
+        "sksundae",
+        "simulate",
+        1e-8,
+        partial(run, name="BDF"),
+        finest=SMALLEST / SHARE,
     ),
-    "adams": Method("SUNDIALS", "CVODE's Adams methods", "sksundae", "simulate", 1e-9, partial(run, name="Adams")),
+    "adams": Method(
+        "SUNDIALS",
+        "CVODE's Adams methods",
+        "sksundae",
+        "simulate",
+        1e-9,
+        partial(run, name="Adams"),
+        finest=SMALLEST / SHARE,
+    ),
     "ida": Method(
-        "SUNDIALS", "IDA's BDF, for loops with their multipliers", "sksundae", "simulate", 1e-8, run_ida, proportional
+        "SUNDIALS",
+        "IDA's BDF, for loops with their multipliers",
+        "sksundae",
+        "simulate",
+        1e-8,
+        run_ida,
+        proportional,
+        finest=SMALLEST_IDA / SHARE,
     ),
 }

@@ -17,6 +17,7 @@ differentiation; Hager, Runge-Kutta methods in optimal control and the transform
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -125,11 +126,19 @@ class Tape:
 
 
 def taped(
-    flow: Flow, x: Array, probe: tuple[Array, Array], until: float, rtol: float, atol: float, stiff: bool
+    flow: Flow,
+    x: Array,
+    probe: tuple[Array, Array],
+    until: float,
+    rtol: float,
+    atol: float,
+    stiff: bool,
+    look: Callable[[float], None] = lambda t: None,
 ) -> Tape:
     """Return the run of a system from t = 0 by DOP853, or by Radau where it is stiff.
 
     The probe is the variation that its steps are chosen for too: δx at the start, shape (nx,), and δp, shape (np,).
+    After every step `look` hears the time, and may end the run by an IntegrationError.
 
     Raises:
         IntegrationError: it cannot go on.
@@ -162,6 +171,7 @@ def taped(
                     raise IntegrationError(f"the run cannot go on after t = {solver.t:g} s: {words}")
                 inside = solver.Z if stiff else h * (a @ solver.K[: len(b)])
                 steps.append(Taken(float(solver.t_old or 0.0), float(h), (solver.y_old + inside)[:, :n]))
+                look(float(solver.t))
     except LIBRARIES_RAISE as fault:
         raise IntegrationError(f"the run cannot go on: {fault}") from fault
     return Tape(

@@ -22,11 +22,11 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from symdyn.algebra.numeric import Array
+from symdyn.interrupts import interrupts_wait
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import kept_integrators
 from symdyn.simulation.integrate.heyoka_expressions import (
     guarded,
-    interrupts_wait,
     library,
     parameters,
     refuses,
@@ -60,7 +60,7 @@ SMALLEST = float(np.finfo(np.float64).eps)
 @contextmanager
 def integrator(problem: Problem) -> Iterator[Any]:
     """Lend heyoka's integrator at the start of a problem; it is compiled once for all values of parameters."""
-    system, tolerance = problem.system, max(problem.rtol, SMALLEST)
+    system, tolerance = problem.system, problem.rtol
     idle = system.once(_idle).setdefault(tolerance, [])
     ta = idle.pop() if idle else _integrator(system, tolerance)
     ta.time, ta.state[:] = 0.0, problem.x
@@ -215,7 +215,7 @@ class Guard:
 
     def __init__(self, problem: Problem) -> None:
         """Take the tolerance of a problem."""
-        self.system, self.limit = problem.system, SLACK * max(problem.rtol, SMALLEST)
+        self.system, self.limit = problem.system, SLACK * problem.rtol
 
     def holds(self, series: Array, t: float, h: float) -> bool:
         """Tell whether a step of length h from t on is to be believed; series: (nx, orders + 1)."""
@@ -259,5 +259,15 @@ SHORTEST = 1e-200
 
 
 METHODS = {
-    "taylor": Method("heyoka", "Taylor method of adaptive order and step", "heyoka", "simulate", 1e-12, run, refuses)
+    "taylor": Method(
+        "heyoka",
+        "Taylor method of adaptive order and step",
+        "heyoka",
+        "simulate",
+        1e-12,
+        run,
+        refuses,
+        finest=SMALLEST,
+        absolute=False,
+    )
 }

@@ -1,0 +1,52 @@
+"""Ctrl-C where it would break what a library begins or ends: it waits until that is over."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+@contextmanager
+def interrupts_wait(told: Callable[[], None] = lambda: None) -> Iterator[None]:
+    """Let SIGINT wait until the block has ended; then it is a KeyboardInterrupt, as it is elsewhere.
+
+    Only the main thread hears signals; a handler other than Python's own is its owner's business, and stays. `told` is
+    called when the first one is heard.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    heard: list[int] = []
+
+    def hear(number: int, _: Any) -> None:
+        heard.append(number)
+        if len(heard) == 1:
+            told()
+
+    signal.signal(signal.SIGINT, hear)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if heard:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def kept_from_children() -> Iterator[None]:
+    """Keep SIGINT from the threads and processes that are begun in the block; a terminal sends it to all of them."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # which lets a thread hear SIGINT again when it begins its process
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
