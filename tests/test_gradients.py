@@ -225,7 +225,7 @@ def test_what_has_no_gradient_is_told() -> None:
         sensitivity(cart, "F=x_dot**3 + 10", until=10.0)
 
 
-class WaitedInVain(Exception):
+class WaitedError(Exception):
     """Nothing was said in time."""
 
 
@@ -234,7 +234,7 @@ class WaitedInVain(Exception):
 @pytest.mark.parametrize("by", ["forward", "adjoint"])
 def test_a_gradient_that_would_take_years_is_ended_in_words(by: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def ring(*_: object) -> None:
-        raise WaitedInVain
+        raise WaitedError
 
     monkeypatch.setattr("symdyn.simulation.run.FIRST", 0.05)  # as a run is ended, by two looks at its pace
     sensitivity(example("pendulum"), until=0.1, by=by)  # compiled, and all that

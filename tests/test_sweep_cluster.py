@@ -237,12 +237,10 @@ sys.exit(main(sys.argv[2:]))
 @pytest.mark.mends("30.attacks.7")
 @pytest.mark.runs("cc")
 @pytest.mark.skipif(os.name == "nt", reason="signals")
-@pytest.mark.parametrize("after", [0.0, 0.2, 0.5])
+@pytest.mark.parametrize("after", [0.0, 0.3])
 def test_ctrl_c_while_workers_begin_is_one_line(after: float, tmp_path: Path) -> None:
     """A terminal sends it to all processes, those among them that just begin."""
-    words = (
-        "sweep pendulum.toml --over q1=uniform(0.1,1) --count 40 --until 0.1 --measure end(q1) --scheduler processes"
-    )
+    words = "sweep pendulum.toml --over q1=uniform(0.1,1) --until 0.1 --measure end(q1) --scheduler processes"
     (tmp_path / "pendulum.toml").write_bytes((EXAMPLES / "pendulum.toml").read_bytes())
     done = subprocess.run(
         [sys.executable, "-c", TERMINAL, str(after), *words.split()],

@@ -27,7 +27,12 @@ ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
 
 def add_output_options(verb: argparse.ArgumentParser) -> None:
     """Add where the trajectory goes and how dense it is."""
-    verb.add_argument("--every", type=float, metavar="DT", help="seconds between samples (default: 200 samples)")
+    verb.add_argument(
+        "--every",
+        type=float,
+        metavar="DT",
+        help="seconds between rows (default: 200 rows; of a sampled controller one a sample)",
+    )
     verb.add_argument(
         "--reactions",
         nargs="?",

@@ -25,7 +25,7 @@ from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.initial import Start, Values, read_start, singular
 from symdyn.simulation.integrate import DOUBLES, FINEST, METHODS, Problem
 from symdyn.simulation.integrator import Choice, choose
-from symdyn.simulation.joint_limits import at_start, on_the_way, stopping
+from symdyn.simulation.joint_limits import at_start, nothing_ignored, on_the_way, stopping
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values, read_seen
@@ -133,7 +133,7 @@ def simulate(
     limits = stopping(system, ignore_limits)
     looked_for = (*flags, *(True for _ in system.ends), *limits)
     notes = (*initial.notes, *held(scene, given, until), *system.notes, *at_start(system, x, limits))
-    notes += tuple(outside.hidden(times))
+    notes += (*nothing_ignored(system, ignore_limits), *outside.hidden(times))
     for note in notes:
         _tell(say, note)
 

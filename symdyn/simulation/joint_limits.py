@@ -25,6 +25,13 @@ def stopping(system: StateEquations, ignored: bool) -> tuple[bool, ...]:
     return tuple(limit.kind in STOPS and not ignored for limit in system.limits)
 
 
+def nothing_ignored(system: StateEquations, ignored: bool) -> tuple[str, ...]:
+    """Return what is said where limits are to be ignored that there are not."""
+    if not ignored or any(limit.kind in STOPS for limit in system.limits):
+        return ()
+    return (f"ignoring limits has no effect: no joint of {system.scene.name} has a limit of its position",)
+
+
 def named(limit: Limit, scene: Scene) -> str:
     """Return a limit by its joint, such as "joint elbow: upper limit 1.57 rad"."""
     return f"joint {limit.joint.name}: {limit.words(scene)}"
