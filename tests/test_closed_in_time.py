@@ -89,3 +89,12 @@ def test_the_last_row_of_a_run_is_its_end() -> None:
 
     assert len(found.t) == 51
     assert found.t[-1] == 0.3
+
+
+def test_what_the_loops_keep_zero_is_no_event() -> None:
+    """A residual is zero but for rounding, which every projection would turn round."""
+    scene = read(ROOT / "examples/slider_crank.toml")
+    found = simulate(scene, until=5.0, start_rates={"phi": "6"}, reports=["r*sin(phi) + l*sin(phi + psi)"])
+
+    assert found.method == "taylor"
+    assert found.events == ()

@@ -98,7 +98,10 @@ class Watch:
         if not self.problem.stops:
             return []
         self._stand(t, x)
-        before, self.armed = self.armed, np.where(self.values == 0.0, self.armed, np.sign(self.values))
+        untold = self.values == 0.0
+        if not self.armed.all():  # what has been zero since the start is so but for rounding
+            untold |= (self.armed == 0.0) & (np.abs(self.values) <= self._noise(t, x))
+        before, self.armed = self.armed, np.where(untold, self.armed, np.sign(self.values))
         return [Hit(int(k), t, x) for k in np.flatnonzero(before * self.armed < 0) if self._counts(int(k))]
 
     def within(self, step: Step) -> list[Hit]:
