@@ -43,7 +43,9 @@ def error(name: str, method: str, rtol: float) -> float:
 
 
 @pytest.mark.mends("30.numbers.3")
-@pytest.mark.parametrize("name", ["examples/spatial_slider_crank.toml", "examples/rssr.toml"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("examples/spatial_slider_crank.toml", marks=pytest.mark.slow), "examples/rssr.toml"]
+)
 def test_series_on_closed_loops_reach_what_is_asked_for(name: str) -> None:
     """What misses the loops by e is off by 4e6 e after 5 s of an RSSR: it cannot wait for a projection."""
     series, steps = (error(name, method, 1e-13) for method in METHODS)

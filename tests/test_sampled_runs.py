@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import symdyn
 from symdyn.cli import main
 from symdyn.scene import read, read_text
 from symdyn.simulation import METHODS, Feedback, Trajectory, simulate
@@ -73,12 +72,12 @@ def test_a_slow_sample_has_as_many_rows_as_other_runs(period: float) -> None:
 @pytest.mark.mends("30.control.2")
 def test_samples_between_rows_are_told() -> None:
     control = Feedback(lambda t, q, u: -q[0], period=0.025, delay=0.01)
-    run = simulate(BLOCK, until=10, every=0.1, feedback=control)
-    as_many = simulate(BLOCK, until=10, every=0.025, feedback=control)
-    more = simulate(BLOCK, until=10, every=0.02, feedback=control)
+    run = simulate(BLOCK, until=2, every=0.1, feedback=control)
+    as_many = simulate(BLOCK, until=2, every=0.025, feedback=control)
+    more = simulate(BLOCK, until=2, every=0.02, feedback=control)
 
-    assert len(run.t) == 101
-    assert any("300 of 400 lie between rows, up to 3 between two" in note for note in run.notes)
+    assert len(run.t) == 21
+    assert any("60 of 80 lie between rows, up to 3 between two" in note for note in run.notes)
     assert any("every=0.025, shows all" in note for note in run.notes)
     assert not any("between rows" in note for note in (*as_many.notes, *more.notes))
 
@@ -247,6 +246,15 @@ def test_every_option_of_a_controller_changes_what_is_told(more: dict[str, Any])
 
 
 @pytest.mark.mends("30.class.ignored")
+@pytest.mark.parametrize("more", [{}, {"period": 0.05}])
+def test_a_first_force_that_never_acts_is_told(more: dict[str, Any]) -> None:
+    runs = [simulate(BLOCK, until=0.1, feedback=Feedback(LAW, **more, **one)) for one in ({}, {"initial": [2.0]})]
+
+    assert np.array_equal(runs[0].q, runs[1].q)
+    assert [note for note in runs[1].notes if note not in runs[0].notes] != []
+
+
+@pytest.mark.mends("30.class.ignored")
 def test_a_spacing_of_rows_that_hides_samples_is_told() -> None:
     runs = [simulate(BLOCK, until=1.0, every=every, feedback=Feedback(LAW, period=0.01)) for every in (0.01, 0.1)]
 
@@ -330,16 +338,18 @@ def test_a_run_tells_the_same_at_every_door(tmp_path: Path, capsys: pytest.Captu
         assert all(str(one.t)[:5] in escaped[door] for one in run.events), door
 
 
-def test_chatter_is_listed_in_part_and_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run = simulate(CART, until=2, feedback=Feedback(alternating(), ("F",), period=0.025, limits={"F": 0.5}))
+def test_chatter_is_listed_in_part_and_counted() -> None:
+    from symdyn.simulation.feedback.saturation import listed
+
+    run = simulate(BLOCK, until=2, feedback=Feedback(alternating(), ("F",), period=0.025, limits={"F": 0.5}))
 
     assert len(run.saturations) == 80
-    assert "and 60 more, which --json and, in Python, run.saturations list" in run._repr_mimebundle_()["text/html"]
+    assert listed(run.saturations)[20:] == ["and 60 more, which --json and, in Python, run.saturations list"]
     assert shares(run) == {-0.5: 50.0, 0.5: 50.0}
     assert sum("40 times, the first from t = " in note for note in run.notes) == 2
 
 
 def test_a_run_without_a_controller_has_none_of_it() -> None:
-    run = symdyn.simulate(CART, until=0.1)
+    run = simulate(BLOCK, until=0.1, method="dop853")
 
     assert (run.held, run.saturations, len(run.t)) == ((), (), 201)

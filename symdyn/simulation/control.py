@@ -49,9 +49,14 @@ class Control:
         """Return the times of the rows of a run, the usual ones unless samples are taken and nobody asks for others."""
         return usual if self.sampled is None or every is not None else sampled_rows(self.sampled, until)
 
-    def hidden(self, rows: Array) -> list[str]:
-        """Return what is said where samples lie between rows."""
-        return [] if self.sampled is None else hidden(self.sampled, rows)
+    def notes(self, rows: Array) -> list[str]:
+        """Return what is said of what has no effect, and of samples that lie between rows."""
+        if self.controller is None:
+            return []
+        feedback, found = self.controller.feedback, []
+        if len(feedback.initial) and not (self.sampled and feedback.delay):
+            found.append("feedback: initial has no effect: without a period and a delay the first force acts at once")
+        return found if self.sampled is None else found + hidden(self.sampled, rows)
 
     def begun(self, scene: Scene, initial: Start, until: float) -> Loops | None:
         """Return them at work at the start of a run, None where there are none."""

@@ -133,7 +133,7 @@ def simulate(
     limits = stopping(system, ignore_limits)
     looked_for = (*flags, *(True for _ in system.ends), *limits)
     notes = (*initial.notes, *held(scene, given, until), *system.notes, *at_start(system, x, limits))
-    notes += (*nothing_ignored(system, ignore_limits), *outside.hidden(times))
+    notes += (*nothing_ignored(system, ignore_limits), *outside.notes(times))
     for note in notes:
         _tell(say, note)
 
