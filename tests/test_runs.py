@@ -11,7 +11,7 @@ import pytest
 
 import symdyn
 from symdyn.cli import main
-from symdyn.errors import SimulateError, SymdynError, UnknownNameError
+from symdyn.errors import SceneError, SimulateError, SymdynError, UnknownNameError
 from symdyn.scene import read, read_text
 from symdyn.simulation import Trajectory, inverse, simulate
 from symdyn.simulation import plot as plots
@@ -206,16 +206,28 @@ def test_a_coordinate_that_is_called_work_has_its_column_and_the_work_another() 
     assert np.abs(inverse(scene, run, run.t)["tau1"] - 3.0).max() < 1e-9
 
 
+DRIVEN = (
+    'name = "w"\n[inputs.u]\nunit = "UNIT"\n[bodies.b]\nmass = 1\ncom = [0, 0, 0]\n[joints.j]\n'
+    'type = "prismatic"\nparent = "ground"\nchild = "b"\naxis = [1, 0, 0]\nforce = "u"\ndrive = false\n'
+)
+
+
 @pytest.mark.runs("cc")
 def test_units_of_a_stranger_are_text() -> None:
+    """No file has such a unit; a scene that somebody puts together of its nouns may."""
     pytest.importorskip("matplotlib")
-    scene = read_text(
-        'name = "w"\n[inputs.u]\nunit = "$\\\\frac <b>"\n[bodies.b]\nmass = 1\ncom = [0, 0, 0]\n[joints.j]\n'
-        'type = "prismatic"\nparent = "ground"\nchild = "b"\naxis = [1, 0, 0]\nforce = "u"\ndrive = false\n'
-    )
+    scene = read_text(DRIVEN.replace("UNIT", "N"))
+    (u,) = scene.inputs
     run = simulate(scene, "u=1", until=1.0, method="dop853")
+    run = replace(run, scene=replace(scene, inputs=(replace(u, unit="$\\frac <b>"),)))
     assert b"<!-- $\\frac &lt;b&gt; -->" in draw(run, "svg", ["u"])
     assert run.to_pandas().attrs["units"]["u"] == "$\\frac <b>"
+
+
+@pytest.mark.parametrize("unit", ["$\\\\frac <b>", "N</text>", "N\\u202e", "\\\\kg", "N;x", "N\\u0000"])
+def test_a_hostile_unit_is_refused(unit: str) -> None:
+    with pytest.raises(SceneError, match=r"is no unit|unprintable"):
+        read_text(DRIVEN.replace("UNIT", unit))
 
 
 @pytest.mark.runs("cc")

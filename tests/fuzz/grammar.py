@@ -8,8 +8,27 @@ from typing import Any
 
 Table = dict[str, Any]
 
-NAMES = ("m1", "m2", "l", "h1", "g", "k", "c_1", "alpha", "J", "r", "T0")
-"""Of parameters; some are open, some have values."""
+LETTERS = {
+    "m1": "mass", "m2": "mass", "l": "length", "h1": "length", "g": "acceleration", "k": "stiffness", "c_1": "damping",
+    "alpha": "angle", "J": "inertia", "r": "length", "T0": "force",
+}  # fmt: skip
+"""Parameters, and what they measure; some are open, some have values."""
+
+NAMES = tuple(LETTERS)
+
+UNITS = {
+    "mass": ("kg", "g"), "length": ("m", "mm"), "acceleration": ("m/s^2",), "stiffness": ("N/m", "kN/m"),
+    "damping": ("N s/m",), "angle": ("rad", "deg"), "inertia": ("kg m^2", "g m^2"), "force": ("N", "mN"),
+    "angular rate": ("rad/s", "rpm"), "velocity": ("m/s", "mm/s"), "torque": ("N m", "mN m"),
+    "rotary damping": ("N m s/rad",), "rotary stiffness": ("N m/rad",),
+}  # fmt: skip
+
+PRODUCTS = {
+    "inertia": ("m1*l**2", "m2*l*r", "m1*(l**2 + h1**2)"), "torque": ("m1*g*l*sin(alpha)", "T0*r"),
+    "force": ("m1*g", "k*l", "k*h1*cos(alpha)"), "length": ("l*cos(alpha)", "sqrt(l**2 + h1**2)", "r*alpha"),
+    "angle": ("atan2(l, h1)", "l/r"), "rotary stiffness": ("k*l**2",), "rotary damping": ("c_1*l**2",),
+}  # fmt: skip
+"""What letters make that measures the same."""
 
 BODIES = ("arm", "link", "bob")
 POINTS = ("tip", "P")
@@ -126,6 +145,10 @@ NASTY: tuple[Any, ...] = (
 )
 
 
+ODD = 0.01
+"""Share of numbers that may measure something else than what is asked for."""
+
+
 def chance(rng: Random, share: float) -> bool:
     """Return True in that share of cases."""
     return rng.random() < share
@@ -137,7 +160,7 @@ def scene(rng: Random, most: int, open_ones: bool = True) -> Table:
     made: Table = {"name": rng.choice(("rig", "two_link", "A1"))} if chance(rng, 0.7) else {}
     if chance(rng, 0.8):
         made["gravity"] = rng.choice(([0, 0, -9.81], [0, "-g", 0], "none", [0, 0, "-g"], [0, -9.81, 0]))
-    made["parameters"] = {name: _parameter(rng, open_ones) for name in NAMES}
+    made["parameters"] = {name: _parameter(rng, name, open_ones) for name in NAMES}
     if chance(rng, 0.06):
         return made | {"dh": _denavit_hartenberg(rng, bodies)}
     made["bodies"] = {body: _body(rng) for body in bodies}
@@ -145,7 +168,7 @@ def scene(rng: Random, most: int, open_ones: bool = True) -> Table:
     parts: dict[str, tuple[float, Callable[[Random, list[str]], Any]]] = {
         "points": (0.4, lambda rng, bodies: {rng.choice(POINTS): {"body": rng.choice(bodies), "at": _vector(rng)}}),
         "springs": (0.2, lambda rng, bodies: {"coil": _spring(rng, bodies)}),
-        "dampers": (0.15, lambda rng, bodies: {"shock": _ends(rng, bodies) | {"damping": _positive(rng)}}),
+        "dampers": (0.15, lambda rng, bodies: {"shock": _ends(rng, bodies) | {"damping": rng.choice((1, 0.5))}}),
         "loads": (0.15, lambda rng, bodies: {"push": _load(rng, bodies)}),
         "rows": (0.12, lambda rng, bodies: {"contact": _row(rng, bodies)}),
         "loop": (0.1, lambda rng, bodies: [_loop(rng, bodies)]),
@@ -158,7 +181,8 @@ def scene(rng: Random, most: int, open_ones: bool = True) -> Table:
 
 def _denavit_hartenberg(rng: Random, bodies: list[str]) -> Table:
     def row(name: str) -> Table:
-        numbers = {key: number(rng) for key in ("theta", "d", "a", "alpha") if chance(rng, 0.6)}
+        keys = {"theta": "angle", "d": "length", "a": "length", "alpha": "angle"}
+        numbers = {key: number(rng, measures) for key, measures in keys.items() if chance(rng, 0.6)}
         return {"name": name, "type": rng.choice(SINGLE[:2])} | numbers | (_body(rng) if chance(rng, 0.7) else {})
 
     return {"convention": rng.choice(("standard", "modified")), "links": [row(name) for name in bodies]}
@@ -173,14 +197,29 @@ def formula(rng: Random, names: tuple[str, ...], depth: int = 2) -> str:
     return rng.choice((*shapes, f"sqrt({a}**2 + 1)", f"tanh({a})", f"atan2({a}, {b})", f"exp(-{a}**2)", f"abs({a})"))
 
 
-def number(rng: Random) -> Any:
-    """Return a number, as text or not, or a formula in parameters."""
+def number(rng: Random, measures: str = "") -> Any:
+    """Return a number, as text or not, or a formula in parameters, of what it measures; now and then of anything."""
     kind = rng.randrange(8)
     if kind < 3:
         return rng.choice((0, 1, 2, 0.5, 0.25, 1.5, -1, 3))
     if kind < 5:
         return round(rng.uniform(-2, 2), rng.randrange(5))
-    return rng.choice(("1/3", "90 deg", "pi/2", "-pi/4", rng.choice(NAMES), formula(rng, NAMES, 1)))
+    if not measures or chance(rng, ODD):
+        return rng.choice(("1/3", "90 deg", "500 mm", "pi/2", rng.choice(NAMES), formula(rng, NAMES, 1)))
+    return rng.choice(("1/3", "pi/2", "-pi/4", f"1/4 {rng.choice(UNITS[measures])}", _same(rng, measures)))
+
+
+def _same(rng: Random, measures: str) -> str:
+    """Return a formula in parameters that measures this."""
+    fit = [name for name, own in LETTERS.items() if own == measures] + list(PRODUCTS.get(measures, ())) or ["0.7"]
+    a, b = rng.choice(fit), rng.choice(fit)
+    return rng.choice((a, f"{a}/2", f"2*({a})", f"{a} + {b}", f"{a} - 2*({b})", f"-({a})", f"{a}*cos(alpha)"))
+
+
+def _over_time(rng: Random, measures: str) -> str:
+    """Return a formula of the time that measures this."""
+    size = _same(rng, measures) if chance(rng, 0.4) else "0.3"
+    return rng.choice((f"({size})*sin(2*t)", f"0.2*t**2 - ({size})", f"({size})*exp(-0.5*t)", f"({size}) + t/7"))
 
 
 def table(rng: Random, names: tuple[str, ...]) -> str:
@@ -241,37 +280,42 @@ def homework(rng: Random) -> str:
     return rng.choice((text, f"\\[ {text} \\]", f"\\begin{{align}} {text} \\end{{align}}", f"Let {text}."))
 
 
-def _parameter(rng: Random, may_be_open: bool) -> Any:
-    full = {"value": rng.choice((1, 2, 0.3, "1/3")), "unit": "kg", "positive": True, "text": "of it", "latex": r"\mu_1"}
-    said = ({"value": 500, "unit": "g"}, "1200 g", {"value": "1.2 kg", "unit": "g", "tolerance": 5})
-    return rng.choice((1, 0.5, full, *said, {}, {"positive": True}) if may_be_open else (1, 0.5, full, *said))
+def _parameter(rng: Random, name: str, may_be_open: bool) -> Any:
+    measures = "length" if chance(rng, ODD) else LETTERS[name]
+    unit = rng.choice(UNITS[measures])
+    full = {"value": rng.choice((1, 2, 0.3, "1/3")), "unit": unit, "positive": True, "text": "of it", "latex": r"\mu_1"}
+    said = ({"value": 5, "unit": unit}, f"3/2 {unit}", {"value": f"1.2 {UNITS[measures][0]}", "unit": unit})
+    known = (1, 0.5, full, *said, said[0] | {"tolerance": 0.5})
+    return rng.choice((*known, {}, {"positive": True}) if may_be_open else known)
 
 
-def _positive(rng: Random) -> Any:
+def _mass(rng: Random) -> Any:
     return rng.choice((1, 2, 0.5, "m1", "m1 + m2", "m1/2", "2*m2"))
 
 
-def _vector(rng: Random) -> list[Any]:
+def _vector(rng: Random, measures: str = "length") -> list[Any]:
     if chance(rng, 0.5):
         made: list[Any] = [0, 0, 0]
-        made[rng.randrange(3)] = number(rng)
+        made[rng.randrange(3)] = number(rng, measures)
         return made
-    return [number(rng) for _ in range(3)]
+    return [number(rng, measures) for _ in range(3)]
 
 
 def _pose(rng: Random) -> Any:
-    steps = [[rng.choice(("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")), number(rng)] for _ in range(rng.choice((1, 2)))]
-    return rng.choice((_vector(rng), {"xyz": _vector(rng)}, {"xyz": _vector(rng), "rpy": _vector(rng)}, steps))
+    kinds = rng.choices(("Tx", "Ty", "Tz", "Rx", "Ry", "Rz"), k=rng.choice((1, 2)))
+    steps = [[kind, number(rng, "length" if kind[0] == "T" else "angle")] for kind in kinds]
+    turned = {"xyz": _vector(rng), "rpy": _vector(rng, "angle")}
+    return rng.choice((_vector(rng), {"xyz": _vector(rng)}, turned, steps))
 
 
 def _body(rng: Random) -> Table:
     if chance(rng, 0.4):
-        return {"particles": [{"mass": _positive(rng), "at": _vector(rng)} for _ in range(rng.choice((1, 1, 2)))]}
+        return {"particles": [{"mass": _mass(rng), "at": _vector(rng)} for _ in range(rng.choice((1, 1, 2)))]}
     inertia = rng.choice(
         ([1, 1, 1], ["J", "J", "J"], [2, 2, 1.5], ["m1*l**2", "m1*l**2", "m1*l**2"], {"xx": 2, "yy": 2, "zz": 2})
     )
     return {
-        "mass": _positive(rng),
+        "mass": _mass(rng),
         "com": _vector(rng),
         "inertia": inertia,
         "inertia_about": "frame" if chance(rng, 0.1) else "com",
@@ -295,15 +339,17 @@ def _joint(rng: Random, before: list[str], child: str) -> Table:
     if chance(rng, 0.4):
         made[rng.choice(("origin", "tip"))] = _pose(rng)
     if kind in SINGLE:
+        slides = kind == "prismatic"
+        way, rate, force = ("length", "velocity", "force") if slides else ("angle", "angular rate", "torque")
         extras: dict[str, Any] = {
-            "damping": _positive(rng),
+            "damping": rng.choice((1, 0.5, "2*c_1" if slides else "c_1*l**2")),
             "armature": 0.1,
             "friction": rng.choice((0.1, {"coulomb": 0.4, "smoothing": 0.01})),
             "limits": {"lower": -1, "upper": 1},
-            "motion": formula(rng, ("t",)),
-            "force": formula(rng, ("t", "m1")),
-            "start": number(rng),
-            "start_rates": number(rng),
+            "motion": formula(rng, ("t",)) if chance(rng, ODD) else _over_time(rng, way),
+            "force": formula(rng, ("t", "m1")) if chance(rng, ODD) else _over_time(rng, force),
+            "start": number(rng, way),
+            "start_rates": number(rng, rate),
             "rotor": {"inertia": 0.01, "gear": 50},
             "drive": rng.choice((False, f"tau_{child}")),
             "coordinate": f"{rng.choice(('x', 'phi', 'th'))}_{child}",
@@ -324,17 +370,18 @@ def _ends(rng: Random, bodies: list[str]) -> Table:
 def _spring(rng: Random, bodies: list[str]) -> Table:
     return (
         _ends(rng, bodies)
-        | {"stiffness": rng.choice((_positive(rng), [10, 1]))}
+        | {"stiffness": rng.choice((1, 20, 0.5, "3*k", [10, 1]))}
         | ({"free": 0.5} if chance(rng, 0.5) else {})
     )
 
 
 def _load(rng: Random, bodies: list[str]) -> Table:
-    force = [formula(rng, ("t", "m1", "g")), 0, 1]
+    key, measures = rng.choice((("force", "force"), ("couple", "torque")))
+    push = formula(rng, ("t", "m1", "g")) if chance(rng, ODD) else _over_time(rng, measures)
     return {
         "body": rng.choice(bodies),
         "at": _vector(rng),
-        rng.choice(("force", "couple")): force,
+        key: [push, 0, 1],
         "frame": rng.choice(("ground", "body")),
     }
 
@@ -343,7 +390,7 @@ def _row(rng: Random, bodies: list[str]) -> Table:
     body = rng.choice(bodies)
     return rng.choice(
         (
-            rng.choice(({"formula": "q1_dot - q2_dot"}, {"formula": "q1_dot", "acts_in": "joints"})),
+            rng.choice(({"formula": "q1_dot - 2*q2_dot"}, {"formula": "q1_dot", "acts_in": "joints"})),
             {"type": "knife_edge", "body": body, "at": _vector(rng), "axis": rng.choice(AXES)},
             {
                 "type": "rolling",

@@ -255,7 +255,7 @@ def read_unit(text: str) -> Unit:
     found = reader.product()
     if reader.at < len(plain):
         raise reader.refusal("breaks off")
-    return replace(found, text=text.strip())
+    return replace(found, text=" ".join(text.split()))
 
 
 class _Reader:
