@@ -55,6 +55,7 @@ force = "-1e6*y - 1e4*y_dot - 1e8*y**3"
 
 CONTACT = """
 name = "contact_like"
+units = "none"
 [bodies.ball]
 mass = 1
 inertia = [0.01, 0.01, 0.01]

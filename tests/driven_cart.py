@@ -18,7 +18,7 @@ parent = "ground"
 child = "cart"
 axis = [1, 0, 0]
 coordinate = "x"
-force = "u*sin(3*t) - x_dot*abs(x_dot)"
+force = "u*sin(3*t) - 2*x_dot*abs(x_dot)"
 [joints.hinge]
 type = "revolute"
 parent = "cart"

@@ -289,7 +289,7 @@ def test_double_doubles_stand_on_the_same_curve():
 
 @pytest.mark.runs
 def test_what_double_doubles_have_no_function_for_is_measured_without_them():
-    rail = prismatic("rail", "ground", "cart", axis=[1, 0, 0], force="tanh(u)")
+    rail = prismatic("rail", "ground", "cart", axis=[1, 0, 0], force="2*tanh(u)")
     cart = scene("cart", gravity=[0, 0, 0], inputs={"u": 0}, bodies=[body("cart", mass=10)], joints=[rail])
     equations = formulate(cart, ("inverse_dynamics",))
     assert all(one.real != "dd" for one in implementations(equations, 0.0, ("native",), ("double", "float")))

@@ -120,6 +120,6 @@ def test_a_singular_place_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_corners_of_friction_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = (EXAMPLES / "pendulum.toml").read_text(encoding="utf-8")
     path = tmp_path / "rough.toml"
-    path.write_text(text.replace('force = "-b*q1_dot"', 'force = "-b*abs(q1_dot)*q1_dot"'), encoding="utf-8")
+    path.write_text(text.replace('force = "-b*q1_dot"', 'force = "-2*b*abs(q1_dot)*q1_dot"'), encoding="utf-8")
     assert main(["linearize", str(path)]) == 0
     assert "one-sided: a sign or an absolute value of q1_dot turns over here" in capsys.readouterr().out

@@ -55,7 +55,7 @@ parent = "cart"
 child = "arm"
 axis = [0, 1, 0]
 rotor = { inertia = 0.001, gear = 10 }
-force = "-0.3*hinge_dot*abs(hinge_dot - 2) + 0.1*cos(t)"
+force = "-0.3*hinge_dot*abs(hinge_dot - 2) + 0.1*cos(2*t)"
 coordinate = "hinge"
 """
 
@@ -459,7 +459,7 @@ child = "block"
 axis = [1, 0, 0]
 coordinate = "x"
 friction = { coulomb = 2 }
-force = "-3*abs(x_dot)*x_dot - x_dot*sqrt(x_dot**2)"
+force = "-3*abs(x_dot)*x_dot - 2*x_dot*sqrt(x_dot**2)"
 """
 
 

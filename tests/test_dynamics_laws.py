@@ -282,7 +282,7 @@ child = "tip"
 """
 
 
-@pytest.mark.parametrize("more", ["", 'motion = "t"'], ids=["tree", "prescribed"])
+@pytest.mark.parametrize("more", ["", 'motion = "2*t"'], ids=["tree", "prescribed"])
 def test_a_body_that_spins_without_inertia_is_named_though_its_joint_has_three_velocities(more):
     with pytest.raises(DerivationError, match=r"beside: .* the joint socket, which carries tip, moves no mass"):
         derive(read_text(BESIDE % more), ["forward_dynamics"])

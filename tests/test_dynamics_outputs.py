@@ -161,7 +161,7 @@ LOOKED_AT = ("inverse_dynamics", "mass_matrix", "forward_dynamics", "gravity_for
 def lacking() -> tuple[Scene, ...]:
     """Return an end without mass, one with a motion before it, a loop that is too far, one with too many drives."""
     four = scene("four_bar")
-    led = read_text(MASSLESS.replace("[joints.b]", 'motion = "t"\n[joints.b]'), "led.toml")
+    led = read_text(MASSLESS.replace("[joints.b]", 'motion = "2*t"\n[joints.b]'), "led.toml")
     nowhere = read_text(MASSLESS.replace("[bodies.ghost]", "[bodies.ghost]\nfirst_moment = [0, 0, 0]"), "ghost.toml")
     drives = tuple(replace(joint, drives=(f"tau{k}",)) for k, joint in enumerate(four.joints))
     return nowhere, led, bind(four, {"d": "40"}), replace(four, joints=drives)

@@ -60,7 +60,7 @@ def test_an_idle_spin_is_no_drive():
 
 
 def test_a_force_over_time_has_time_among_the_symbols_of_the_document():
-    slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="sin(2*t)")
+    slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="3*sin(2*t)")
     text = dalembert_text(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab]), document=True)
 
     assert r"\sin(2 t)" in text

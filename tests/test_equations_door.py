@@ -32,7 +32,7 @@ parent = "ground"
 child = "rotor"
 axis = [0, 0, 1]
 drive = false
-force = "3*u - q1_dot"
+force = "3*u - 2*q1_dot"
 """
 
 TREES = ["pendulum", "two_link", "cart_pole", "scara"]
@@ -123,8 +123,8 @@ def test_inputs_are_symbols_and_functions_of_time_on_request() -> None:
     motor = symdyn.scene.read_text(MOTOR, "motor.toml")
     plain, moving = (symdyn.equations(motor).sympy(dynamic) for dynamic in (False, True))
 
-    assert plain.tau[0] == 3 * plain["u"] - plain["q1_dot"]
-    assert moving.tau[0] == 3 * moving["u"] - moving["q1_dot"]
+    assert plain.tau[0] == 3 * plain["u"] - 2 * plain["q1_dot"]
+    assert moving.tau[0] == 3 * moving["u"] - 2 * moving["q1_dot"]
     assert moving["u"] == sympy.physics.mechanics.dynamicsymbols("u")
 
 
@@ -183,7 +183,7 @@ def test_numbers_are_exact_and_matrices_do_not_change() -> None:
 
 
 def test_springs_dampers_and_prescribed_motions_have_their_places() -> None:
-    led = prismatic("led", "ground", "table", axis=[1, 0, 0], coordinate="y", motion="b*sin(t)")
+    led = prismatic("led", "ground", "table", axis=[1, 0, 0], coordinate="y", motion="b*sin(3*t)")
     rail = prismatic("rail", "table", "cart", axis=[1, 0, 0], coordinate="x", drive="F", damping="d")
     one = symdyn.scene.scene(
         "one",
@@ -199,8 +199,8 @@ def test_springs_dampers_and_prescribed_motions_have_their_places() -> None:
     assert found.tau[1] == F - d * v
     assert found.values == {k: 3, d: 2}
     assert found.equations[1] == sympy.Eq(2 * found["y_ddot"] + 2 * found["x_ddot"] + k * x, F - d * v)
-    assert found.motions == {found["y"]: b * sympy.sin(t)}
-    assert moving.motions == {moving["y"]: b * sympy.sin(moving["t"])}
+    assert found.motions == {found["y"]: b * sympy.sin(3 * t)}
+    assert moving.motions == {moving["y"]: b * sympy.sin(3 * moving["t"])}
 
 
 def test_a_six_axis_arm_takes_no_long() -> None:

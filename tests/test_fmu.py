@@ -52,7 +52,7 @@ axis = [1, 0, 0]
 coordinate = "x"
 drive = false
 force = "k*u - b*x_dot + 0.1*sin(3*t)"
-limits = { lower = -2, upper = "k" }
+limits = { lower = -2, upper = "2*k" }
 [joints.hinge]
 type = "revolute"
 parent = "cart"
@@ -65,7 +65,7 @@ body = "pole"
 at = [0, 0, -0.5]
 [outputs]
 grip = { formula = "point_tip_x", unit = "m" }
-push = { formula = "x_ddot + u", unit = "mN s/g" }
+push = { formula = "2*x_ddot + 3*u", unit = "mN s/g" }
 """
 
 
@@ -96,7 +96,7 @@ def test_inputs_and_outputs_of_a_scene_are_those_of_its_model(version: str) -> N
     assert [name for name, one in real.items() if one["causality"] == "output"] == ["grip", "push"]
     assert real["u"]["start"] == "0.5"
     assert (real["k"]["start"], real["k"]["variability"], real["k"]["unit"]) == ("3.0", "tunable", "N/V")
-    assert (real["x"]["causality"], real["x"]["min"], real["x"]["max"]) == ("local", "-2.0", "3.0")
+    assert (real["x"]["causality"], real["x"]["min"], real["x"]["max"]) == ("local", "-2.0", "6.0")
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -211,7 +211,7 @@ def test_a_parameter_without_a_value_is_asked_for(capsys: pytest.CaptureFixture[
 
 
 def test_what_sticks_is_refused() -> None:
-    text = SIGNALS.replace("b*x_dot", "b*sign(x_dot)")
+    text = SIGNALS.replace("b*x_dot", "2*b*sign(x_dot)")
     with pytest.raises(EmitError, match=r"lacks sign, which forward_dynamics.* needs: a model without events"):
         sources_of(read_text(text))
 

@@ -200,7 +200,7 @@ def test_what_has_no_word_in_robot_files_is_lost_or_refused():
     ring = EXACT + (
         '[[loop]]\ntype = "point_on_line"\nparent = "ground"\nchild = "LAST"\n'
         '[springs.s]\njoint = "hinge"\nstiffness = 1\n[dampers.d]\njoint = "hinge"\ndamping = 1\n'
-        '[loads.w]\nbody = "LAST"\nforce = [0, 0, "t"]\n[rows.r]\nformula = "q1_dot"\n'
+        '[loads.w]\nbody = "LAST"\nforce = [0, 0, "3*t"]\n[rows.r]\nformula = "q1_dot"\n'
     ).replace("LAST", read_text(EXACT).bodies[-1].name)
     scene = read_text(ring)
 

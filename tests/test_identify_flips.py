@@ -74,7 +74,7 @@ child = "a"
 axis = [1, 0, 0]
 coordinate = "x"
 drive = "F"
-force = ["-5*x + 7*w - x_dot"]
+force = ["-5*x + 7*w - 2*x_dot"]
 [joints.beside]
 type = "prismatic"
 parent = "ground"
@@ -82,7 +82,7 @@ child = "b"
 axis = [0, 1, 0]
 coordinate = "z"
 drive = false
-force = ["-z - 2*z_dot"]
+force = ["-3*z - 2*z_dot"]
 [joints.across]
 type = "prismatic"
 parent = "a"

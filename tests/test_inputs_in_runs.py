@@ -176,7 +176,7 @@ value = 2
 [loads.push]
 body = "crank"
 at = [1, 0, 0]
-force = ["V*sin(t)", 0, 0]
+force = ["V*sin(2*t)", 0, 0]
 [outputs]
 turn = "phi + chi"
 closing = "multiplier_hinge_fx_joint"

@@ -43,7 +43,7 @@ type = "prismatic"
 parent = "link1"
 child = "link2"
 axis = [0, 0, 1]
-force = "-m1*q2_dot"
+force = "-3*m1*q2_dot"
 
 [points.tool]
 body = "link2"
@@ -93,7 +93,7 @@ EDITS = [
      "point_on_plane, rod, free, custom)"),
     ('type = "prismatic"', "type = 3", 'joints.elbow: type = 3 is not text; put it in quotes, such as type = "m1"'),
     ('type = "prismatic"', 'type = "fixed"',
-     'joints.elbow: force = "-m1*q2_dot" has no meaning for a fixed joint; leave it out'),
+     'joints.elbow: force = "-3*m1*q2_dot" has no meaning for a fixed joint; leave it out'),
     ("com = [0", "centre = [0",
      'bodies.link1: unknown key "centre"; known are mass, com, first_moment, inertia, inertia_about, particles, '
      "allow_invalid_inertia, shape"),
@@ -132,7 +132,7 @@ EDITS = [
      "bodies.link2: mass = sqrt(1 - g) takes the square root of -8.81; it must not be negative; "
      "check the values of its parameters"),
     ("q2_dot", "q2_ddot",
-     "joints.elbow: force = -m1*q2_ddot uses q2_ddot, which moves; only the force of a joint, loads and rows may "
+     "joints.elbow: force = -3*m1*q2_ddot uses q2_ddot, which moves; only the force of a joint, loads and rows may "
      "depend on what moves"),
     ("inertia = [1, 1, 1]", "inertia = [1, 1, 3]",
      "bodies.link1: inertia (as given) is one that no body has: its moments Ixx = 1, Iyy = 1, Izz = 3 break the "

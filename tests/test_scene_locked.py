@@ -28,7 +28,7 @@ def arm(**second: object):
         joints=[
             revolute("j0", "ground", "b0", axis=[0, 1, 0]),
             prismatic("j1", "b0", "b1", axis=[0, 0, -2], origin=[1, 0, 0], **second),
-            revolute("j2", "b1", "b2", axis=[1, 0, 0], origin=[0, 0, 1], force="-3*q3 - q3_dot"),
+            revolute("j2", "b1", "b2", axis=[1, 0, 0], origin=[0, 0, 1], force="-3*q3 - 2*q3_dot"),
         ],
     )
 
@@ -58,7 +58,7 @@ def test_a_locked_joint_stands_where_it_is_told_along_its_axis():
                 origin=[0, 0, 1],
                 coordinate="q3",
                 drive="tau3",
-                force="-3*q3 - q3_dot",
+                force="-3*q3 - 2*q3_dot",
             ),
         ],
     )
@@ -84,7 +84,7 @@ def test_a_joint_that_follows_a_locked_one_is_locked_and_formulas_see_its_place(
         joints=[
             revolute("lead", "ground", "b0", locked=True, position="pi/6"),
             revolute("follow", "b0", "b1", mimic={"joint": "lead", "ratio": -2, "offset": "pi/2"}),
-            revolute("free", "b1", "b2", force="-q1*q2 - q1_dot"),
+            revolute("free", "b1", "b2", force="-3*q1*q2 - 2*q1_dot"),
         ],
     )
 
@@ -92,7 +92,7 @@ def test_a_joint_that_follows_a_locked_one_is_locked_and_formulas_see_its_place(
     ((step, turn),) = gripper.joints[1].origin.steps
     graph = Graph()
     assert (step, graph.sin(express(turn, graph))) == ("Rz", graph.constant(1) / 2)
-    assert gripper.joints[2].force == parse("-(pi/6)*q2")
+    assert gripper.joints[2].force == parse("-3*(pi/6)*q2")
 
 
 def test_joints_of_a_scene_can_be_locked_later():

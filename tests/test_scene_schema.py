@@ -176,7 +176,7 @@ child = "bob"
         ("[springs.s]\njoint = 'hinge'\nstiffness = [1, 2]", True),
         ("[springs.s]\njoint = 'hinge'\nfrom = 'bob'\nto = 'ground'\nstiffness = 1", False),
         ("[springs.s]\njoint = 'hinge'", False),
-        ("[loads.w]\nbody = 'bob'\nforce = [0, 0, 't']\nframe = 'sky'", False),
+        ("[loads.w]\nbody = 'bob'\nforce = [0, 0, '3*t']\nframe = 'sky'", False),
         ("[rows.r]\ntype = 'rolling'\nbody = 'bob'", False),
         ("[rows.r]\nformula = 'q1_dot'\nradius = 1", False),
         ("[bodies.bob.more]", False),

@@ -133,7 +133,7 @@ def test_a_body_with_formulas_keeps_its_form():
     one = scene(
         "half",
         parameters={"m": None},
-        bodies=[body("rod", mass="m", com=["-1/2", 0, "m"], inertia=[0, 3, 3], about="com", particles=[
+        bodies=[body("rod", mass="m", com=["-1/2", 0, "3*m"], inertia=[0, 3, 3], about="com", particles=[
             {"mass": 2, "at": [1, 0, 0]}
         ])],
         joints=[revolute("hinge", "ground", "rod")],
@@ -144,7 +144,7 @@ def test_a_body_with_formulas_keeps_its_form():
     assert values == {
         "m": None, "m1": number(2), "x1": parse("-1/2"), "Iyy1": number(3), "Izz1": number(3), "x1_2": number(1)
     }  # fmt: skip
-    assert named.bodies[0].com == (symbol("x1"), number(0), symbol("m"))
+    assert named.bodies[0].com == (symbol("x1"), number(0), parse("3*m"))
     assert named.bodies[0].particles[0].mass == symbol("m1")
     assert named.parameters[2].text == "inertia about the centre of mass, entry yy of rod"
 

@@ -71,7 +71,7 @@ def test_all_that_a_scene_can_say_reads_back():
             body("c", particles=[Particle(number(2), (number(1), number(0), parse("-m/2")))], about="frame"),
         ],
         joints=[
-            revolute("j", "ground", "a", coordinate="phi", drive="M", force="-m*phi_dot", axis=[1, 2, 3]),
+            revolute("j", "ground", "a", coordinate="phi", drive="M", force="-3*m*phi_dot", axis=[1, 2, 3]),
             revolute(
                 "k", "a", "b", drive=False, origin={"rpy": [0, "90 deg", 0]}, tip=[("Rx", 1), ("Tx", 2), ("Rx", 3)]
             ),

@@ -229,7 +229,7 @@ child = "b"
 axis = [0, 1, 0]
 coordinate = "y"
 [rows.slip]
-formula = "y_dot - x_dot/x"
+formula = "y_dot - 2*x_dot/x"
 """
 
 

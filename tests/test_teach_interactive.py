@@ -430,7 +430,7 @@ def test_a_motion_that_runs_away_is_stopped_and_told(browser: Any, tmp_path: Pat
     child = "cart"
     axis = [1, 0, 0]
     coordinate = "x"
-    force = "x_dot**3*exp(x)"
+    force = "2*x_dot**3*exp(3*x)"
     """
     with opened(browser, saved(read_text(text, "runaway.toml"), tmp_path)) as page:
         move(page, "qd", 0, 5.0)

@@ -230,7 +230,7 @@ name = "parted"
 inertia = ["J", "J", "J"]
 inertia_about = "com"
 [bodies.cart]
-mass = "J"
+mass = "3*J"
 inertia = ["J", "J", "J"]
 inertia_about = "com"
 [joints.rail]

@@ -37,7 +37,7 @@ parent = "ground"
 child = "crank"
 axis = [0, 0, 1]
 coordinate = "phi"
-motion = "2 + 3*t + t**2"
+motion = "2 + 3*t + 2*t**2"
 [joints.pin]
 type = "revolute"
 parent = "crank"

@@ -134,7 +134,7 @@ def test_a_cart_called_k_takes_another_letter_for_its_spring() -> None:
 
 def test_what_cannot_be_varied_is_said() -> None:
     held = "gravity = [0, 0, 0]\n[bodies.a]\n[joints.j]\ntype = 'revolute'\nparent = 'ground'\nchild = 'a'\n"
-    still = read_text(f"{held}axis = [0, 0, 1]\nmotion = 't'\n", "still.toml")
+    still = read_text(f"{held}axis = [0, 0, 1]\nmotion = '2*t'\n", "still.toml")
 
     with pytest.raises(TeachError, match="nothing of it can be varied"):
         variant(still, 1)

@@ -190,7 +190,7 @@ def test_parameters_outside_their_range_at_first_are_drawn_again_and_json_stays_
     parent = "ground"
     child = "bob"
     axis = [1, 0, 0]
-    force = "-log(l - 3)*q1_dot"
+    force = "-2*log(l - 3)*q1_dot"
     """
     certificate = certify(read_text(text, "root.toml"))
 

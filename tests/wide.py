@@ -40,8 +40,8 @@ def everything() -> Scene:
         joints=[
             revolute("r1", "ground", "a", axis=[1, 2, 2], rotor={"inertia": "1/1000", "gear": 50}, motion="sin(2*t)"),
             prismatic("p1", "a", "b", friction={"coulomb": 1, "static": 2, "stribeck": "1/5", "smoothing": "1/100"}),
-            helical("h1", "b", "c", pitch="r/100", start="pi/3", start_rates=2, force="-k*q3_dot + sin(t)"),
-            cylindrical("c1", "c", "d", axis=[0, 1, 0], force=[0, "q4"], drive=["M", False], damping="1/3"),
+            helical("h1", "b", "c", pitch="r/100", start="pi/3", start_rates=2, force="-3*k*q3_dot + 2*sin(3*t)"),
+            cylindrical("c1", "c", "d", axis=[0, 1, 0], force=[0, "3*q4"], drive=["M", False], damping="1/3"),
             universal("u1", "d", "e", axis=[1, 0, 0], second_axis=[0, 1, 1], coordinates=["alpha", "beta"]),
             spherical("s1", "e", "f", start=["1/2", "1/2", "1/2", "1/2"], start_rates=[1, 2, 3], drive=False),
             spherical("s2", "f", "g", orientation="zxz"),
@@ -62,7 +62,7 @@ def everything() -> Scene:
             loop("ring4", "helical", "m", "b", pitch="1/50"),
         ],
         springs=[
-            spring("s_joint", joint="r1", stiffness=["k", 0, "k/10"], free="pi/4", preload=-1),
+            spring("s_joint", joint="r1", stiffness=["5*k", 0, "k/10"], free="pi/4", preload=-1),
             spring("s_line", ends=("tool", {"body": "l", "at": [0, "r", 0]}), stiffness=100, free="1/2"),
             spring("constant", ends=("a", "l"), preload=7),
         ],
@@ -71,11 +71,11 @@ def everything() -> Scene:
             damper("d_line", ends=("ground", "end"), damping="k"),
         ],
         loads=[
-            load("wind", body="l", at=[0, 0, "r"], force=["k*t", 0, "-f1_vx"], couple=[0, "sin(t)*alpha", 0]),
+            load("wind", body="l", at=[0, 0, "r"], force=["3*k*t", 0, "-2*f1_vx"], couple=[0, "2*sin(3*t)*alpha", 0]),
             load("thrust", point="tool", force=[0, 0, 9], frame="body"),
         ],
         rows=[
-            row("slip", "x_dot*cos(u) - (u_dot - 2*alpha_dot)/r", acts_in="joints"),
+            row("slip", "x_dot*cos(u) - r*(u_dot - 2*alpha_dot)", acts_in="joints"),
             knife_edge("blade", body="l", at=["r", 0, 0], axis=[0, 1, 0]),
             rolling("wheel", body="m", axis=[0, 1, 0], radius="r", normal=[0, 1, 1], components=["along", "normal"]),
         ],

@@ -31,7 +31,7 @@ from symdyn.program.prepare import is_prepared
 from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, spell
 from symdyn.scene.declaration.value_in_unit import as_written
 from symdyn.scene.robot_words import leaves
-from symdyn.scene.units import mistakable
+from symdyn.scene.units import mistakable, output_units, told_units
 from symdyn.scene.values.model import Letter
 
 MEASURED = 50
@@ -52,6 +52,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
     freedoms = _mobility(scene, closing)
     if freedoms:
         freedoms["loose_reactions"] = _loose(scene, closing)
+    told = told_units(scene)
     facts = {
         "name": scene.name,
         "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
@@ -87,7 +88,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
             {
                 "name": p.name,
                 "value": spell(p.value) if p.value else None,
-                "unit": p.unit,
+                "unit": told[p.name],
                 "text": p.text,
                 **_written(p),
             }
@@ -102,10 +103,15 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
     """Return the inputs and the outputs that a scene names, nothing where it names none."""
+    told = told_units(scene)
     inputs = [
-        {"name": p.name, "value": spell(p.value), "unit": p.unit, "text": p.text, **_written(p)} for p in scene.inputs
+        {"name": p.name, "value": spell(p.value), "unit": told[p.name], "text": p.text, **_written(p)}
+        for p in scene.inputs
     ]
-    outputs = [{"name": p.name, "formula": spell(p.formula), "unit": p.unit, "text": p.text} for p in scene.outputs]
+    looked = output_units(scene)
+    outputs = [
+        {"name": p.name, "formula": spell(p.formula), "unit": looked[p.name], "text": p.text} for p in scene.outputs
+    ]
     return {name: some for name, some in (("inputs", inputs), ("outputs", outputs)) if some}
 
 

@@ -1,6 +1,7 @@
 """`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost.
 
 `--schema` prints what editors check scenes by.
+`--units` shows what every letter and column is measured in, and the numbers that have to carry a dimension.
 `--frames` shows the link frames that the generator chose, `--base-parameters` the regrouped inertias as formulas.
 """
 
@@ -28,6 +29,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_formulation(verb)
     add_closing(verb)
     alone = verb.add_argument_group("one thing alone")
+    alone.add_argument("--units", action="store_true", help="the unit of every letter and column, and how it is known")
     alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
     alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
     alone.add_argument("--schema", action="store_true", help="the JSON Schema of scenes, for editors; takes no SCENE")
@@ -47,6 +49,15 @@ def run(options: argparse.Namespace) -> int:
         options.parser.error("the following arguments are required: SCENE")
     scene = read_scene(options)
     closing = closing_of(options, scene)
+    if options.units:
+        from symdyn.cli.unit_tables import show_units, unit_facts
+
+        units = unit_facts(scene)
+        if options.json:
+            give(units)
+        else:
+            show_units(units)
+        return 0
     if options.frames or options.base_parameters:
         with Waiting() as progress:
             progress("regrouping" if options.base_parameters else "choosing frames")

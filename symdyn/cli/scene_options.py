@@ -52,6 +52,9 @@ def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -
         "root is the ground",
     )
     group.add_argument(
+        "--no-units", action="store_true", help='check no dimensions, as of a scene that says units = "none" itself'
+    )
+    group.add_argument(
         "--bind", metavar="LIST", help="values for parameters, e.g. m1=2.5,h1=1/2; what is zero drops out"
     )
 
@@ -155,7 +158,7 @@ def read_scene(options: argparse.Namespace) -> Scene:
 def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
     """Return the scene that the options name, and what its reader notes."""
     cuts = options.spanning_tree and tuple(split_commas(options.spanning_tree))
-    how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base)
+    how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base, options.no_units)
     path = Path(options.scene)
     reading = read_noting(StandardInput() if options.scene == STDIN else path, how)
     whole, name = (printable(str(one), keep="") for one in (path, path.name))

@@ -20,7 +20,7 @@ from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
 from symdyn.linear.verdict import stability
 from symdyn.rounding import asked, in_digits, showing
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, told_units, velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
 
 DIGITS, NOTHING = 6, 1e-12
@@ -108,7 +108,8 @@ def where(found: Linearization) -> str:
         if abs(x) > NOTHING
     ]
     inputs = zip(scene.inputs, point.inputs, strict=False)
-    parts += [f"{one.name} = {number(x)} {one.unit}".rstrip() for one, x in inputs if abs(x) > NOTHING]
+    told = told_units(scene)
+    parts += [f"{one.name} = {number(x)} {told[one.name]}".rstrip() for one, x in inputs if abs(x) > NOTHING]
     parts = [part.removesuffix(" 1") for part in parts]
     return f"at {', '.join(parts)}" + (f"; t = {number(point.t)} s" if point.t else "")
 

@@ -7,7 +7,7 @@ from symdyn.emit.print.formula_text import value_text
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Cell, Markup, beside, head, note, picture, table, together
 from symdyn.scene import Scene, spell
-from symdyn.scene.units import coordinate_units, drives_with_units
+from symdyn.scene.units import coordinate_units, drives_with_units, output_units, told_units
 
 
 def scene(found: Scene) -> list[Markup]:
@@ -42,11 +42,13 @@ def _tables(found: Scene) -> list[Markup]:
         for joint in found.moving
         for q in joint.coordinates
     ]
+    told, looked = told_units(found), output_units(found)
     named: list[list[Cell]] = [
-        [one.name, "" if one.value is None else value_text(one.value), one.unit, one.text] for one in found.parameters
+        [one.name, "" if one.value is None else value_text(one.value), told[one.name], one.text]
+        for one in found.parameters
     ]
-    given = [(one.name, spell(one.value), one.unit, one.text) for one in found.inputs]
-    seen = [(one.name, spell(one.formula), one.unit, one.text) for one in found.outputs]
+    given = [(one.name, spell(one.value), told[one.name], one.text) for one in found.inputs]
+    seen = [(one.name, spell(one.formula), looked[one.name], one.text) for one in found.outputs]
     gravity = ", ".join(map(spell, found.gravity))
     return [
         table(("coordinate", "unit", "joint", "type", "drive"), rows),

@@ -13,10 +13,9 @@ from dataclasses import replace
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
-from symdyn.scene.checks.draft import KINDS, Draft
+from symdyn.scene.checks.draft import draft_of
 from symdyn.scene.checks.whole import check
 from symdyn.scene.declaration.value_in_unit import value_for
-from symdyn.scene.forces import place_of
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.mapping import map_quantities, substituted
@@ -56,7 +55,8 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
     faults.close()
     parameters = tuple(known.get(p.name, p) for p in scene.parameters)
     bound = without_zeros(replace(scene, parameters=parameters), faults)
-    check(Draft(bound, _places(bound)), faults)
+    said = any(one.unit != names[name].unit for name, one in known.items())
+    check(draft_of(bound), faults, dimensions=said)  # which no value changes but one that says a unit first
     faults.close()
     return bound
 
@@ -131,9 +131,3 @@ def _is_zero(value: Quantity) -> bool:
         return express(value, Graph()).is_zero
     except ZeroDivisionError:
         return False  # reported by the check
-
-
-def _places(scene: Scene) -> dict[str, tuple[str, ...]]:
-    """Return where the entries of a scene stand, for messages."""
-    places = {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in KINDS}
-    return places | {"elements": tuple(map(place_of, scene.elements))}

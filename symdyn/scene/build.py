@@ -165,6 +165,7 @@ def scene(
     source: str = "",
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
+    units: Literal["none"] | None = None,
     **elements: Unpack[Elements],
 ) -> Scene:
     """Return the checked scene.
@@ -183,6 +184,7 @@ def scene(
         source: stands in front of every fault; the name of the scene when left out.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
+        units: "none" in a scene that is without dimensions on purpose, so that none is checked.
         elements: `springs`, `dampers`, `loads` and `rows`, each declared by the functions of its name.
 
     Raises:
@@ -212,6 +214,7 @@ def scene(
         dh=dh,
         inputs=_entries("inputs", "given", inputs, faults),
         outputs=_entries("outputs", "looked_at", outputs, faults),
+        units=units,
     )
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
+from typing import Literal
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
@@ -74,6 +75,7 @@ def read(
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
     floating_base: str | None = None,
+    units: Literal["none"] | None = None,
 ) -> Scene:
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
@@ -89,13 +91,14 @@ def read(
         spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
         floating_base: name of a free joint between the ground and the root link of a URDF or the base of an MJCF file,
             with a quaternion and no drives; without it the root is the ground.
+        units: "none" of a scene that is without dimensions on purpose, so that none is checked.
 
     Raises:
         SceneError: with every fault of the file, one line each.
     """
     check_arguments(read, locals(), SceneError)
     cuts = None if spanning_tree is None else tuple(spanning_tree)
-    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base)).scene
+    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base, units == "none")).scene
 
 
 @growing()

@@ -196,6 +196,7 @@ def schema() -> dict[str, Any]:
             "description": 'acceleration of free fall in the ground frame, m/s^2; "none" for none',
             "anyOf": [VECTOR, {"enum": [False, "none"]}],
         },
+        "units": {"description": '"none" of a scene without dimensions; else they are checked', "const": "none"},
         **sheet,
         "loop": {"type": "array", "items": loop},
         "dh": _denavit_hartenberg(),

@@ -67,7 +67,14 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
 
 def _scene(text: str, faults: Faults, options: ReadOptions) -> Scene:
     declaration = _declaration(tables_of(text, faults.source), faults.source, faults)
-    return assemble(declaration, faults.source, faults, options.allow_invalid_inertia, options.spanning_tree)
+    return assemble(
+        declaration,
+        faults.source,
+        faults,
+        options.allow_invalid_inertia,
+        options.spanning_tree,
+        options.dimensionless,
+    )
 
 
 def tables_of(text: str, source: str) -> dict[str, object]:
@@ -141,7 +148,7 @@ def _reworded(message: str) -> str:
 
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
-    keys = ("name", "gravity", *TABLE_KEYS, *sections(), "loop", "dh")
+    keys = ("name", "gravity", "units", *TABLE_KEYS, *sections(), "loop", "dh")
     for key in root:
         if key not in keys:
             faults.add("", f"unknown key {show(key)}; {suggestion(key, keys)}")
@@ -156,6 +163,7 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
     return Declaration(
         name=name,
         gravity=root.get("gravity"),
+        units=root.get("units"),
         **{kind: _entries(root, kind, faults) for kind in TABLE_KEYS},
         elements={section: _entries(root, section, faults) for section in sections()},
         loops=_loops(root, faults),

@@ -1,15 +1,28 @@
-"""The units of a scene's letters; of coordinates and velocities "rad", "m" or "1" as the joints have them."""
+"""The units of a scene's letters; of coordinates and velocities "rad", "m" or "1" as the joints have them.
+
+A letter that says no unit takes the one of where it stands, as far as terms of letters alone tell it: a number that
+stands beside it as a factor may carry a dimension itself.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import lru_cache
 
+from symdyn.graph import Op
+from symdyn.scene.checks.dimensions import ADVICE, analysed, dimension_of, words
+from symdyn.scene.checks.draft import Use, draft_of, uses
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.values.dimension import Dimension
+from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, quantities_in
 from symdyn.scene.values.model import Letter, Scene
+from symdyn.scene.values.quantity import Quantity, symbol
+from symdyn.scene.values.table import Faults
+from symdyn.scene.values.unit import UnitError
 from symdyn.scene.values.with_unit import with_unit
 
 
@@ -40,14 +53,85 @@ def drives_with_units(scene: Scene) -> Iterator[tuple[Joint, str, str]]:
 
 
 def letter_units(scene: Scene) -> dict[str, str]:
-    """Return the coherent unit of every letter that somebody gives a value, "" of one that says none."""
-    said: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    found = {one.name: one.unit for one in said} | {"t": "s"}
+    """Return the coherent unit of every letter that somebody gives a value, "" of one that nothing tells."""
+    found = told_units(scene) | {"t": "s"}
     found |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
     for velocity, drive, unit in zip(scene.velocities, scene.drives, velocity_units(scene), strict=True):
         found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
         found |= {drive: "N m" if unit == "rad" else "N"} if drive else {}
     return found
+
+
+def told_units(scene: Scene) -> dict[str, str]:
+    """Return the coherent unit of every parameter and input: as it says, or as where it stands tells; else ""."""
+    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    found = {one.name: one.unit for one in letters}
+    silent = [name for name, unit in found.items() if not unit]
+    if silent and not scene.dimensionless:
+        known = dimensions(scene)
+        found |= {name: _unit_of(name, known) for name in silent if name in known.certain}
+    return found
+
+
+def _unit_of(name: str, known: Analysis) -> str:
+    """Return the unit of a letter that was told one: as its place says it, where it stands alone there."""
+    place = known.origins[name].place
+    alone = place.unit and place.formula.symbols == (name,) and place.formula in (symbol(name), -symbol(name))
+    return place.unit if alone else known.certain[name].text
+
+
+@lru_cache(16)
+def dimensions(scene: Scene) -> Analysis:
+    """Return what the formulas of a scene tell of the dimensions of its letters."""
+    return analysed(scene, (use for use in uses(draft_of(scene)) if use.quantity.symbols))
+
+
+def _in_columns(columns: Mapping[str, str]) -> dict[str, Dimension]:
+    """Return the dimensions of columns whose units are known."""
+    found: dict[str, Dimension] = {}
+    for name, unit in columns.items():
+        try:
+            found |= {name: dimension_of(unit)} if unit else {}
+        except UnitError:  # "m or 1"
+            continue
+    return found
+
+
+def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) -> str:
+    """Return the unit of what a formula looks at, "" where a number in it may carry one, or nothing tells.
+
+    Args:
+        scene: the scene.
+        formula: in its letters and in columns of runs.
+        columns: units of these.
+    """
+    units = letter_units(scene) | dict(columns)
+    first = next(terms(formula))
+    name = str(first.value) if first.op is Op.SYMBOL else ""
+    if name in units:
+        return units[name]
+    if scene.dimensionless or not formula.symbols:
+        return ""
+    found = analysed(scene, (), _in_columns(units)).of(formula)
+    return "" if found.letters or found.numbers else found.dimension.text
+
+
+def output_units(scene: Scene) -> dict[str, str]:
+    """Return the unit of every output, as it says or as its formula tells; else ""."""
+    return {one.name: one.unit or formula_unit(scene, one.formula, {}) for one in scene.outputs}
+
+
+def check_formula(
+    scene: Scene, formula: Quantity, where: str, faults: Faults, columns: Mapping[str, str] | None = None
+) -> None:
+    """Report terms of letters alone that do not measure the same, in a formula that looks at a scene."""
+    if scene.dimensionless or not formula.symbols:
+        return
+    known = _in_columns(letter_units(scene) | dict(columns or {}))
+    found = analysed(scene, [Use("", "", formula)], known)
+    for pair in found.wrong:
+        told = words(pair, found).removeprefix(" = ")
+        faults.add(where, f"{told}; {ADVICE}, or {Faults(scene.source).unchecked}")
 
 
 def mistakable(scene: Scene) -> tuple[str, ...]:

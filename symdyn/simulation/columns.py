@@ -11,9 +11,8 @@ from symdyn.algebra.numeric import Array
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import latex_symbols, print_name
 from symdyn.scene import Quantity, Scene, acceleration_name
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, formula_unit, told_units, velocity_units
 from symdyn.scene.values.names import choice
-from symdyn.scene.values.quantity import symbol
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -103,11 +102,15 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         found += [Column(name, kind, unit + ending, latex[name]) for name, unit in zip(names, rates, strict=True)]
     for name, unit in zip(forces, rates, strict=True):
         found.append(Column(name, FORCES, "N m" if unit == "rad" else "N", latex[name]))
+    told = told_units(scene)
     said = {
-        one.name: Column(one.name, "inputs", one.unit, one.latex or str(print_name(one.name))) for one in scene.inputs
+        one.name: Column(one.name, "inputs", told[one.name], one.latex or str(print_name(one.name)))
+        for one in scene.inputs
     }
     units = {one.name: one.unit for one in (*found, *said.values())}
-    said |= {one.name: Column(one.name, "outputs", one.unit or _unit(one.formula, units)) for one in scene.outputs}
+    said |= {
+        one.name: Column(one.name, "outputs", one.unit or _unit(scene, one.formula, units)) for one in scene.outputs
+    }
     own = {
         f"momentum_{velocity.removesuffix('_dot')}": unit
         for velocity, unit in zip(scene.velocities, rates, strict=True)
@@ -116,14 +119,18 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
 
 
 def unit_of(formula: Quantity, scene: Scene) -> str:
-    """Return the unit of what an output may name, where a formula is no more than that; "" for others."""
+    """Return the unit of what an output may name; "" where a number in it may carry one, or nothing tells."""
     names = (one.name for one in scene.inputs)
-    return _unit(formula, {one.name: one.unit for one in columns(replace(scene, outputs=()), names)})
+    return _unit(scene, formula, {one.name: one.unit for one in columns(replace(scene, outputs=()), names)})
 
 
-def _unit(formula: Quantity, units: Mapping[str, str]) -> str:
-    (name,) = formula.symbols if len(formula.symbols) == 1 else ("",)
-    return units.get(name, _beside(name, {}).unit) if formula == symbol(name) else ""
+def _unit(scene: Scene, formula: Quantity, units: Mapping[str, str]) -> str:
+    return formula_unit(scene, formula, column_units(formula.symbols) | dict(units))
+
+
+def column_units(names: Iterable[str]) -> dict[str, str]:
+    """Return the units of columns beside the state, by name, of those that have one."""
+    return {name: unit for name in names if (unit := _beside(name, {}).unit)}
 
 
 def apart(scene: Scene, extra: Mapping[str, Array]) -> dict[str, Array]:

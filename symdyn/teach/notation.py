@@ -9,7 +9,7 @@ from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.emit.print.formula_text import value_text
 from symdyn.graph import Graph
 from symdyn.scene import FORCES, GROUND, Joint, Scene, express
-from symdyn.scene.units import coordinates_with_units, drives_with_units
+from symdyn.scene.units import coordinates_with_units, drives_with_units, told_units
 from symdyn.scene.values.quantity import ZERO
 from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
@@ -86,9 +86,10 @@ def notation_step(lesson: Prose) -> Step:
 def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
     """Return the rows of the table of symbols about parameters, values with the language's decimal mark."""
     rows: list[tuple[Symbol, str | Words, str, str]] = []
+    told = told_units(lesson.scene)
     for parameter in lesson.scene.parameters:
         value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")
         shown = re.sub(r"(?<=\d)\.(?=\d)", lesson.tongue.decimal, value).replace("-", "−")
-        rows.append((Symbol(parameter.name), text, parameter.unit.replace("^2", "²"), shown))
+        rows.append((Symbol(parameter.name), text, told[parameter.name].replace("^2", "²"), shown))
     return rows

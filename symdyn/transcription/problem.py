@@ -12,6 +12,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.errors import SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, scene_of, spell
+from symdyn.scene.units import check_formula
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.signals import held, point_names
 from symdyn.scene.values.table import Faults
@@ -96,9 +97,9 @@ def collocation(
     span = _span(until, faults)
     state = (TIME, *scene.coordinates, *scene.velocities, *values, *point_names(scene))
     formulas = {
-        "path": _formulas(tuple(path or ()), state, "path", faults),
-        "running": _formulas((cost,) if cost else (), (*state, *_drives(scene)), "cost", faults),
-        "final": _formulas((final_cost,) if final_cost else (), state, "final cost", faults),
+        "path": _formulas(scene, tuple(path or ()), state, "path", faults),
+        "running": _formulas(scene, (cost,) if cost else (), (*state, *_drives(scene)), "cost", faults),
+        "final": _formulas(scene, (final_cost,) if final_cost else (), state, "final cost", faults),
     }
     close(faults)
     functions = source(scene, free, tuple(formulas.items()))
@@ -156,6 +157,11 @@ def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, fl
     return least, most
 
 
-def _formulas(texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults) -> tuple[Quantity, ...]:
-    found = [read_formula(text, allowed, where, faults) for text in texts]
-    return tuple(one for one in found if one is not None)
+def _formulas(
+    scene: Scene, texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults
+) -> tuple[Quantity, ...]:
+    read = [read_formula(text, allowed, where, faults) for text in texts]
+    found = tuple(one for one in read if one is not None)
+    for one in found:
+        check_formula(scene, one, where, faults)
+    return found

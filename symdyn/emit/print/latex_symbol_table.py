@@ -7,12 +7,12 @@ from symdyn.emit.escape import in_latex
 from symdyn.emit.print.formula_text import Latex, value_text
 from symdyn.emit.print.printed_names import latex_unit
 from symdyn.scene import Scene
-from symdyn.scene.units import coordinates_with_units, drives_with_units
+from symdyn.scene.units import coordinates_with_units, drives_with_units, told_units
 
 
 def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, time, parameters."""
-    rows = []
+    rows, told = [], told_units(scene)
     for joint, q, unit in coordinates_with_units(scene):
         rows.append(symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", unit))
     for joint, drive, unit in drives_with_units(scene):
@@ -21,10 +21,12 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
     if timed:
         rows.append(symbol_row(write.symbols[TIME], "time", "s"))
     for given in scene.inputs:
-        rows.append(symbol_row(write.symbols[given.name], given.text or "input", given.unit))
+        rows.append(symbol_row(write.symbols[given.name], given.text or "input", told[given.name]))
     for parameter in scene.parameters:
         value = in_latex(value_text(parameter.value)) if parameter.value is not None else ""
-        rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
+        rows.append(
+            symbol_row(write.symbols[parameter.name], parameter.text or "parameter", told[parameter.name], value)
+        )
     return rows
 
 

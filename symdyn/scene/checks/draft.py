@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
-from symdyn.scene.forces import FORCES
+from symdyn.scene.forces import FORCES, place_of
 from symdyn.scene.forces.force_kind import Part
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.body import Body, Pose
@@ -36,6 +37,12 @@ class Draft:
     where: Mapping[str, tuple[str, ...]]
 
 
+def draft_of(scene: Scene) -> Draft:
+    """Return a scene that was checked before as a draft, its entries where their names say."""
+    places = {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in KINDS}
+    return Draft(scene, places | {"elements": tuple(map(place_of, scene.elements))})
+
+
 class Use(NamedTuple):
     """A quantity of the scene, where it stands, what it may name beside parameters, and its unit of SI or ""."""
 
@@ -54,8 +61,10 @@ def uses(draft: Draft) -> Iterator[Use]:
     yield from _vector("", "gravity", scene.gravity, "m/s^2")
     for place, body in zip(where["bodies"], scene.bodies, strict=True):
         yield from _body(place, body)
+    followed = {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
+    led = {q: way for one in scene.joints if followed.intersection(one.coordinates) for q, way in _ways(one)}
     for place, joint in zip(where["joints"], scene.joints, strict=True):
-        yield from _joint(place, joint, timed)
+        yield from _joint(place, joint, timed, led)
     for place, joint in zip(where["loops"], scene.loops, strict=True):
         yield from _joint(place, joint, timed)
     for place, point in zip(where["points"], scene.points, strict=True):
@@ -82,18 +91,26 @@ def _units(part: Part, one: Element, straight: bool) -> Iterator[str]:
         yield part.unit_at(k, straight) if isinstance(part, Key) else "m" if "at[" in key else ""
 
 
+def _ways(joint: Joint) -> Iterator[tuple[str, str]]:
+    """Return the unit of each coordinate of a joint."""
+    return zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=False)
+
+
 def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
     """Return what a joint says in numbers and parameters beside its placement, by key."""
     yield from ((use.key, use.quantity) for use in _numbers("", joint))
 
 
-def _numbers(where: str, joint: Joint) -> Iterator[Use]:
+def _numbers(where: str, joint: Joint, led: Mapping[str, str] = MappingProxyType({})) -> Iterator[Use]:
+    """Return what a joint says in numbers; `led` has the units of coordinates that others follow."""
     kind = JOINTS[joint.type]
     places, speeds, straight = kind.coordinates(joint), kind.velocities(joint), kind.slides(joint)
     way, force, inertia = ("m", "N", "kg") if straight else ("rad", "N m", "kg m^2")
     plain = frozenset[str]()
     if joint.coupling is not None:
-        yield Use(where, "mimic.ratio", joint.coupling.ratio)
+        leading = led.get(joint.coupling.coordinate, "")
+        ratio = "1" if leading == way else f"{way}/{leading}" if leading else ""
+        yield Use(where, "mimic.ratio", joint.coupling.ratio, plain, ratio)
         yield Use(where, "mimic.offset", joint.coupling.offset, plain, way)
     yield Use(where, "armature", joint.armature, plain, inertia)
     yield Use(where, "damping", joint.damping, plain, f"{force} s/{way}")
@@ -132,7 +149,9 @@ def _body(where: str, body: Body) -> Iterator[Use]:
     yield from _vector(where, "shape.axis", (body.shape and body.shape.axis) or (), "")
 
 
-def _joint(where: str, joint: Joint, timed: frozenset[str]) -> Iterator[Use]:
+def _joint(
+    where: str, joint: Joint, timed: frozenset[str], led: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[Use]:
     yield from _steps(where, "origin", joint.origin)
     yield from _steps(where, "tip", joint.tip)
     for key, value in JOINTS[joint.type].values(joint):
@@ -144,7 +163,7 @@ def _joint(where: str, joint: Joint, timed: frozenset[str]) -> Iterator[Use]:
         yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, timed, unit)
     if joint.motion is not None:
         yield Use(where, "motion", joint.motion, frozenset((CLOCK,)), "".join(speeds[:1]))
-    yield from _numbers(where, joint)
+    yield from _numbers(where, joint, led)
 
 
 def _vector(where: str, key: str, entries: Sequence[Quantity], unit: str) -> Iterator[Use]:

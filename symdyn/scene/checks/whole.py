@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.checks.declared_names import check_names, check_symbols
+from symdyn.scene.checks.dimensions import check_dimensions
 from symdyn.scene.checks.draft import Draft, uses
 from symdyn.scene.checks.joints_and_elements import check_elements, check_joints
 from symdyn.scene.checks.topology import check_loops, check_tree
@@ -18,8 +19,14 @@ from symdyn.scene.values.value import Value, value_of
 from symdyn.scene.values.with_unit import fits, with_unit
 
 
-def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> tuple[str, ...]:
-    """Report every fault of a draft; return the bodies whose inertia is a note instead, if that is allowed."""
+def check(
+    draft: Draft, faults: Faults, allow_invalid_inertia: bool = False, dimensions: bool = True
+) -> tuple[str, ...]:
+    """Report every fault of a draft, those of its `dimensions` where these are asked for.
+
+    Returns:
+        The bodies whose inertia is a note instead, if that is allowed.
+    """
     values = _parameter_values(draft, faults)
     check_names(draft, faults)
     check_symbols(draft, faults)
@@ -28,7 +35,7 @@ def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> 
     check_joints(draft, values, faults)
     check_elements(draft, values, faults)
     _formulas(draft, values, faults)
-    _units(draft, faults)
+    _units(draft, faults, dimensions and not draft.scene.dimensionless)
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 
 
@@ -78,14 +85,19 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
             faults.add(use.where, f"{use.key} = {shown(use.quantity)} {error}; check the values of its parameters")
 
 
-def _units(draft: Draft, faults: Faults) -> None:
-    """Every value that was written with a unit is in one that fits where it stands."""
+def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
+    """Every value that was written with a unit is in one that fits where it stands; and every formula fits there."""
+    formulas, parameters = [], {one.name for one in draft.scene.parameters}
     for use in uses(draft):
-        if use.quantity.unit and use.unit:
+        if use.quantity.op is not Op.CONSTANT and use.quantity.symbols:
+            formulas += [use] if parameters.union(use.allowed).issuperset(use.quantity.symbols) else []
+        elif use.quantity.unit and use.unit:
             try:
                 fits(use.quantity, read_unit(use.unit))
             except UnitError as error:
                 faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {error}')
+    if formulas and dimensions:
+        check_dimensions(draft.scene, formulas, faults)
 
 
 def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:

@@ -53,6 +53,7 @@ class Declaration:
         loops: declared joints that close loops.
         elements: declared tables of what acts, by section.
         dh: a Denavit-Hartenberg table.
+        units: raw value; "none" for a scene that is without dimensions on purpose.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Declaration:
     dh: Entry | None = None
     inputs: tuple[Entry, ...] = ()
     outputs: tuple[Entry, ...] = ()
+    units: object = None
 
 
 def assemble(
@@ -74,6 +76,7 @@ def assemble(
     faults: Faults,
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
+    dimensionless: bool = False,
 ) -> Scene:
     """Return the checked scene, joints sorted parents first.
 
@@ -83,6 +86,7 @@ def assemble(
         faults: faults found so far.
         allow_invalid_inertia: let every body pass whose inertia no body has, with a note in `faults` for each.
         spanning_tree: the joints to cut where joints close loops; None chooses them, with a note.
+        dimensionless: check no dimensions, as where the declaration says so.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.
@@ -110,6 +114,7 @@ def assemble(
         loops=read_loops(loops, faults),
         inputs=tuple(_input(entry, faults) for entry in declaration.inputs),
         outputs=tuple(_output(entry, faults) for entry in declaration.outputs),
+        dimensionless=_dimensionless(declaration.units, faults) or dimensionless,
         source=source,
     )
     elements = read_elements(declaration.elements, Scope(named, gravity, parameters), faults)
@@ -146,6 +151,14 @@ def _gravity(raw: object, faults: Faults) -> Vector:
         faults.add("", f"gravity = {show(raw)} is not a vector; {advice}")
         return NULL
     return Table(Entry("", {"gravity": raw}, ""), faults, ("gravity",)).vector("gravity")
+
+
+def _dimensionless(raw: object, faults: Faults) -> bool:
+    if raw is not None and raw != "none":
+        faults.add(
+            "", f'units = {show(raw)} is not known; write units = "none" in a scene without dimensions, or leave it out'
+        )
+    return raw == "none"
 
 
 class _Described(TypedDict):

@@ -109,12 +109,14 @@ class ReadOptions:
         spanning_tree: names of the joints to cut where joints close loops; None chooses them, with a note for each.
         floating_base: name of a free joint with a quaternion between the ground and the root of a robot; None: the root
             is the ground.
+        dimensionless: whether no dimensions are checked, as of a scene that says so itself.
     """
 
     snap: bool = True
     allow_invalid_inertia: bool = False
     spanning_tree: tuple[str, ...] | None = None
     floating_base: str | None = None
+    dimensionless: bool = False
 
 
 @dataclass(frozen=True)

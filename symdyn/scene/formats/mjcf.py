@@ -91,7 +91,14 @@ def read(file: Path | Opened, options: ReadOptions) -> Reading:
     _sane(model, faults)
     faults.close()
     declaration = Tree(mujoco, spec, model, faults, options).declaration(path.stem)
-    scene = assemble(declaration, str(path), faults, options.allow_invalid_inertia, options.spanning_tree)
+    scene = assemble(
+        declaration,
+        str(path),
+        faults,
+        options.allow_invalid_inertia,
+        options.spanning_tree,
+        options.dimensionless,
+    )
     return Reading(scene, tuple(faults.notes))
 
 

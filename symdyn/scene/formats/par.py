@@ -85,7 +85,14 @@ def read_text(text: str, source: str, options: ReadOptions = ReadOptions()) -> R
     sheet = parse_sheet(text, faults)
     faults.close()
     declaration = _Reader(sheet, faults, options).declaration(Path(source).stem)
-    scene = assemble(declaration, source, faults, options.allow_invalid_inertia, options.spanning_tree)
+    scene = assemble(
+        declaration,
+        source,
+        faults,
+        options.allow_invalid_inertia,
+        options.spanning_tree,
+        options.dimensionless,
+    )
     return Reading(scene, tuple(faults.notes))
 
 

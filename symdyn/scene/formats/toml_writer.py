@@ -56,7 +56,7 @@ def _block(header: str, pairs: Iterator[tuple[str, str]]) -> str:
 
 
 def _head(scene: Scene) -> str:
-    text = f"name = {_text(scene.name)}\n"
+    text = f"name = {_text(scene.name)}\n" + (f"units = {_text('none')}\n" if scene.dimensionless else "")
     if scene.gravity == STANDARD_GRAVITY:
         return text
     return text + f"gravity = {_text('none') if scene.gravity == NULL else _vector(scene.gravity)}\n"

@@ -78,7 +78,14 @@ def read_element(root: Element, source: str, options: ReadOptions, faults: Fault
     robot = _Robot(root, faults, options)
     declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
     robot.note_data()
-    scene = assemble(declaration, source, faults, options.allow_invalid_inertia, options.spanning_tree)
+    scene = assemble(
+        declaration,
+        source,
+        faults,
+        options.allow_invalid_inertia,
+        options.spanning_tree,
+        options.dimensionless,
+    )
     return Reading(scene, tuple(faults.notes))
 
 

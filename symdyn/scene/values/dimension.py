@@ -5,13 +5,17 @@ The radian is 1, so that a torque and an energy have one dimension, and an angle
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 """The units whose exponents a dimension holds, in this order."""
 
-_NONE = (Fraction(0),) * len(BASE)
+Exponent = int | Fraction
+"""A fraction only where it is no integer: dimensions are multiplied at every factor of a formula."""
+
+_NONE: tuple[Exponent, ...] = (0,) * len(BASE)
 
 
 @dataclass(frozen=True)
@@ -25,16 +29,18 @@ class Dimension:
         exponents: of the units in `BASE`.
     """
 
-    exponents: tuple[Fraction, ...] = _NONE
+    exponents: tuple[Exponent, ...] = _NONE
 
     def __mul__(self, other: Dimension) -> Dimension:
+        if other.exponents is _NONE or self.exponents is _NONE:
+            return self if other.exponents is _NONE else other
         return Dimension(tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True)))
 
     def __truediv__(self, other: Dimension) -> Dimension:
         return Dimension(tuple(a - b for a, b in zip(self.exponents, other.exponents, strict=True)))
 
-    def __pow__(self, power: Fraction | int) -> Dimension:
-        return Dimension(tuple(a * power for a in self.exponents))
+    def __pow__(self, power: Exponent) -> Dimension:
+        return Dimension(tuple(_plain(a * power) for a in self.exponents))
 
     @property
     def text(self) -> str:
@@ -45,7 +51,11 @@ class Dimension:
         return self.text
 
 
-def product(powers: list[tuple[str, Fraction]]) -> str:
+def _plain(power: Exponent) -> Exponent:
+    return power if isinstance(power, int) or power.denominator != 1 else power.numerator
+
+
+def product(powers: Sequence[tuple[str, Exponent]]) -> str:
     """Return a product of powers of units as text.
 
     >>> product([("W", Fraction(1)), ("m", Fraction(-1)), ("K", Fraction(-1))]), product([("s", Fraction(-2))])
@@ -57,12 +67,12 @@ def product(powers: list[tuple[str, Fraction]]) -> str:
     return (" ".join(above) or "1") + (f"/{under}" if below else "")
 
 
-def _power(name: str, power: Fraction) -> str:
+def _power(name: str, power: Exponent) -> str:
     return name if power == 1 else f"{name}^{power}" if power.denominator == 1 else f"{name}^({power})"
 
 
 MASS, LENGTH, TIME, CURRENT, TEMPERATURE, AMOUNT, BRIGHTNESS = (
-    Dimension(tuple(Fraction(k == i) for k in range(len(BASE)))) for i in range(len(BASE))
+    Dimension(tuple(int(k == i) for k in range(len(BASE)))) for i in range(len(BASE))
 )
 NUMBER = Dimension()
 VELOCITY = LENGTH / TIME

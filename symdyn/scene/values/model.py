@@ -130,6 +130,7 @@ class Scene(Shown):
         elements: what acts beside gravity and drives, in the order of `FORCES`.
         inputs: what somebody gives over time: the argument `inputs` of generated functions, in this order.
         outputs: what is looked at.
+        dimensionless: whether it is without dimensions on purpose, `units = "none"`, so that none is checked.
         source: where it was read from, for messages; not compared.
     """
 
@@ -143,6 +144,7 @@ class Scene(Shown):
     elements: tuple[Element, ...] = ()
     inputs: tuple[Input, ...] = ()
     outputs: tuple[Signal, ...] = ()
+    dimensionless: bool = False
     source: str = field(default="", compare=False)
 
     def __repr__(self) -> str:

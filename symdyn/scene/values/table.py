@@ -72,6 +72,12 @@ class Faults:
         own = Path(self.source).suffix in ("", ".toml")
         return "write allow_invalid_inertia = true" if own else "read with --allow-invalid-inertia"
 
+    @property
+    def unchecked(self) -> str:
+        """How to have no dimensions checked, of a scene that is dimensionless on purpose."""
+        own = Path(self.source).suffix in ("", ".toml")
+        return 'write units = "none" at the top' if own else "read with --no-units"
+
     def close(self) -> None:
         """Raise all faults together, if there are any."""
         if self.lines:

@@ -19,9 +19,11 @@ import numpy as np
 from symdyn.algebra.numeric import Array, Batches
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.units import check_formula
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.signals import COLUMNS, letters
 from symdyn.scene.values.table import Faults
+from symdyn.simulation.columns import column_units
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 
 
@@ -175,7 +177,11 @@ def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Seque
     parameters = (one.name for one in scene.parameters)
     known = (*more, *_seen(scene, text), *parameters, *outputs)
     formula = read_formula(text, known, where, faults)
-    return None if formula is None else substituted(formula, outputs)
+    if formula is None:
+        return None
+    seen = substituted(formula, outputs)
+    check_formula(scene, seen, where, faults, column_units(seen.symbols))
+    return seen
 
 
 def _seen(scene: Scene, text: str) -> tuple[str, ...]:

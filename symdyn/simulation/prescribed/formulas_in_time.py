@@ -10,6 +10,7 @@ from pathlib import Path
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
 from symdyn.scene.declaration.reading import read_bounded
+from symdyn.scene.units import check_formula
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.signals import letters
@@ -55,7 +56,11 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantit
     words = re.findall(r"\w+", str(text))
     parameters, outputs = (one.name for one in scene.parameters), {one.name: one.formula for one in scene.outputs}
     formula = read_formula(text, (*letters(scene, words), *parameters, *outputs), where, faults)
-    return None if formula is None else substituted(formula, outputs)
+    if formula is None:
+        return None
+    seen = substituted(formula, outputs)
+    check_formula(scene, seen, where, faults)
+    return seen
 
 
 def parameter_values(scene: Scene) -> dict[str, Quantity]:

@@ -22,7 +22,7 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import SymdynError
 from symdyn.scene import Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.joints.start import quaternion
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, told_units, velocity_units
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
 from symdyn.teach.roads.dalembert.balance import Balance
@@ -65,8 +65,9 @@ def controls(
             rows.append(_row(key, i, name, symbols[name], UNITS[unit][k], span, at[i], led=i in led))
         groups.append({"key": key, "rows": rows})
     if scene.parameters:
+        told = told_units(scene)
         rows = [
-            _row("params", k, p.name, symbols[p.name], p.unit, _range(p, values[p.name]), values[p.name], p.text)
+            _row("params", k, p.name, symbols[p.name], told[p.name], _range(p, values[p.name]), values[p.name], p.text)
             for k, p in enumerate(scene.parameters)
         ]
         groups.append({"key": "params", "rows": rows})

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.scene import read_text
+from symdyn.scene import Scene, read_text
 
 from ..jets import Jet
 from ..joints import inverse, motion, pose
@@ -34,6 +34,10 @@ STRAIGHT = ("spherical", "rod", "free", "custom", "fixed")  # they take no axis
 TREE = ("revolute",) * 4 + ("prismatic",) * 2 + tuple(COORDINATES)
 IN_PLANE = ("revolute", "revolute", "spherical", "rod", "point_on_line", "point_on_plane", "cylindrical", "prismatic")
 IN_SPACE = tuple(kind for kind in COORDINATES if kind not in ("free", "custom"))
+
+
+WITHOUT_UNITS: dict[str, Any] = {"units": "none"} if "dimensionless" in Scene.__dataclass_fields__ else {}
+"""What is drawn has no dimensions; commits on which faults are shown know no such word."""
 
 
 class Undrawable(Exception):  # noqa: N818  no error: another mechanism is drawn
@@ -158,7 +162,7 @@ class Drawing:
             | ({"locked": True, "position": locked[name]} if name in locked else {})
             for name, table in self.tables["joints"].items()
         }
-        return toml({"gravity": self.gravity}, tables | self.tables | {"joints": joints}, self.loops)
+        return toml(WITHOUT_UNITS | {"gravity": self.gravity}, tables | self.tables | {"joints": joints}, self.loops)
 
     def mechanism(self) -> Mechanism:
         """Return what the reference computes with."""

@@ -11,7 +11,7 @@ from symdyn.dynamics.mechanism.state import vector
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, tangents
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, told_units, velocity_units
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
 from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.masses import Mass
@@ -35,7 +35,8 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     scene, symbol = lesson.scene, lesson.graph.symbol
     symbols = [*(symbol(p.name) for p in scene.parameters), *lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
     rates = velocity_units(scene)
-    units = [*(parameter.unit for parameter in scene.parameters), *coordinate_units(scene)]
+    told = told_units(scene)
+    units = [*(told[parameter.name] for parameter in scene.parameters), *coordinate_units(scene)]
     units += [*(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
     if timed(scene):
         symbols, units = [*symbols, symbol(TIME)], [*units, "s"]

@@ -1,0 +1,56 @@
+"""What `symdyn info --units` prints: units of letters and columns, and numbers that have to carry a dimension."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from symdyn.cli.talk import print_table
+from symdyn.scene import Scene, spell
+from symdyn.scene.checks.dimensions import place_words
+from symdyn.scene.units import dimensions, letter_units, output_units
+from symdyn.scene.values.model import Letter
+from symdyn.scene.values.signals import point_names
+
+
+def unit_facts(scene: Scene) -> dict[str, Any]:
+    """Return letters with their units and how these are known, columns with theirs, and numbers that carry one."""
+    units, known = letter_units(scene), dimensions(scene)
+    joints = {name: joint.name for joint in scene.joints for name in (*joint.coordinates, *joint.rates, *joint.drives)}
+    given: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    said, names = {one.name for one in given if one.unit}, {one.name for one in given}
+    letters = []
+    for name, unit in units.items():
+        if name in said or name not in names:
+            how = "it says so" if name in said else f"joint {joints[name]}" if name in joints else ""
+            letters.append({"name": name, "unit": unit, "known": how})
+        elif not scene.dimensionless and (told := known.letter(name)) is not None:
+            origin = known.origins[name]
+            beside = "" if name in known.certain else ", by a number that is taken as plain"
+            letters.append({"name": name, "unit": unit or told.text, "known": f"{place_words(origin.place)}{beside}"})
+        else:
+            letters.append({"name": name, "unit": unit, "known": "nothing tells it"})
+    columns = [{"name": name, "unit": unit} for name, unit in output_units(scene).items()]
+    columns += [{"name": name, "unit": "m"} for name in point_names(scene)]
+    numbers = [
+        {"number": spell(one.number), "where": place_words(one.place), "unit": one.dimension.text}
+        for one in ([] if scene.dimensionless else known.carried)
+    ]
+    return {
+        "name": scene.name,
+        "checked": not scene.dimensionless,
+        "letters": letters,
+        "columns": columns,
+        "numbers": [one for k, one in enumerate(numbers) if one not in numbers[:k]],
+    }
+
+
+def show_units(facts: dict[str, Any]) -> None:
+    """Print them for people."""
+    if not facts["checked"]:
+        print(f"{facts['name']}: is without dimensions on purpose, so that none is checked\n")
+    rows = [(one["name"], one["unit"], one["known"]) for one in facts["letters"]]
+    print_table("Letters", ("name", "unit", "known by"), rows)
+    if facts["columns"]:
+        print_table("Outputs and points", ("column", "unit"), [tuple(one.values()) for one in facts["columns"]])
+    for one in facts["numbers"]:
+        print(f"{one['number']} in {one['where']} would have to be {one['unit']}")

@@ -1,0 +1,258 @@
+"""Dimensional analysis of formulas: every term measures what is asked for, and letters without a unit take theirs.
+
+A formula is walked term by term. What is added has one dimension, what a sine takes is a plain number, and what stands
+where metres are asked for is in metres: each of these is an equation between products of powers of letters. A letter
+whose dimension is not known is an unknown of these equations, which are linear in the exponents, so that elimination
+tells it. A number that stands as a factor may carry a dimension: an equation with such a number is taken last, tells
+letters as if the number were plain, and where that cannot be it tells what the number would have to be.
+
+Reference: Buckingham, On physically similar systems, Physical Review 4 (1914); Kennedy, Dimension types (1994), for
+unknown dimensions by elimination.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import NamedTuple
+
+from symdyn.graph import Op
+from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product
+from symdyn.scene.values.quantity import ONE, Quantity
+
+Powers = tuple[tuple[str, Exponent], ...]
+
+PLAIN = {Op.SIN: "sin", Op.COS: "cos", Op.EXP: "exp", Op.LOG: "log", Op.TANH: "tanh"}
+"""Functions of plain numbers, which give one."""
+
+
+class Measure(NamedTuple):
+    """What an expression measures: a dimension times powers of letters whose own is not known.
+
+    Attributes:
+        dimension: of what is known of it.
+        letters: the others and their powers.
+        numbers: constants that stand in it as factors, each of which may carry a dimension, and their powers.
+    """
+
+    dimension: Dimension = NUMBER
+    letters: Powers = ()
+    numbers: tuple[tuple[Quantity, Exponent], ...] = ()
+
+    def times(self, other: Measure, power: Exponent = 1) -> Measure:
+        """Return what the product with a power of another one measures."""
+        if not other.letters:
+            letters = self.letters
+        elif not self.letters and power == 1:
+            letters = other.letters
+        else:
+            powers = dict(self.letters)
+            for name, own in other.letters:
+                powers[name] = powers.get(name, 0) + own * power
+            letters = tuple((name, own) for name, own in powers.items() if own)
+        dimension = other.dimension if power == 1 else other.dimension**power
+        numbers = tuple((one, own * power) for one, own in other.numbers) if other.numbers else ()
+        return Measure(self.dimension * dimension, letters, self.numbers + numbers)
+
+    @property
+    def text(self) -> str:
+        """The unit of it, letters that are not known as letters."""
+        known = self.dimension.text
+        unknown = product(self.letters)
+        return known if not self.letters else unknown if known == "1" else f"{known} {unknown}"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a formula stands, and the unit that is asked for there, None where any will do."""
+
+    where: str
+    key: str
+    formula: Quantity
+    unit: str
+    wanted: Dimension | None
+
+
+class Pair(NamedTuple):
+    """Two things that measure the same.
+
+    Attributes:
+        place: where.
+        one, other: the terms; the other is None of what is asked for, or of a plain number.
+        first, second: what they measure.
+        function: whose argument it is, "" elsewhere.
+    """
+
+    place: Place
+    one: Quantity
+    other: Quantity | None
+    first: Measure
+    second: Measure
+    function: str = ""
+
+    @property
+    def ratio(self) -> Measure:
+        """What the first measures over what the second does, which is a plain number."""
+        return self.first.times(self.second, -1)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What told the dimension of a letter: a place, and the number beside the letter that was taken as plain."""
+
+    place: Place
+    plain: Quantity | None = None
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A number that has to carry a dimension."""
+
+    place: Place
+    number: Quantity
+    dimension: Dimension
+
+
+@dataclass
+class Analysis:
+    """The equations between dimensions of some formulas, and what they tell.
+
+    Attributes:
+        known: the dimension of a letter, None where no one says it.
+        certain: the dimensions that terms of letters alone tell.
+        pairs: all of them, as `add` found them.
+        told: unknown letters in terms of others.
+        origins: which place told each letter.
+        wrong: pairs of letters alone that do not measure the same.
+        carried: numbers that have to carry a dimension.
+    """
+
+    known: Callable[[str], Dimension | None]
+    certain: dict[str, Dimension] = field(default_factory=dict)
+    pairs: list[Pair] = field(default_factory=list)
+    told: dict[str, Measure] = field(default_factory=dict)
+    origins: dict[str, Origin] = field(default_factory=dict)
+    wrong: list[Pair] = field(default_factory=list)
+    carried: list[Carried] = field(default_factory=list)
+
+    def add(self, place: Place) -> None:
+        """Take up a formula; a number alone measures whatever is asked for."""
+        if not place.formula.symbols:
+            return
+        wanted = Measure() if place.wanted is None else Measure(place.wanted)
+        parts = [(part, self._measure(part, place)) for part in terms(place.formula)]
+        alone = next(((part, own) for part, own in parts if not own.numbers), parts[0])
+        for part, own in parts:
+            if part is alone[0]:
+                continue
+            if own.numbers and place.wanted is not None:
+                self.pairs.append(Pair(place, part, None, own, wanted))
+            else:
+                self.pairs.append(Pair(place, alone[0], part, alone[1], own))
+        if place.wanted is not None:
+            whole = place.formula if len(parts) == 1 or not alone[1].numbers else alone[0]
+            self.pairs.append(Pair(place, whole, None, alone[1], wanted))
+
+    def solve(self) -> None:
+        """Work out the letters: by terms of letters alone, in order, then by those in which numbers are factors."""
+        loose = []
+        for pair in self.pairs:
+            if (ratio := pair.ratio).numbers:
+                loose.append((pair, ratio))
+            else:
+                self._take(pair, ratio)
+        self.certain = {name: found for name in self.told if (found := self.letter(name)) is not None}
+        for pair, ratio in loose:
+            self._take(pair, ratio)
+
+    def resolved(self, measure: Measure) -> Measure:
+        """Return what something measures, by all that is told by now."""
+        found = measure
+        while any(name in self.told for name, _ in found.letters):
+            for name, power in found.letters:
+                if name in self.told:
+                    found = Measure(found.dimension, tuple(one for one in found.letters if one[0] != name)).times(
+                        self.told[name], power
+                    )
+                    break
+        return found
+
+    def of(self, formula: Quantity) -> Measure:
+        """Return what a formula that was added measures as a whole."""
+        parts = [self.resolved(self._measure(part, None)) for part in terms(formula)]
+        return next((own for own in parts if not own.numbers), parts[0])
+
+    def letter(self, name: str) -> Dimension | None:
+        """Return the dimension of a letter, None where nothing tells it."""
+        found = self.known(name)
+        if found is None and name in self.told:
+            measure = self.resolved(self.told[name])
+            return None if measure.letters else measure.dimension
+        return found
+
+    def _take(self, pair: Pair, ratio: Measure) -> None:
+        left = self.resolved(ratio)
+        number, own = ratio.numbers[0] if ratio.numbers else (None, 1)
+        if left.letters:
+            name, power = left.letters[0]
+            others = tuple(one for one in left.letters if one[0] != name)
+            self.told[name] = Measure().times(Measure(left.dimension, others), Fraction(-1) / power)
+            self.origins[name] = Origin(pair.place, number)
+        elif left.dimension != NUMBER and number is None:
+            self.wrong.append(pair)
+        elif left.dimension != NUMBER and number is not None:
+            self.carried.append(Carried(pair.place, number, left.dimension ** (Fraction(-1) / own)))
+
+    def _measure(self, q: Quantity, place: Place | None) -> Measure:
+        """Return what an expression measures; of a place, equations of its parts are written down."""
+        op = q.op
+        if op is Op.CONSTANT:
+            return Measure(numbers=((q, 1),))
+        if op is Op.SYMBOL:
+            name = str(q.value)
+            dimension = self.known(name)
+            return Measure(letters=((name, 1),)) if dimension is None else Measure(dimension)
+        if op is Op.PI:
+            return Measure()
+        if op in (Op.NEG, Op.ABS):
+            return self._measure(q.args[0], place)
+        if op in (Op.MUL, Op.DIV):
+            above = Measure() if q.args[0] == ONE else self._measure(q.args[0], place)  # of 1/x as of x**-1
+            return above.times(self._measure(q.args[1], place), 1 if op is Op.MUL else -1)
+        if op is Op.SQRT:
+            inner = self._measure(q.args[0], place)
+            return Measure().times(inner, Fraction(1, 2))
+        if op in PLAIN:
+            inner = self._measure(q.args[0], place)
+            if place is not None and q.args[0].symbols:
+                self.pairs.append(Pair(place, q.args[0], None, inner, Measure(), PLAIN[op]))
+            return Measure()
+        if op is Op.SIGN:
+            self._measure(q.args[0], place)
+            return Measure()
+        found = self._alike(tuple(q.args if op is Op.ATAN2 else terms(q)), place)
+        return Measure() if op is Op.ATAN2 else found
+
+    def _alike(self, parts: tuple[Quantity, ...], place: Place | None) -> Measure:
+        """Return what all terms of a sum measure: as one of letters alone does, where there is one."""
+        measures = [self._measure(part, place) for part in parts]
+        first = next((k for k, one in enumerate(measures) if not one.numbers), 0)
+        if place is not None:
+            self.pairs += [
+                Pair(place, parts[first], part, measures[first], own)
+                for k, (part, own) in enumerate(zip(parts, measures, strict=True))
+                if k != first
+            ]
+        return measures[first]
+
+
+def terms(q: Quantity) -> Iterator[Quantity]:
+    """Yield the terms of a sum, signs left out."""
+    if q.op in (Op.ADD, Op.SUB):
+        yield from terms(q.args[0])
+        yield from terms(q.args[1])
+    elif q.op is Op.NEG and q.args[0].op in (Op.ADD, Op.SUB):
+        yield from terms(q.args[0])
+    else:
+        yield q
