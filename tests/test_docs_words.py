@@ -46,7 +46,7 @@ def keys_of(section: str) -> set[str]:
 JOINT = {*joint_table.PLACE_KEYS, *own_keys(), *joint_table.OWN_KEYS, *joint_table.RATE_KEYS, *joint_table.LOCK_KEYS}
 
 WORDS = {
-    "Top level: word": {"name", "gravity", *declare.TABLE_KEYS, *sections(), "loop", "dh"},
+    "Top level: word": {"name", "gravity", "units", *declare.TABLE_KEYS, *sections(), "loop", "dh"},
     "Parameters: word": set(declare.PARAMETER_KEYS),
     "Inputs: word": set(declare.INPUT_KEYS),
     "Outputs: word": set(declare.OUTPUT_KEYS),
