@@ -386,3 +386,32 @@ def test_fractions_of_exponents_are_exact() -> None:
 
     assert (LENGTH**2 / TIME) ** Fraction(1, 2) == LENGTH / TIME ** Fraction(1, 2)
     assert hash((LENGTH**2) ** Fraction(1, 2)) == hash(LENGTH)
+
+
+def test_a_scene_that_is_locked_where_a_factor_of_one_is_left_is_written_and_read_again() -> None:
+    text = """
+[parameters]
+k = { value = 3, unit = "N/m" }
+[bodies.a]
+mass = 1
+[bodies.b]
+mass = 2
+[joints.first]
+type = "prismatic"
+parent = "ground"
+child = "a"
+axis = [1, 0, 0]
+coordinate = "x"
+locked = true
+position = PLACE
+[joints.second]
+type = "prismatic"
+parent = "a"
+child = "b"
+axis = [0, 1, 0]
+force = "-k*x - 2*q2_dot*atan2(0, x)"
+"""
+    for place in ("1", "0.5", "0", '"-100 cm"'):
+        found = read_text(text.replace("PLACE", place), "l.toml")
+        assert read_text(write_text(found, "toml").text) == found
+        assert found.dimensionless == (place in ("1", '"-100 cm"'))

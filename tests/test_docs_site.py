@@ -141,12 +141,15 @@ def served_page(browser: Any, served: str) -> Iterator[Any]:
     assert said == []
 
 
-@pytest.mark.parametrize(("words", "page"), [
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
         ("quaternion", "words.html"),
         ("lambdify", "api.html#symdyn.lambdify"),
         ("units", "units.html"),
         ("dimensions", "units.html"),
-    ])
+    ],
+)
 def test_the_search_finds(served_page: Any, words: str, page: str) -> None:
     served_page.goto(f"/search.html?q={words}")
     served_page.wait_for_selector(".search-summary:has-text('found')")

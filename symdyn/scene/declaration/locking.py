@@ -15,6 +15,8 @@ from dataclasses import replace
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
+from symdyn.scene.checks.dimensions import analysed
+from symdyn.scene.checks.draft import draft_of, uses
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
@@ -25,7 +27,7 @@ from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity, number
 from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Entry, Faults, show
 from symdyn.scene.values.unit import UnitError, read_unit
@@ -107,7 +109,16 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
     if not locked.coordinates:
         faults.add("", "nothing moves: every joint is locked; leave one free")
     faults.close()
-    return locked
+    return _measured(locked, known, faults)
+
+
+def _measured(locked: Scene, known: Mapping[str, Quantity], faults: Faults) -> Scene:
+    """Return the scene without dimensions where a position of one, of 1 m, is a factor that is seen no more."""
+    ones = [name for name, x in known.items() if x in (ONE, number(-1))]
+    if not ones or locked.dimensionless or not analysed(locked, uses(draft_of(locked))).wrong:
+        return locked
+    faults.note("", f"{ones[0]} = {known[ones[0]].value} drops out of products, so that dimensions are not checked")
+    return replace(locked, dimensionless=True)
 
 
 def _settled(joint: Joint, known: Mapping[str, Quantity]) -> Joint:

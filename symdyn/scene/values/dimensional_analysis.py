@@ -12,14 +12,14 @@ unknown dimensions by elimination.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
 from symdyn.graph import Op
 from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product
-from symdyn.scene.values.quantity import ONE, Quantity
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 
 Powers = tuple[tuple[str, Exponent], ...]
 
@@ -231,12 +231,15 @@ class Analysis:
         if op is Op.SIGN:
             self._measure(q.args[0], place)
             return Measure()
-        found = self._alike(tuple(q.args if op is Op.ATAN2 else terms(q)), place)
+        parts = q.args if op is Op.ATAN2 else terms(q)
+        found = self._alike([part for part in parts if part != ZERO], place)
         return Measure() if op is Op.ATAN2 else found
 
-    def _alike(self, parts: tuple[Quantity, ...], place: Place | None) -> Measure:
+    def _alike(self, parts: Sequence[Quantity], place: Place | None) -> Measure:
         """Return what all terms of a sum measure: as one of letters alone does, where there is one."""
         measures = [self._measure(part, place) for part in parts]
+        if not parts:
+            return Measure()
         first = next((k for k, one in enumerate(measures) if not one.numbers), 0)
         if place is not None:
             self.pairs += [
