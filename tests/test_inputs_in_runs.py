@@ -181,7 +181,7 @@ force = ["V*sin(2*t)", 0, 0]
 turn = "phi + chi"
 closing = "multiplier_hinge_fx_joint"
 pull = "reaction_elbow_fx_joint + V"
-faster = "phi_ddot + M*V"
+faster = "phi_ddot + 2*M*V"
 """
 
 

@@ -24,7 +24,7 @@ from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
 from symdyn.identification.shooting import shooting
 from symdyn.scene import Scene, SceneLike, scene_of, with_values
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, told_units, velocity_units
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.opened import opened
@@ -202,7 +202,7 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
 
 
 def _units(scene: Scene, search: Search) -> tuple[str, ...]:
-    units = {one.name: one.unit for one in scene.parameters}
+    units = told_units(scene)
     states = {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
     states |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
     starts = (states.get(one, "rad") for piece in search.pieces for one in piece.unknowns)

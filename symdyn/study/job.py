@@ -10,7 +10,7 @@ from typing import Any
 
 from symdyn.scene import Scene
 from symdyn.scene.formats.toml_writer import write_text
-from symdyn.scene.units import coordinate_units, velocity_units, written_in_si
+from symdyn.scene.units import coordinate_units, told_units, velocity_units, written_in_si
 from symdyn.scene.values.table import Faults, shorten
 from symdyn.study.design import Design
 
@@ -92,7 +92,7 @@ class Job:
 def units_of(job: Job) -> dict[str, str]:
     """Return the unit of every column, "" where it is not known."""
     scene = job.scene
-    known = {one.name: one.unit for one in scene.parameters}
+    known = told_units(scene)
     known |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
     known |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
     return {name: known.get(name, "") for name in job.design.names} | {one.name: one.unit for one in job.measures}

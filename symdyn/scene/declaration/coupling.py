@@ -15,6 +15,7 @@ from symdyn.scene.values.joint import Coupling, Joint, velocity_name
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.table import Table
+from symdyn.scene.values.with_unit import fits_place
 
 MIMIC_KEYS = ("joint", "coordinate", "ratio", "offset")
 
@@ -77,6 +78,7 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
         for k in reversed(path):
             leader = leaders[k]
             behind = None if leader is None else settled.get(leader)
+            _check_units(path[k], joints[k], joints, tables[k])
             settled[k] = _chain(path[k], behind or Coupling(_followed(path[k], joints, tables[k])), tables[k])
     return tuple(
         joint if mimic is None else replace(joint, coupling=settled[i])
@@ -113,6 +115,19 @@ def _followed(mimic: Mimic, joints: Sequence[Joint], table: Table) -> str:
     elif leader.velocities and velocity_name(name) not in leader.velocities:
         table.fault(f'mimic.coordinate = "{name}" has a rate that is no velocity; follow an angle or a way')
     return name
+
+
+def _check_units(mimic: Mimic, joint: Joint, joints: Sequence[Joint], table: Table) -> None:
+    """Report a ratio or an offset whose unit is not that of the joint, or of it for one of what it follows."""
+    own = JOINTS[joint.type].coordinates(joint)[:1]
+    leader = next((one for one in joints if one.name == mimic.leader or mimic.coordinate in one.coordinates), None)
+    if leader is None or not own or "mimic" not in table:
+        return
+    units = JOINTS[leader.type].coordinates(leader)
+    followed = dict(zip(leader.coordinates, units, strict=False)).get(mimic.coordinate, units[0] if units else "")
+    inner = table.inner("mimic", MIMIC_KEYS, ADVICE)
+    fits_place(inner, "ratio", mimic.ratio, ("1" if own[0] == followed else f"{own[0]}/{followed}",))
+    fits_place(inner, "offset", mimic.offset, own)
 
 
 def _chain(mimic: Mimic, behind: Coupling, table: Table) -> Coupling:

@@ -22,6 +22,7 @@ from symdyn.scene.values.names import choice
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Faults, Table, as_list, plain, show
+from symdyn.scene.values.with_unit import fits_place
 
 PLACE_KEYS = ("type", "parent", "child", "origin", "tip")
 
@@ -267,6 +268,8 @@ def _armature(table: Table) -> Quantity:
     if "inertia" not in inner:
         inner.fault(f"inertia is missing; {advice}")
     inertia, gear = inner.quantity("inertia"), inner.quantity("gear", ONE)
+    fits_place(inner, "inertia", inertia, ("kg m^2", "kg"))
+    fits_place(inner, "gear", gear, ("1", "rad/m"))
     if gear == ZERO:
         inner.fault(f"gear = 0 turns no rotor; {advice}")
     if isinstance(inertia.value, Fraction) and inertia.value < 0:

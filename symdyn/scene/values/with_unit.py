@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell, spell_fraction
+from symdyn.scene.values.table import Table
 from symdyn.scene.values.unit import Unit, UnitError, misfit, out_of_si, read_unit
 
 
@@ -20,6 +23,19 @@ def fits(value: Quantity, wanted: Unit | None) -> None:
         reason = misfit(own, wanted, "" if number is None else spell_fraction(number))
         if reason:
             raise UnitError(reason)
+
+
+def fits_place(table: Table, key: str, value: Quantity, units: Sequence[str]) -> None:
+    """Report a value of a table, where it was written with a unit, that is in none of the units that may stand there.
+
+    For what is computed with when it is read, so that its unit is lost; what is kept is looked at in its scene.
+    """
+    try:
+        if not value.unit or any(misfit(read_unit(value.unit), read_unit(one)) is None for one in units):
+            return
+        fits(value, read_unit(units[0]))
+    except UnitError as error:
+        table.refuse(key, error)
 
 
 def with_unit(value: Quantity, unit: str) -> str:

@@ -12,7 +12,7 @@ from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import Program
 from symdyn.program.assemble import PARAMS
 from symdyn.scene import Quantity, Scene, velocity_name
-from symdyn.scene.units import coordinates_with_units, drives_with_units, velocity_units
+from symdyn.scene.units import coordinates_with_units, drives_with_units, output_units, told_units, velocity_units
 from symdyn.scene.values.value import known_value
 
 TIME = "t"
@@ -87,16 +87,17 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
         found.append(Variable(place[rate], rate, "local", None, unit, f"rate of {name}", place[name], depends[rate]))
     for name in filter(None, forces):
         found.append(Variable(place[name], name, "input", 0.0, units[name], "driving force"))
+    told, looked = told_units(scene), output_units(scene)
     for one in scene.inputs:
-        found.append(Variable(place[one.name], one.name, "input", _number(one.value, 0.0), one.unit, one.text))
+        found.append(Variable(place[one.name], one.name, "input", _number(one.value, 0.0), told[one.name], one.text))
     for signal in scene.outputs:
         name = signal.name
-        found.append(Variable(place[name], name, "output", None, signal.unit, signal.text, 0, depends[name]))
+        found.append(Variable(place[name], name, "output", None, looked[name], signal.text, 0, depends[name]))
     _check_values(scene, free)
     there = {one.name: one for one in scene.parameters}
     for name in free:
         p = there[name]
-        found.append(Variable(place[name], name, "parameter", _number(p.value, 0.0), p.unit, p.text))
+        found.append(Variable(place[name], name, "parameter", _number(p.value, 0.0), told[name], p.text))
     assert [one.reference for one in found] == [*range(len(found))], "references are places"
     return tuple(found)
 
