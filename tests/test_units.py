@@ -196,6 +196,8 @@ def test_products_powers_and_quotients_are_read(text: str, scale: str, turns: in
         ("furlongz", "furlongz is no unit"),
         ("mmm", r"did you mean mm\?"),
         ("metres", r"did you mean m\?"),
+        ("kph", r"did you mean km/h\?"),
+        ("cc", r"did you mean cm\^3\?"),
         ("deg C", "zero of its own"),
         ("degF", "zero of its own"),
         ("°C", "zero of its own"),

@@ -206,7 +206,8 @@ SPELLED = {
     "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm", "gram": "g", "kilogram": "kg", "kilo": "kg",
     "second": "s", "sec": "s", "minute": "min", "hour": "h", "newton": "N", "joule": "J", "watt": "W", "pascal": "Pa",
     "volt": "V", "ampere": "A", "amp": "A", "hertz": "Hz", "radian": "rad", "degree": "deg", "revolution": "rev",
-    "inch": "in", "inche": "in", "foot": "ft", "feet": "ft", "pound": "lb", "kelvin": "K",
+    "inch": "in", "inche": "in", "foot": "ft", "feet": "ft", "pound": "lb", "kelvin": "K", "mps": "m/s",
+    "kph": "km/h", "kmh": "km/h", "cc": "cm^3", "l": "dm^3", "litre": "dm^3", "liter": "dm^3",
 }  # fmt: skip
 """Words for units, which are no symbols, and the symbol that is meant; without an s at the end."""
 
@@ -303,7 +304,8 @@ class _Reader:
 
     def named(self, name: str) -> Unit:
         if name not in units():
-            near = SPELLED.get(name.lower().removesuffix("s")) or nearest(name, units())
+            word = name.lower()
+            near = SPELLED.get(word) or SPELLED.get(word.removesuffix("s")) or nearest(name, units())
             meant = f"did you mean {near}?" if near else "there are such as mm, kg, N/m, deg, rpm"
             raise UnitError(f"{name} is no unit; {meant}")
         return units()[name]
