@@ -131,6 +131,8 @@ def finite(value: Any) -> Any:
 def print_json(value: Any) -> None:
     """Print JSON."""
     text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    if not text.replace("\n", "").isprintable():  # a name of a stranger's
+        text = "".join(x if x.isprintable() or x == "\n" else json.dumps(x)[1:-1] for x in text)
     try:
         text.encode(sys.stdout.encoding or "utf-8")
     except UnicodeEncodeError:  # JSON has a spelling of its own for what a terminal lacks
