@@ -319,6 +319,26 @@ NAMES = {"coordinate", "coordinates", "child", "parent", "body"}
 """Keys of names, some of which look like a letter."""
 
 
+def test_every_key_of_numbers_says_its_dimension() -> None:
+    """But the formula of a row, each term of which is alike, in whatever unit."""
+    from symdyn.scene.forces import FORCES
+    from symdyn.scene.joints import JOINTS
+    from symdyn.scene.values.key import SHAPES, Key
+    from symdyn.scene.values.shapes import NUMBER, NUMBERS, VECTOR
+    from symdyn.scene.values.unit import read_unit
+
+    keys = [(name, key) for name, kind in JOINTS.items() for key in kind.keys]
+    keys += [(name, part) for name, kind in FORCES.items() for part in kind.parts if isinstance(part, Key)]
+    silent = []
+    for name, key in keys:
+        shape = SHAPES.get(key.read) if key.shape is None else key.shape
+        if key.names is not None and shape in (NUMBER, NUMBERS, VECTOR):
+            units = (key.unit,) if isinstance(key.unit, str) else key.unit
+            silent += [] if all(units) else [(name, key.name)]
+            assert all(read_unit(one).is_coherent for one in units if one)
+    assert silent == [("formula", "formula")]
+
+
 @pytest.mark.parametrize("share", [12, pytest.param(10**6, marks=pytest.mark.slow)])
 def test_every_number_of_a_scene_has_a_dimension(share: int) -> None:
     """Each number of the scene that has all words in place of a letter in candelas is refused, or is no number."""

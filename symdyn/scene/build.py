@@ -130,7 +130,7 @@ def looked_at(name: str, formula: Number, *, unit: str = "", text: str = "") -> 
         name: of its column, and of the functions "output:NAME".
         formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, `point_tip_x` and
             `reaction_hinge_fx`.
-        unit: of SI, for tables; told by itself where the formula is one letter.
+        unit: of SI; where none is said, that of its formula, unless a number in it may carry one.
         text: a description for tables.
     """
     return entry("outputs", name, formula=formula, unit=unit, text=text)
