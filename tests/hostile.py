@@ -115,7 +115,7 @@ def scene_with(texts: dict[str, str], latex: str = "", units: bool = False) -> s
     `units` makes the texts units, too, which no reader takes.
     """
     said = [f"unit = {quoted(t if units else UNIT)}\ntext = {quoted(t)}" for t in texts.values()]
-    signals = [f'[inputs.u{k}]\n{one}\n[outputs.y{k}]\nformula = "t"\n{one}' for k, one in enumerate(said)]
+    signals = [f'[inputs.u{k}]\n{one}\n[outputs.y{k}]\nformula = "3*t"\n{one}' for k, one in enumerate(said)]
     force = " + ".join(["0", *(f"u{k}" for k in range(len(said)))])
     rows = [f"p{k} = {{ {', '.join(one.splitlines())} }}" for k, one in enumerate(said)]
     return SCENE.format(

@@ -36,12 +36,12 @@ def forces(study: symdyn.study.Study, q2: Any, qd: Any, qdd: Any) -> Any:
 
 
 def test_each_set_is_one_call_at_one_place() -> None:
-    study = swept(["M1", "heavier=M1-m1*g*h1+q2_ddot", "max(abs(M2))"], at="q2=0.3,q1_ddot=1,q2_ddot=2")
+    study = swept(["M1", "heavier=M1-m1*g*h1+3*q2_ddot", "max(abs(M2))"], at="q2=0.3,q1_ddot=1,q2_ddot=2")
 
     tau = forces(study, 0.3, [0, 0], [1, 2])
     assert np.allclose(study["M1"], tau[:, 0], rtol=1e-13)
     assert np.allclose(study["max(abs(M2))"], abs(tau[:, 1]), rtol=1e-13)
-    assert np.allclose(study["heavier"], tau[:, 0] - study["m1"] * 9.81 + 2, rtol=1e-13)
+    assert np.allclose(study["heavier"], tau[:, 0] - study["m1"] * 9.81 + 6, rtol=1e-13)
 
 
 def test_folds_go_over_places(tmp_path: Path) -> None:

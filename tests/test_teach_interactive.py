@@ -571,11 +571,11 @@ def test_a_prescribed_motion_runs_on_the_page(browser: Any, tmp_path: Path) -> N
 
 
 def test_a_motion_that_time_alone_decides_can_be_played(browser: Any, tmp_path: Path) -> None:
-    with opened(browser, saved(read_text(scene_text('motion = "sin(t)"'), "led.toml"), tmp_path)) as page:
+    with opened(browser, saved(read_text(scene_text('motion = "sin(2*t)"'), "led.toml"), tmp_path)) as page:
         played(page, 0.7)
         (t,) = values(page, "t")
-        assert values(page, "q") == pytest.approx([np.sin(t)], rel=1e-12)
-        assert values(page, "qdd") == pytest.approx([-np.sin(t)], rel=1e-12)
+        assert values(page, "q") == pytest.approx([np.sin(2 * t)], rel=1e-12)
+        assert values(page, "qdd") == pytest.approx([-4 * np.sin(2 * t)], rel=1e-12)
 
 
 def test_a_closed_mechanism_with_a_prescribed_motion_is_moved_by_hand(browser: Any, tmp_path: Path) -> None:

@@ -107,6 +107,8 @@ def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) ->
     """
     units = letter_units(scene) | dict(columns)
     first = next(terms(formula))
+    while first.op in (Op.ABS, Op.NEG):
+        first = first.args[0]
     name = str(first.value) if first.op is Op.SYMBOL else ""
     if name in units:
         return units[name]

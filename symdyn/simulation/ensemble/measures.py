@@ -20,10 +20,12 @@ from symdyn.algebra.numeric import Array, Batches
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.units import check_formula
+from symdyn.scene.values.dimension import product
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.signals import COLUMNS, letters
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.columns import column_units
+from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 
 
@@ -57,10 +59,20 @@ class Fold:
     Attributes:
         text: what it is, one line.
         of: the number, from what was kept.
+        unit: of it, from that of the formula.
     """
 
     text: str
     of: Callable[[Sums], Array]
+    unit: Callable[[str], str] = lambda unit: unit
+
+
+def _seconds(unit: str) -> str:
+    """Return the unit of an integral over time: "m" of "m/s", "N s" of "N"; "" of what has none, or one of two."""
+    try:
+        return product((read_unit(unit) * read_unit("s")).coherent) if unit else ""
+    except UnitError:
+        return ""
 
 
 FOLDS: Mapping[str, Fold] = {
@@ -73,9 +85,9 @@ FOLDS: Mapping[str, Fold] = {
     ),
     "start": Fold("value at the start", lambda s: s.first),
     "end": Fold("value at the end", lambda s: s.last),
-    "integral": Fold("integral over time", lambda s: s.area),
-    "when_max": Fold("time of the largest value, s", lambda s: s.when_most),
-    "when_min": Fold("time of the smallest value, s", lambda s: s.when_least),
+    "integral": Fold("integral over time", lambda s: s.area, _seconds),
+    "when_max": Fold("time of the largest value, s", lambda s: s.when_most, lambda unit: "s"),
+    "when_min": Fold("time of the smallest value, s", lambda s: s.when_least, lambda unit: "s"),
 }
 """Folds by name."""
 
@@ -133,7 +145,7 @@ def read_measure(
     """Return a measure of runs of a scene, which may name `more` than what runs show; None after a fault.
 
     >>> import symdyn
-    >>> measure = read_measure(symdyn.example("cart_pole"), "max(abs(F)) - end(x)", Faults(""))
+    >>> measure = read_measure(symdyn.example("cart_pole"), "max(abs(F)) - 2*end(x)", Faults(""))
     >>> [fold for _, fold, _ in measure.folds]
     ['max', 'end']
     """
@@ -165,10 +177,17 @@ def read_measure(
         own.add(where, f'"{said}" takes {name} at no time; write max({name}), end({name}) or another of {_listed()}')
     if found is not None and not loose and not folds:
         own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({next(iter(scene.coordinates), "t")}))')
+    if found is not None and not own.lines:
+        check_formula(scene, found, where, own, fold_units(scene, folds))
     for letter, fold, _ in folds:
         own.lines[:] = [line.replace(letter, f"{fold}(...)") for line in own.lines]
     faults.lines += own.lines
     return None if own.lines or found is None else Measure(said, tuple(folds), found)
+
+
+def fold_units(scene: Scene, folds: Sequence[tuple[str, str, Quantity]]) -> dict[str, str]:
+    """Return the units of the folds of a measure, by their letters; "" of one that nothing tells."""
+    return {letter: FOLDS[fold].unit(unit_of(inside, scene)) for letter, fold, inside in folds}
 
 
 def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Sequence[str] = ()) -> Quantity | None:
