@@ -116,7 +116,7 @@ def scene_with(texts: dict[str, str], latex: str = "", units: bool = False) -> s
     """
     said = [f"unit = {quoted(t if units else UNIT)}\ntext = {quoted(t)}" for t in texts.values()]
     signals = [f'[inputs.u{k}]\n{one}\n[outputs.y{k}]\nformula = "3*t"\n{one}' for k, one in enumerate(said)]
-    force = " + ".join(["0", *(f"u{k}" for k in range(len(said)))])
+    force = f"2*({' + '.join(['0', *(f'u{k}' for k in range(len(said)))])})"
     rows = [f"p{k} = {{ {', '.join(one.splitlines())} }}" for k, one in enumerate(said)]
     return SCENE.format(
         latex=f", latex = {quoted(latex)}" if latex else "",

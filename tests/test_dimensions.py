@@ -264,6 +264,28 @@ def test_units_that_are_told_are_shown_everywhere() -> None:
     assert "kg" in str(walkthrough(one))
 
 
+@pytest.mark.mends("30.lessons.1.5")
+@pytest.mark.runs("cc")
+def test_the_multiplier_of_a_row_is_a_power_over_the_rate_that_vanishes() -> None:
+    from symdyn.simulation.columns import columns
+
+    text = (ROOT / "examples" / "two_link.toml").read_text(encoding="utf-8") + ROWS_OF_RATES
+    found = {one.name: one.unit for one in columns(read_text(text), ["multiplier_geared", "multiplier_slides"])}
+    page = symdyn.equations(read_text(text)).latex(document=True)
+
+    assert (found["multiplier_geared"], found["multiplier_slides"]) == ("N m", "N")
+    assert "of row geared, N m" in page
+    assert "of row slides, N." in page
+
+
+ROWS_OF_RATES = """
+[rows.geared]
+formula = "q1_dot + q2_dot"
+[rows.slides]
+formula = "h1*q1_dot"
+"""
+
+
 def _cells(page: str) -> Iterator[list[str]]:
     for row in re.findall(r"<tr>(.*?)</tr>", page, re.S):
         yield re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.S)

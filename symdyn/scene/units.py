@@ -14,8 +14,9 @@ from functools import lru_cache
 from symdyn.graph import Op
 from symdyn.scene.checks.dimensions import ADVICE, analysed, dimension_of, words
 from symdyn.scene.checks.draft import Use, draft_of, uses
+from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.dimension import Dimension
+from symdyn.scene.values.dimension import POWER, Dimension
 from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, quantities_in
@@ -121,6 +122,18 @@ def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) ->
 def output_units(scene: Scene) -> dict[str, str]:
     """Return the unit of every output, as it says or as its formula tells; else ""."""
     return {one.name: one.unit or formula_unit(scene, one.formula, {}) for one in scene.outputs}
+
+
+def row_units(scene: Scene) -> dict[str, str]:
+    """Return the unit of the multiplier of every row that is a formula, by its name; "" where nothing tells it.
+
+    The multiplier times the formula is a power: N where the formula is a speed in m/s, N m where it is one in rad/s.
+    """
+    rows = [row for row in scene.rows if isinstance(row, Formula)]
+    if not rows or scene.dimensionless:
+        return {row.name: "" for row in rows}
+    found = {row.name: dimensions(scene).of(row.formula) for row in rows}
+    return {k: "" if x.letters or x.numbers else (POWER / x.dimension).text for k, x in found.items()}
 
 
 def check_formula(

@@ -11,7 +11,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import latex_symbols, print_name
 from symdyn.scene import Quantity, Scene, acceleration_name
-from symdyn.scene.units import coordinate_units, formula_unit, told_units, velocity_units
+from symdyn.scene.units import coordinate_units, formula_unit, row_units, told_units, velocity_units
 from symdyn.scene.values.names import choice
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -115,6 +115,10 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         f"momentum_{velocity.removesuffix('_dot')}": unit
         for velocity, unit in zip(scene.velocities, rates, strict=True)
     }
+    held = {
+        f"multiplier_{row}": Column(f"multiplier_{row}", "multipliers", unit) for row, unit in row_units(scene).items()
+    }
+    said = held | said
     return (*found, *(said.get(name) or _beside(name, own) for name in extra))
 
 

@@ -21,7 +21,7 @@ from symdyn.dynamics.roads.output import Rates
 from symdyn.emit.print.formula_text import rounded, shortened
 from symdyn.graph import Graph
 from symdyn.scene import Scene, acceleration_name, express
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import coordinate_units, row_units
 
 ENTRYWISE = {"equations": False, "coefficients": True, "textbook": False, "matrix": True}
 """How equations are grouped: one a joint, coefficient by coefficient, under-braced, M and c; and whether loops and rows
@@ -69,7 +69,7 @@ class PrintedRow:
     Attributes:
         multiplier: its name.
         text: what the multiplier is, in words; "of" what it belongs to included.
-        unit: N or N m; "" for a row of the user.
+        unit: N or N m; of a row of the scene what its formula tells, "" where that is nothing.
         G: entries by velocity; where there is no closed form names, and zero where an entry vanishes.
         residual: what vanishes where the loop is closed; None where nothing does.
         bias: Ġ u; None without a closed form.
@@ -238,7 +238,8 @@ def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[s
 
 
 def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], taken: Container[str]) -> PrintedRow:
-    unit = "N" if "force" in row.words else "N m" if "moment" in row.words else ""
+    told = "" if row.loop else row_units(scene).get(row.owner, "")
+    unit = "N" if "force" in row.words else "N m" if "moment" in row.words else told
     name, text = _fresh(f"lambda{k}", taken), _text(scene, row)
     if not row.G:
         entries = (Symbol(_fresh(f"G{k}_{i}", taken)) if used else sum_of(()) for i, used in enumerate(row.uses, 1))

@@ -26,6 +26,8 @@ from symdyn.emit.print.letters import head
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, substitute
+from symdyn.scene import Scene
+from symdyn.scene.units import row_units
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.roads.lagrange.velocities import folded, length
@@ -143,16 +145,16 @@ def meaning_step(lesson: Constrained) -> Step:
     rows = []
     for tie in lesson.ties:
         places = {"axis": tie.axis, "parent": lesson.body(tie.parent), "child": lesson.body(tie.child)}
-        rows.append((multiplier(tie), lesson.say(tie.words, owner=tie.owner, **places), unit_of(tie)))
+        rows.append((multiplier(tie), lesson.say(tie.words, owner=tie.owner, **places), unit_of(tie, lesson.scene)))
     table = lesson.table(("symbol", "meaning", "unit"), rows)
     reason = lesson.say("multipliers.reason") if any(tie.parent for tie in lesson.ties) else Words(())
     return Step("multipliers", lesson.say("multipliers"), (table,), reason, show=("reactions",))
 
 
-def unit_of(tie: Tie) -> str:
-    """Return the unit of a multiplier, "" for a formula of the scene, whose unit only the user knows."""
+def unit_of(tie: Tie, scene: Scene) -> str:
+    """Return the unit of a multiplier, for a formula of the scene what that tells, "" where it is nothing."""
     if tie.words == "tie.formula":
-        return ""
+        return row_units(scene).get(tie.owner, "")
     return "N m" if tie.words.startswith("tie.moment") else "N"
 
 

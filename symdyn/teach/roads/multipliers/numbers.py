@@ -27,7 +27,9 @@ def forces_step(lesson: Constrained, chosen: Chosen) -> Step:
             assert node is not None, "a drive has a value"
             rows.append((Symbol(own), lesson.about(chosen.of(node)[0]), unit))
     for tie in lesson.ties:
-        rows.append((multiplier(tie), lesson.about(chosen.of(valued(lesson, multiplier(tie)))[0]), unit_of(tie)))
+        rows.append(
+            (multiplier(tie), lesson.about(chosen.of(valued(lesson, multiplier(tie)))[0]), unit_of(tie, lesson.scene))
+        )
     if not rows:
         return Step("forces", lesson.say("forces.none"), ())
     table = lesson.table(("symbol", "value", "unit"), rows)
