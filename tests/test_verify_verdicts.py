@@ -35,7 +35,7 @@ type = "prismatic"
 parent = "ground"
 child = "bob"
 axis = [1, 0, 0]
-force = "log(-1 - q1**2)"
+force = "2*log(-1 - 3*q1**2)"
 """
 """Its forces have a real value in no state."""
 
@@ -227,7 +227,7 @@ def test_blocks_are_looked_at_where_they_have_a_value() -> None:
     from symdyn.verify.blocks import run_blocks
     from symdyn.verify.building import Building
 
-    scene = read_text(NOWHERE.replace("log(-1 - q1**2)", "log(q1 - 3)"), "far.toml")
+    scene = read_text(NOWHERE.replace("2*log(-1 - 3*q1**2)", "2*log(2*q1 - 6)"), "far.toml")
     found = run_blocks(Building(lower(symdyn.derive(scene, ["inverse_dynamics"])), "double"), "c")
 
     assert (found.passed, found.without) == (True, ())
