@@ -63,6 +63,7 @@ CASES = {  # option: what stands beside it, without it and with it
     "size": (FILM, "", "--size 400"),
     "once": (FILM, "", "--once"),
     "bind": ("", "", "--bind m=3"),
+    "no_units": ("--stop x-x_dot", "", "--no-units"),
 }
 
 READING = {"symbolic", "snap", "allow_invalid_inertia", "spanning_tree", "floating_base", "scene", "help"}
