@@ -17,9 +17,10 @@ from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol, e
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange.second_kind import driving_forces, energies
-from symdyn.emit.print.breaking import LINE, break_lines, latex_width
+from symdyn.emit.print.breaking import break_lines
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
-from symdyn.emit.print.formula_text import BREAK, Latex, significant, text_of
+from symdyn.emit.print.formula_text import Latex, significant, text_of
+from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import latex_symbols, latex_unit, print_name
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable

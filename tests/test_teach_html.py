@@ -15,7 +15,8 @@ from browser import OVERLAPS, opened
 from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.emit.print.formula_text import BREAK, text_of
+from symdyn.emit.print.formula_text import text_of
+from symdyn.emit.print.latex_width import BREAK
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from symdyn.emit.escape import in_html
-from symdyn.emit.print.formula_text import BREAK
+from symdyn.emit.print.latex_width import BREAK
 from symdyn.emit.render import verbatim
 from symdyn.extras import EXTRAS, install
 from symdyn.simulation.integrate import importable

@@ -9,8 +9,9 @@ from fractions import Fraction
 
 from symdyn.algebra.form import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import break_lines, latex_width
-from symdyn.emit.print.formula_text import BREAK, Latex
+from symdyn.emit.print.breaking import break_lines
+from symdyn.emit.print.formula_text import Latex
+from symdyn.emit.print.latex_width import BREAK, INDENT, latex_width
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printed_names import PrintName, latex_symbols
 from symdyn.rounding import digits_or, in_digits
@@ -19,7 +20,6 @@ from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Nam
 from symdyn.teach.languages import language_of
 
 DIGITS = 4  # of numbers in prose
-INDENT = 20.0
 LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24
 
 

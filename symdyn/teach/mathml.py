@@ -9,8 +9,7 @@ import re
 from functools import cache
 from itertools import accumulate
 
-from symdyn.emit.print.breaking import latex_width
-from symdyn.emit.print.formula_text import BREAK
+from symdyn.emit.print.latex_width import BREAK, latex_width
 from symdyn.errors import EmitError
 from symdyn.extras import install
 

@@ -13,10 +13,11 @@ from symdyn.algebra.form import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import DIGITS, LINE, align, bmatrix, definition, matrix_width
+from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definition, matrix_width
 from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
+from symdyn.emit.print.latex_width import LINE
 from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, reachable

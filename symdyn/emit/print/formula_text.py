@@ -24,6 +24,7 @@ from symdyn.algebra.form import (
     split_sign,
     terms_of,
 )
+from symdyn.emit.print.latex_width import BREAK
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
@@ -32,7 +33,6 @@ from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell, spell_fraction
 from symdyn.scene.values.value import value_of
 
-BREAK = "\v"
 LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
 

@@ -12,20 +12,18 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import (
     DIGITS,
-    INDENT,
-    LINE,
     align,
     bmatrix,
     break_lines,
     definition,
     entry_name,
-    latex_width,
     lines_of,
     matrix_width,
     together,
 )
-from symdyn.emit.print.formula_text import BREAK, Latex
+from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
+from symdyn.emit.print.latex_width import BREAK, INDENT, LINE, latex_width
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Printable, PrintedConstraints
 from symdyn.emit.print.printed_names import latex_symbols

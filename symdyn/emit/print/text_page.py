@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from symdyn.algebra.form import Form
 from symdyn.emit.print.breaking import break_lines
-from symdyn.emit.print.formula_text import BREAK, broken_text, text_of
+from symdyn.emit.print.formula_text import broken_text, text_of
+from symdyn.emit.print.latex_width import BREAK
 from symdyn.emit.print.printable import ENTRYWISE, Printable
 from symdyn.scene import Scene
 

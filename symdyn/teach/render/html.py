@@ -12,7 +12,7 @@ from symdyn.algebra.form import Form
 from symdyn.draw.style import style
 from symdyn.emit.code.identifiers import page_stem, stem
 from symdyn.emit.escape import in_html, in_script
-from symdyn.emit.print.breaking import latex_width
+from symdyn.emit.print.latex_width import latex_width
 from symdyn.emit.render import render
 from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import latex_width
+from symdyn.emit.print.latex_width import LINE, latex_width
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
 from symdyn.teach.document import (
@@ -36,7 +36,6 @@ from symdyn.teach.mathematics import Spelling, lines
 from symdyn.teach.practice.solutions import solutions_last
 from symdyn.teach.render.drawing import tex_picture
 
-LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line
 GAP = 16.0  # between columns of a table
