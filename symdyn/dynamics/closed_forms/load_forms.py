@@ -1,13 +1,14 @@
 """Closed forms to be read of struts, friction and loads: geometry in normal form in laws of force.
 
 D       squared distance of two points, a trigonometric polynomial     s = √D     ∂s/∂q_i = ∂D/∂q_i / (2 s)
+ṡ       its rate, Σ ∂D/∂q_i q̇_i / (2 s); both may stand by names, which are defined where they are printed
 p, w    Rᵀ ∂p/∂q_i and (Rᵀ ∂R/∂q_i)∨ of the frame of a load, or both in the ground frame
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import (
@@ -21,6 +22,7 @@ from symdyn.algebra.form import (
     in_place,
     power_of,
     product_of,
+    signed_product,
     sum_of,
 )
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
@@ -83,13 +85,43 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
 
 @dataclass(frozen=True)
 class ClosedLoads:
-    """What acts beside gravity and drives: D and ∂D/∂q_i / 2 of struts between points, p, w of loads by coordinate."""
+    """What acts beside gravity and drives: D and ∂D/∂q_i / 2 of struts between points, p, w of loads by coordinate.
+
+    Attributes:
+        names: of s and ṡ of struts between points, by which they stand in forms; those of others are written out.
+    """
 
     scene: Scene
     state: State
     squares: dict[Strut, Polynomial]
     slopes: dict[Strut, tuple[Polynomial, ...]]
     arms: tuple[dict[int, Arm], ...]
+    names: Mapping[Strut, tuple[str, str]] = field(default_factory=dict)
+
+    def named(self, names: Mapping[Strut, tuple[str, str]]) -> ClosedLoads:
+        """Return the same with other names."""
+        return replace(self, names=names)
+
+    def alongside(self) -> list[list[Strut]]:
+        """Return the struts between points in the scene's order, those together whose length is the same function."""
+        found: list[list[Strut]] = []
+        for strut, square in self.squares.items():
+            same = next((some for some in found if self.squares[some[0]] == square), None)
+            if same is None:
+                found.append([strut])
+            else:
+                same.append(strut)
+        return found
+
+    def length(self, strut: Strut, compact: Compactor) -> Form:
+        """Return s = √D of a strut between points."""
+        return Function(Op.SQRT, (compact(self.squares[strut]),))
+
+    def rate(self, strut: Strut, compact: Compactor) -> Form:
+        """Return ṡ = Σ ∂D/∂q_i q̇_i / (2 s) of a strut between points, s by its name where it has one."""
+        shares = zip(self.slopes[strut], self.state.qd, strict=True)
+        total = sum_of(signed_product(compact(slope), Symbol(str(u.value))) for slope, u in shares)
+        return product_of((total, power_of(self._way(strut, compact), -1)))
 
     def energy(self, compact: Compactor) -> Form:
         """Return the elastic energy E."""
@@ -110,9 +142,7 @@ class ClosedLoads:
         for strut in resisting(self.scene):
             if strut.ends:
                 slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
-                pairs = zip(slopes, self.state.qd, strict=True)
-                rate = sum_of(product_of((slope, Symbol(str(u.value)))) for slope, u in pairs)
-                against = product_of((MINUS_ONE, self._force(strut, compact, rate)))
+                against = product_of((MINUS_ONE, self._force(strut, compact, self._rate(strut, slopes))))
                 for terms, slope in zip(forces, slopes, strict=True):
                     terms.append(_product(against, slope))
         for load, arm in zip(self.scene.loads, self.arms, strict=True):
@@ -135,7 +165,14 @@ class ClosedLoads:
         """Return the position of a joint or the distance of two points."""
         if strut.joint:
             return form_of(joint_position(joint_of(self.scene, strut), ordered_graph(self.scene)))
-        return Function(Op.SQRT, (compact(self.squares[strut]),))
+        return Symbol(self.names[strut][0]) if strut in self.names else self.length(strut, compact)
+
+    def _rate(self, strut: Strut, slopes: Sequence[Form]) -> Form:
+        """Return the rate of the distance of two points from its derivatives."""
+        if strut in self.names:
+            return Symbol(self.names[strut][1])
+        pairs = zip(slopes, self.state.qd, strict=True)
+        return sum_of(product_of((slope, Symbol(str(u.value)))) for slope, u in pairs)
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
         """Return the derivative of the way by coordinate i."""

@@ -46,14 +46,15 @@ def break_lines(text: str, first: float, rest: float, width: Callable[[str], flo
 
 
 DIGITS = 6
+COLUMN = LINE / 4  # widest left-hand side that others are aligned with
 MOST_LINES = 60  # of one align, which TeX reads whole
 
 Lines = list[str]
 
 
-def lines_of(left: str, text: str, right: str = "") -> Lines:
-    """Return the lines of `left text right`, aligned at the start of `text`."""
-    room = LINE - latex_width(left)
+def lines_of(left: str, text: str, right: str = "", column: float = 0.0) -> Lines:
+    """Return the lines of `left text right`, aligned at the start of `text`, behind a column so wide or wider."""
+    room = LINE - max(latex_width(left), column)
     lines = break_lines(text, room, room - INDENT, latex_width)
     if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
         lines += break_lines(right, room - INDENT, room - INDENT, latex_width)
@@ -63,9 +64,27 @@ def lines_of(left: str, text: str, right: str = "") -> Lines:
     return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
 
 
-def definition(left: str, text: str) -> Lines:
-    """Return `left = text`; a long left-hand side does not push the lines to the right."""
-    return lines_of(left, f"= {text}")
+def definitions(pairs: Sequence[tuple[str, str]]) -> list[str]:
+    """Return displays of left = right, aligned at the signs; a wide left-hand side stands behind the column of others.
+
+    Args:
+        pairs: both sides of each, the right one with break marks; without a left one the other is all that is written.
+    """
+    widths = [latex_width(left) for left, _ in pairs]
+    column = max((width for width in widths if width <= COLUMN), default=0.0)
+    paragraphs = []
+    for (left, right), width in zip(pairs, widths, strict=True):
+        alone = right if not left else f"{left} {BREAK}= {right}" if width > COLUMN else ""
+        paragraphs.append(lines_of("" if alone else left.replace(BREAK, ""), alone or f"= {right}", column=column))
+    return list(align(paragraphs))
+
+
+def equations(pairs: Sequence[tuple[str, str]]) -> list[str]:
+    """Return displays of left = right, aligned at the signs if all fit a line so, else where they begin."""
+    sides = [(left.replace(BREAK, ""), right.replace(BREAK, "")) for left, right in pairs]
+    if sum(max(map(latex_width, side)) for side in zip(*sides, strict=True)) + latex_width("=") <= LINE:
+        return list(align([[f"{left} &= {right}"] for left, right in sides]))
+    return list(align([lines_of("", left, f"= {right}") for left, right in pairs]))
 
 
 def align(paragraphs: Sequence[Lines]) -> Iterator[str]:

@@ -13,7 +13,7 @@ from symdyn.algebra.form import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definition, matrix_width
+from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definitions, matrix_width
 from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
@@ -193,10 +193,8 @@ class _Page:
         if matrix_width(column) + 60 < LINE:
             return list(align([[rf"& \bar F^{{{kind}}}_{{{index}}} = {bmatrix(column)}"]]))
         named = zip(self.axes, entries, strict=True)
-        return list(
-            align(
-                [definition(f"{letter}^{{{kind}}}_{{{index},{axis}}}", write(entry)) for (letter, axis), entry in named]
-            )
+        return definitions(
+            [(f"{letter}^{{{kind}}}_{{{index},{axis}}}", write(entry)) for (letter, axis), entry in named]
         )
 
     # The system
@@ -229,11 +227,9 @@ class _Page:
                 index = self.index(j, joints[h])
                 places = [(r, c, x) for r, row in enumerate(zip(*entries, strict=True)) for c, x in enumerate(row)]
                 written = [
-                    definition(f"A_{{{index};{r + 1},{c + 1}}}", self.write(self.forms(x)))
-                    for r, c, x in places
-                    if not x.is_zero
+                    (f"A_{{{index};{r + 1},{c + 1}}}", self.write(self.forms(x))) for r, c, x in places if not x.is_zero
                 ]
-                displays += align(written)
+                displays += definitions(written)
         displays += align([[r"& b_j = \bar F^A_{jj} + \bar F^D_{jj}"]])
         return displays
 

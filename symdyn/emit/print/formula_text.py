@@ -24,7 +24,7 @@ from symdyn.algebra.form import (
     split_sign,
     terms_of,
 )
-from symdyn.emit.print.latex_width import BREAK
+from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
@@ -168,10 +168,12 @@ class Latex:
     Attributes:
         symbols: LaTeX of each name; see `symdyn.emit.print.printed_names.latex_symbols`.
         digits: significant digits of numbers that are no short fractions; None writes them exactly.
+        widest: fraction, root or argument, pt; a wider one is written in a row, (a + b)^{-1/2}, and may break.
     """
 
     symbols: Mapping[str, str]
     digits: int | None = 6
+    widest: float = 0.7 * LINE
 
     def __call__(self, form: Form) -> str:
         """Return LaTeX with break marks."""
@@ -215,11 +217,41 @@ class Latex:
         factors = factors_of(rest)
         below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
         above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
-        if below:
-            lower = self._beside([f.base if f.exponent == 1 else f for f in below]).replace(BREAK, "")
-            upper = self._beside(above).replace(BREAK, "") or "1"
-            return rf"\frac{{{upper}}}{{{lower}}}"
-        return self._beside(above)
+        return (
+            self._quotient(above, [f.base if f.exponent == 1 else f for f in below]) if below else self._beside(above)
+        )
+
+    def _quotient(self, above: Sequence[Form], below: Sequence[Form]) -> str:
+        """Return a fraction; where it is too wide, sums stand behind it, and what is wide below them as powers."""
+        whole = self._fraction(above, below)
+        if self._fits(whole):
+            return whole
+        sums = [f for f in above if BREAK in self(f)]
+        atoms = [f for f in above if f not in sums]
+        wide = [] if self._fits(self._fraction(atoms, below)) else [f for f in below if BREAK in self._plain(f)]
+        narrow = [f for f in below if f not in wide]
+        front = [self._fraction(atoms, narrow)] if narrow else [self._beside(atoms)] if atoms else []
+        powers = [self._raised(f.base, -f.exponent) if isinstance(f, Power) else self._raised(f, -1) for f in wide]
+        return " ".join([*front, *map(self.bracketed, sums), *powers])
+
+    def _plain(self, form: Form) -> str:
+        """Return a form as it would break, a root as what stands under it."""
+        return self(form.args[0] if isinstance(form, Function) else form)
+
+    def _fraction(self, above: Sequence[Form], below: Sequence[Form]) -> str:
+        upper, lower = (self._beside(part).replace(BREAK, "") for part in (above, below))
+        return rf"\frac{{{upper or '1'}}}{{{lower}}}"
+
+    def _raised(self, base: Form, exponent: int) -> str:
+        """Return a power of what is wide in brackets, which may break; a root's is a half."""
+        if isinstance(base, Function) and base.op is Op.SQRT:
+            (square,) = base.args
+            power = str(exponent // 2) if exponent % 2 == 0 else f"{exponent}/2"
+            return f"{_brackets(self(square))}^{{{power}}}"
+        return f"{_brackets(self(base))}^{{{exponent}}}"
+
+    def _fits(self, text: str) -> bool:
+        return latex_width(text) <= self.widest
 
     def _beside(self, factors: Sequence[Form]) -> str:
         """Return factors side by side, a space behind a sine so that it ends there; one alone without brackets."""
@@ -237,8 +269,7 @@ class Latex:
 
     def _power(self, form: Power) -> str:
         if form.exponent < 0:
-            lower = form.base if form.exponent == -1 else Power(form.base, -form.exponent)
-            return rf"\frac{{1}}{{{self.unbroken(lower)}}}"
+            return self._quotient([], [form.base if form.exponent == -1 else Power(form.base, -form.exponent)])
         if isinstance(form.base, Function):
             return self._function(form.base, form.exponent)
         text = self(form.base)
@@ -250,7 +281,11 @@ class Latex:
 
     def _function(self, form: Function, power: int) -> str:
         exponent = "" if power == 1 else f"^{power}" if power < 10 else f"^{{{power}}}"
-        arguments = ", ".join(self.unbroken(arg) for arg in form.args)
+        arguments = ", ".join(map(self, form.args))
+        if self._fits(arguments):
+            arguments = arguments.replace(BREAK, "")
+        elif form.op is Op.SQRT:
+            return self._raised(form, power)
         if form.op is Op.SQRT:
             return rf"\sqrt{{{arguments}}}{exponent}" if power == 1 else rf"\bigl(\sqrt{{{arguments}}}\bigr){exponent}"
         if form.op is Op.ABS:

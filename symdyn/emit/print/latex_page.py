@@ -15,8 +15,9 @@ from symdyn.emit.print.breaking import (
     align,
     bmatrix,
     break_lines,
-    definition,
+    definitions,
     entry_name,
+    equations,
     lines_of,
     matrix_width,
     together,
@@ -37,7 +38,7 @@ BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written
 def latex_fragment(page: Printable, group: str) -> str:
     """Return the equations as displays; short notation is explained in a comment."""
     note = "% s_{12} = \\sin(q_1 + q_2), c_2 = \\cos q_2: sines and cosines by joint number\n" if page.short else ""
-    lines = _displays(page, group)
+    lines = _displays(page, group, page.definitions)
     if page.constraints.rows:
         lines.append(constraint_page(page, group, writer(page)))
     return note + "\n".join(lines)
@@ -49,14 +50,18 @@ def latex_document(page: Printable, group: str) -> str:
 
     write, letters = writer(page), Letters(page.scene)
     title = "Coefficients" if group == "coefficients" else "Equations"
-    sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
+    defined = page.lengths.used((*page.forms, page.K, page.P))
+    displays = "\n".join(_displays(page, group, defined))
+    sections = [{"title": title, "text": _introduction(page, group), "body": displays}]
     if page.constraints.rows:
         sections.append({"title": "Loops and rows", "text": "", "body": constraint_page(page, group, write)})
     timed = any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions)))
     symbols = symbol_table(page.scene, write, timed)
     symbols += [symbol_row(write.symbols[row.multiplier], row.text, row.unit) for row in page.constraints.rows]
-    energies = [definition(head(letters[name]), write(form)) for name, form in (("K", page.K), ("P", page.P))]
-    sections.append({"title": "Energies", "text": "", "body": "\n".join(align(energies))})
+    used = dict(defined)
+    symbols += [symbol_row(write.symbols[one.name], one.text, "m") for one in page.lengths.named if one.name in used]
+    energies = [(head(letters[name]), write(form)) for name, form in (("K", page.K), ("P", page.P))]
+    sections.append({"title": "Energies", "text": "", "body": "\n".join(definitions(energies))})
     return render(
         "latex/equations.tex.jinja",
         {
@@ -72,7 +77,7 @@ def latex_document(page: Printable, group: str) -> str:
 def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     """Return `name = formula` of base parameters as displays."""
     write = Latex(latex_symbols(scene), digits_or(DIGITS))
-    return "\n".join(align([definition(base_parameter_name(name), write(form)) for name, form in named]))
+    return "\n".join(definitions([(base_parameter_name(name), write(form)) for name, form in named]))
 
 
 def base_parameter_name(name: str) -> str:
@@ -83,12 +88,14 @@ def base_parameter_name(name: str) -> str:
 
 
 def writer(page: Printable) -> Latex:
-    """Return what writes the forms of a page: names of the scene, of multipliers and of rows without a closed form."""
+    """Return what writes the forms of a page.
+
+    It knows the names of the scene, of multipliers, of rows without a closed form and of lengths.
+    """
     rows = page.constraints.rows
     named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
-    return Latex(
-        latex_symbols(page.scene, [*named, *(row.multiplier for row in rows)]) | {TIME: TIME}, digits_or(DIGITS)
-    )
+    others, lengths = [*named, *(row.multiplier for row in rows)], [one.name for one in page.lengths.named]
+    return Latex(latex_symbols(page.scene, others, lengths) | {TIME: TIME}, digits_or(DIGITS))
 
 
 def _introduction(page: Printable, group: str) -> str:
@@ -112,10 +119,19 @@ def _introduction(page: Printable, group: str) -> str:
     return text
 
 
-def _displays(page: Printable, group: str) -> list[str]:
+def _displays(page: Printable, group: str, defined: Sequence[tuple[str, Form]]) -> list[str]:
+    """Return the equations, the motions that are prescribed, and below them what names in them stand for."""
     write = writer(page)
-    motions = [definition(write.symbols[name], write(form)) for name, form in page.motions]
-    return [*DISPLAYS[group](page, write), *align(motions)]
+
+    def lines(pairs: Sequence[tuple[str, Form]]) -> list[str]:
+        return definitions([(write.symbols[name], write(form)) for name, form in pairs])
+
+    displays = [*DISPLAYS[group](page, write), *lines(page.motions)]
+    return [*displays, *([AND if WHERE in displays else WHERE, *lines(defined)] if defined else [])]
+
+
+WHERE, AND = "where", "and"
+"""What stands between equations and definitions."""
 
 
 # Coefficients
@@ -131,16 +147,14 @@ def coefficient_name(kind: str, indices: Sequence[int]) -> str:
 
 def _definitions(some: Sequence[Coefficient], write: Latex) -> list[str]:
     names = (" = ".join(coefficient_name(c.kind, place) for place in c.places) for c in some)
-    return list(align([definition(name, write(c.form)) for name, c in zip(names, some, strict=True)]))
+    return definitions([(name, write(c.form)) for name, c in zip(names, some, strict=True)])
 
 
 # The four groupings
 
 
 def _equations(page: Printable, write: Latex) -> list[str]:
-    lefts = [write(page.left(i)) for i in range(len(page.rows))]
-    paragraphs = [lines_of("", left, f"= {write(page.driving(i))}") for i, left in enumerate(lefts)]
-    return [display for paragraph in paragraphs for display in align([paragraph])]
+    return equations([(write(page.left(i)) or "0", write(page.driving(i))) for i in range(len(page.rows))])
 
 
 def _coefficients(page: Printable, write: Latex) -> list[str]:
@@ -153,9 +167,9 @@ def _coefficients(page: Printable, write: Latex) -> list[str]:
 def _textbook(page: Printable, write: Latex) -> list[str]:
     """Return drive = k_z1 q̈_1 + …, every coefficient written above its name, as (5.40); long ones below."""
     named: set[tuple[str, tuple[int, ...]]] = set()
-    paragraphs = []
+    pairs = []
     for i, row in enumerate(page.rows):
-        right, text = page.driving(i), ""
+        text = ""
         for c in row:
             if c.vanishes:
                 continue
@@ -164,12 +178,10 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
                 named.add((c.kind, min(c.places)))
             rate = rf"\, {write.unbroken(c.rate)}" if c.of else ""
             text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
-        drive, text = write(right), text or "0"
-        wide = latex_width(drive) > BRACED
-        paragraphs.append(lines_of("", drive, f"= {text}") if wide else definition(write.unbroken(right), text))
-    displays = [display for paragraph in paragraphs for display in align([paragraph])]
+        pairs.append((write(page.driving(i)), text or "0"))
+    displays = definitions(pairs)
     if named:
-        displays += ["where", *_definitions([c for c in page.written if (c.kind, c.indices) in named], write)]
+        displays += [WHERE, *_definitions([c for c in page.written if (c.kind, c.indices) in named], write)]
     return displays
 
 
@@ -208,16 +220,20 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
             lines = break_lines(text, LINE, LINE - INDENT, lambda _: next(widths))
             return list(align([[f"& {lines[0]}", *(rf"&\quad {{}}{line}" for line in lines[1:])]]))
     carried = r" + G(q)^{\mathsf T} \lambda" if closed else ""
-    names = [rf"M(q)\,\ddot q + c(q, \dot q) + g(q) = \tau{carried},", rf"\tau = {bmatrix(columns[4])}"]
-    head = list(align([["& " + r" \qquad ".join(names)]]))
+    law, right = r"M(q)\,\ddot q + c(q, \dot q) + g(q) = ", rf"\tau = {bmatrix(columns[4])}"
+    room = LINE - latex_width(rf"{law} \tau{carried}, \qquad \tau = ") - 30
+    short = matrix_width(columns[4]) < room
+    force = r"\tau" if short else head(Letters(page.scene)["Q"])
+    first = [rf"& {law}{force}{carried}" + (rf", \qquad {right}" if short else "")]
     upper = [(i, j) for i in n for j in n if i <= j]
-    entries = [definition(_mirrored(i, j), write(M[i][j])) for i, j in upper if terms_of(M[i][j])]
-    entries += [definition(entry_name("c", i), write(page.coriolis(i))) for i in n]
-    entries += [definition(entry_name("g", i), write(page.gravity(i))) for i in n]
+    entries = [(_mirrored(i, j), write(M[i][j])) for i, j in upper if terms_of(M[i][j])]
+    entries += [(entry_name("c", i), write(page.coriolis(i))) for i in n]
+    entries += [(entry_name("g", i), write(page.gravity(i))) for i in n]
+    entries += [] if short else [(entry_name(force, i), write(form)) for i, form in enumerate(page.right)]
     zero = [_mirrored(i, j) for i, j in upper if i < j and not terms_of(M[i][j])]
     if zero:
-        entries.append(lines_of("", f" = {BREAK}".join([*zero, "0"])))
-    return [*head, *align(entries)]
+        entries.append(("", f" = {BREAK}".join([*zero, "0"])))
+    return [*align([first]), *definitions(entries)]
 
 
 def _mirrored(i: int, j: int) -> str:
@@ -257,19 +273,14 @@ def _entries(found: PrintedConstraints, write: Latex) -> list[str]:
     laws = [r"G\,\dot q = 0,", r"G\,\ddot q + \dot G\,\dot q = 0"]
     laws = [*(["r(q) = 0,"] if found.positions() else []), *laws]
     lines = list(align([["& " + r" \qquad ".join(laws)]]))
-    paragraphs = []
-    for k, row in enumerate(found.rows):
-        if row.residual is not None:
-            paragraphs.append(definition(entry_name("r", k), write(row.residual)))
+    pairs = [(entry_name("r", k), write(row.residual)) for k, row in enumerate(found.rows) if row.residual is not None]
     entries = [[write.unbroken(form) for form in row.G] for row in found.rows]
     whole = matrix_width(entries) + latex_width("G = ") + 30 < LINE
     if whole:
-        paragraphs.append([f"G &= {bmatrix(entries)}"])
+        pairs.append(("G", bmatrix(entries)))
     for k, row in enumerate(found.rows):
-        forms: list[tuple[str, Form]] = []
         if not whole:
-            forms += [(entry_name("G", k, i), form) for i, form in enumerate(row.G)]
+            pairs += [(entry_name("G", k, i), write(form)) for i, form in enumerate(row.G)]
         if row.bias is not None:
-            forms.append((entry_name(RATE, k), row.bias))
-        paragraphs += [definition(name, write(form)) for name, form in forms]
-    return [*lines, *align(paragraphs)]
+            pairs.append((entry_name(RATE, k), write(row.bias)))
+    return [*lines, *definitions(pairs)]

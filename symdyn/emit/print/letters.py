@@ -22,6 +22,12 @@ _TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has seve
 _AXIS = "[xyz]"
 _JOINT = "{joints}"
 
+NOBODY = "(?!)"
+"""The pattern of no index at all."""
+
+LENGTH = "length"
+"""What pages ask for the letter of a strut's length by."""
+
 
 @dataclass(frozen=True)
 class Family:
@@ -30,13 +36,15 @@ class Family:
     Attributes:
         of: what they are.
         index: what stands below the letter, indices side by side; `{joints}` for the names of joints, `{slides}` for
-            the numbers of velocities in m/s.
+            the numbers of velocities in m/s, `{struts}` for the names of struts between points.
         choices: letters, the first wanted most; each choice has as many.
+        asked: what pages ask for them by, where that is not the letters wanted most.
     """
 
     of: str
     index: str
     choices: tuple[tuple[str, ...], ...]
+    asked: tuple[str, ...] = ()
 
 
 FAMILIES = (
@@ -60,7 +68,8 @@ FAMILIES = (
     Family("direction cosines of neighbours", rf"\d+(?:{_AXIS}{_AXIS})?", (("C",), ("D",))),
     Family("multipliers", r"\d+", (("lambda",), ("upsilon",))),
     Family("weights", _TAG, (("G",), ("W",))),
-    Family("counts of bodies, freedoms, classes and joints", r"t?", (("n", "u", "t", "s"),)),
+    Family("lengths of springs and dampers", "{struts}", (("s",), ("l",), ("zeta",)), (LENGTH,)),
+    Family("counts of bodies, freedoms, classes and joints", r"t?", (("n", "u", "t", "s"), ("n", "u", "t", "d"))),
     Family("coefficients of a loop", r"\d*", (("A", "B", "C"), ("U", "V", "W"))),
     Family("origins", r"\d+", (("O",), ("o",))),
     Family("products of inertia", "xy|xz|yz", (("D",), ("Delta",))),
@@ -92,15 +101,18 @@ class Letters:
         places = {
             "joints": [re.escape(bare(one.name)) for one in (*scene.joints, *scene.loops)],
             "slides": [str(i) for i, unit in enumerate(units, 1) if unit == "m"],
+            "struts": [re.escape(bare(one.name)) for one in scene.struts if one.ends],
         }
         taken, used, found = self._taken(), set[str](), dict[str, str]()
         for family in FAMILIES:
-            index = family.index.format(**{key: f"(?:{'|'.join(some) or '(?!)'})" for key, some in places.items()})
+            index = family.index.format(**{key: f"(?:{'|'.join(some) or NOBODY})" for key, some in places.items()})
+            if index == f"(?:{NOBODY})":  # it has no member, and leaves its letters to others
+                continue
             letters = next(
                 one for one in _offered(family.choices) if not used & set(one) and not _any(one, index, taken)
             )
             used |= set(letters)
-            found |= dict(zip(family.choices[0], letters, strict=True))
+            found |= dict(zip(family.asked or family.choices[0], letters, strict=True))
         return found
 
     def _taken(self) -> list[str]:

@@ -10,15 +10,17 @@ The coefficients carry their own sign (the textbook's (5.40) pulls the minus of 
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, signed_product, sum_of, terms_of
 from symdyn.dynamics import coefficients
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, too_long
 from symdyn.dynamics.closed_forms.constraint_forms import ClosedRow, closed_constraints
+from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.roads.output import Rates
 from symdyn.emit.print.formula_text import rounded, shortened
+from symdyn.emit.print.lengths import Lengths, named_lengths
 from symdyn.graph import Graph
 from symdyn.scene import Scene, acceleration_name, express
 from symdyn.scene.units import coordinate_units, row_units
@@ -129,6 +131,7 @@ class Printable:
         constraints: rows of loops and contacts, with their multipliers.
         motions: coordinates whose motion is prescribed, with their formulas in time.
         K, P: the energies.
+        lengths: of struts between points, which stand in all of these by their names.
         short: whether s12 stands for sin(q1 + q2).
     """
 
@@ -139,7 +142,18 @@ class Printable:
     motions: tuple[tuple[str, Form], ...]
     K: Form
     P: Form
+    lengths: Lengths
     short: bool
+
+    @property
+    def forms(self) -> list[Form]:
+        """All coefficients and right-hand sides."""
+        return [*(c.form for row in self.rows for c in row), *self.right]
+
+    @property
+    def definitions(self) -> list[tuple[str, Form]]:
+        """What names in the equations stand for that are no symbols of the scene."""
+        return self.lengths.used(self.forms)
 
     @property
     def coefficients(self) -> list[Coefficient]:
@@ -193,6 +207,11 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
         form = shortened(form, numbers, names) if short else form
         return form if digits is None else rounded(form, digits)
 
+    moving = {*scene.velocities, *map(acceleration_name, scene.velocities), TIME}
+    lengths, loads = named_lengths(scene, closed.loads, closed.compactor, names | moving, spelled)
+    closed = replace(closed, loads=loads) if lengths.named else closed
+    names |= {name for one in lengths.named for name, _ in one.defined}
+
     def write(key: Key) -> Form:
         return spelled(closed.form(*key))
 
@@ -212,7 +231,7 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
     graph = Graph()
     motions = [(j.coordinate, form_of(express(j.motion, graph))) for j in scene.moving if j.motion is not None]
     K, P = write(("K",)), write(("P",))
-    return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, short)
+    return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, lengths, short)
 
 
 def _rate(scene: Scene, rates: Rates) -> Form:

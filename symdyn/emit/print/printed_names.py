@@ -66,10 +66,10 @@ def _upright(part: str) -> str:
     return part if plain else f"\\mathrm{{{part}}}"
 
 
-def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
+def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str] = ()) -> dict[str, str]:
     """Return LaTeX for every parameter, input, coordinate, velocity, acceleration and drive, by its name in code.
 
-    `others` are names beside them, such as those of multipliers.
+    `others` are names beside them, such as those of multipliers; `moving` those of what has a rate, as coordinates do.
     Two names that would look alike (m1 and m_1) are told apart: the later one is printed as it is written in code.
     """
     found: dict[str, str] = {}
@@ -103,6 +103,8 @@ def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
             enter(drive)
     for name in others:
         enter(name)
+    for name in moving:
+        found[velocity_name(name)] = enter(name).accented("dot")
     return found
 
 

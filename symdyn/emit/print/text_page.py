@@ -18,7 +18,7 @@ INDENT = "    "
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
     motions = (equation_lines(name, broken_text(form)) for name, form in page.motions)
-    return "\n".join([*PARAGRAPHS[group](page), *motions, *_constraints(page, group)])
+    return "\n".join([*PARAGRAPHS[group](page), *motions, *_lengths(page), *_constraints(page, group)])
 
 
 def text_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
@@ -73,6 +73,16 @@ def _matrix(page: Printable) -> Iterator[str]:
     for name, entry in (("c", page.coriolis), ("g", page.gravity)):
         yield from (equation_lines(f"{name}[{i + 1}]", broken_text(entry(i))) for i in n)
     yield from (equation_lines(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
+
+
+def _lengths(page: Printable) -> Iterator[str]:
+    """Yield what the names of lengths in the equations are, and what they stand for."""
+    defined = dict(page.definitions)
+    for one in page.lengths.named:
+        if one.name in defined:
+            yield ""
+            yield f"# {one.name}: {one.text}, m"
+        yield from (equation_lines(name, broken_text(form)) for name, form in one.defined if name in defined)
 
 
 def _constraints(page: Printable, group: str) -> Iterator[str]:

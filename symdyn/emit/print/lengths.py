@@ -1,0 +1,100 @@
+"""Lengths of struts between points and their rates, by name in equations and defined below them.
+
+A spring sf and a damper df between the same points share the length s_sf and the rate s_sf_dot. The letter is one that
+no symbol of the scene has with such an index.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import Form, in_place, symbols_of
+from symdyn.dynamics.closed_forms.load_forms import ClosedLoads
+from symdyn.emit.print.letters import LENGTH, Letters
+from symdyn.scene import Scene, Strut, velocity_name
+
+
+@dataclass(frozen=True)
+class NamedLength:
+    """The distance of two points that struts pull along.
+
+    Attributes:
+        struts: those between them, in the scene's order.
+        name, rate: what it and its rate are called in code.
+        form: the distance, m.
+        rate_form: its rate, m/s; the distance in it by its name.
+    """
+
+    struts: tuple[Strut, ...]
+    name: str
+    rate: str
+    form: Form
+    rate_form: Form
+
+    @property
+    def defined(self) -> tuple[tuple[str, Form], tuple[str, Form]]:
+        """Both names with what they stand for."""
+        return (self.name, self.form), (self.rate, self.rate_form)
+
+    @property
+    def text(self) -> str:
+        """What it is, in words, such as "distance of the ends of spring sf and damper df"."""
+        return f"distance of the ends of {' and '.join(f'{one.kind} {one.name}' for one in self.struts)}"
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """The lengths of a scene."""
+
+    named: tuple[NamedLength, ...] = ()
+
+    def used(self, forms: Iterable[Form]) -> list[tuple[str, Form]]:
+        """Return names with what they stand for, those that stand in forms and those that stand in these."""
+        found = {name for form in forms for name in symbols_of(form)}
+        found |= {one.name for one in self.named if one.rate in found}
+        return [(name, form) for one in self.named for name, form in one.defined if name in found]
+
+    def written_out(self, form: Form) -> Form:
+        """Return a form in coordinates and velocities alone."""
+        if not self.named:
+            return form
+        ways = {one.name: one.form for one in self.named}
+        return in_place(form, ways | {one.rate: in_place(one.rate_form, ways) for one in self.named})
+
+
+def named_lengths(
+    scene: Scene, loads: ClosedLoads, compact: Compactor, taken: Iterable[str], spelled: Callable[[Form], Form]
+) -> tuple[Lengths, ClosedLoads]:
+    """Return the lengths of a scene, and its loads with their names in place of them.
+
+    Args:
+        scene: the mechanism.
+        loads: what acts on it, written out.
+        compact: writes their geometry.
+        taken: names that stand for something else.
+        spelled: what is done to every form that is printed.
+    """
+    together, used = loads.alongside(), set(taken)
+    if not together:
+        return Lengths(), loads
+    chosen = Letters(scene)[LENGTH]
+    names: dict[Strut, tuple[str, str]] = {}
+    for struts in together:
+        name = f"{chosen if chosen.isalpha() else 's'}_{struts[0].name}"
+        while used & {name, velocity_name(name)}:
+            name += "_"
+        used |= {name, velocity_name(name)}
+        names |= dict.fromkeys(struts, (name, velocity_name(name)))
+    loads = loads.named(names)
+    found = [
+        NamedLength(
+            tuple(struts),
+            *names[struts[0]],
+            spelled(loads.length(struts[0], compact)),
+            spelled(loads.rate(struts[0], compact)),
+        )
+        for struts in together
+    ]
+    return Lengths(tuple(found)), loads
