@@ -110,7 +110,7 @@ def _equations(page: Printable) -> Iterator[str]:
     write = writer(page)
     for i in range(len(page.rows)):
         yield f"{write(page.left(i)) or '0'} {BREAK}= {write(page.driving(i))}"
-    for name, form in page.motions:
+    for name, form in (*page.motions, *page.definitions):
         yield f"{write.symbols[name]} {BREAK}= {write(form)}"
 
 
@@ -134,3 +134,5 @@ def _coefficients(page: Printable) -> Iterator[str]:
         yield f"{' = '.join(coefficient_name(c.kind, place) for place in c.places)} {BREAK}= {write(c.form)}"
     for zero in page.vanishing:
         yield f" {BREAK}= ".join([*(coefficient_name(c.kind, c.indices) for c in zero), "0"])
+    for name, form in page.definitions:
+        yield f"{write.symbols[name]} {BREAK}= {write(form)}"

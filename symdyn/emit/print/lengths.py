@@ -14,6 +14,7 @@ from symdyn.algebra.form import Form, in_place, symbols_of
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads
 from symdyn.emit.print.letters import LENGTH, Letters
 from symdyn.scene import Scene, Strut, velocity_name
+from symdyn.unlocked import cached_property
 
 
 @dataclass(frozen=True)
@@ -56,12 +57,15 @@ class Lengths:
         found |= {one.name for one in self.named if one.rate in found}
         return [(name, form) for one in self.named for name, form in one.defined if name in found]
 
+    @cached_property
+    def explicit(self) -> dict[str, Form]:
+        """What every name stands for, in coordinates and velocities alone."""
+        ways = {one.name: one.form for one in self.named}
+        return ways | {one.rate: in_place(one.rate_form, ways) for one in self.named}
+
     def written_out(self, form: Form) -> Form:
         """Return a form in coordinates and velocities alone."""
-        if not self.named:
-            return form
-        ways = {one.name: one.form for one in self.named}
-        return in_place(form, ways | {one.rate: in_place(one.rate_form, ways) for one in self.named})
+        return in_place(form, self.explicit) if self.named else form
 
 
 def named_lengths(

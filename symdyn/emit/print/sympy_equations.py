@@ -7,11 +7,11 @@ r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.form import Form, Number, Symbol, product_of, sum_of
+from symdyn.algebra.form import Form, Number, Symbol, product_of, sum_of, symbols_of
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops.constraint_rows import differentiated
 from symdyn.dynamics.mechanism.prescribed import TIME
@@ -33,7 +33,7 @@ class SympyEquations(Shown):
     Attributes:
         scene: the mechanism.
         symbols: what stands for each name: parameters, coordinates, velocities (q1_dot), accelerations (q1_ddot),
-            drives, inputs, multipliers (lambda1) and t.
+            drives, inputs, multipliers (lambda1), t, and lengths of struts (s_sf, s_sf_dot).
         q, qd, qdd: coordinates, velocities and accelerations, shape (n, 1); rad or m, and per s.
         M: mass matrix, shape (n, n); kg m^2, kg m or kg.
         C: by Christoffel symbols, so that Ṁ - 2 C is skew, shape (n, n).
@@ -46,6 +46,9 @@ class SympyEquations(Shown):
         bias: Ġ q̇, shape (m, 1).
         residual: r(q), of rows that hold positions, shape (p, 1).
         motions: formulas in t of the coordinates whose motion is prescribed.
+        sub: lengths of struts between points and their rates, which stand in k_E, tau and P as functions of what they
+            depend on, such as s_sf(a, x, y), with their formulas: `.subs(eq.sub).doit()` writes them out, before any
+            values are put in.
         K, P: kinetic energy; potential energy of gravity and springs; J.
         unsimplified: why rows have no closed form, "" where they have one; they are then as they were derived, exact
             and long.
@@ -69,6 +72,7 @@ class SympyEquations(Shown):
     motions: Mapping[Any, Any]
     K: Any
     P: Any
+    sub: Mapping[Any, Any] = field(default_factory=dict)
     unsimplified: str = ""
 
     def __repr__(self) -> str:
@@ -127,6 +131,9 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     plain = {name: form_to_sympy(Symbol(name), positive) for name in names}
     symbols = plain | _in_time(scene, sizes) if dynamic else plain
     moved = {plain[name]: symbols[name] for name in names if dynamic and plain[name] != symbols[name]}
+    functions = _functions(page, plain, moved)
+    symbols |= functions
+    moved |= {form_to_sympy(Symbol(name), positive): function for name, function in functions.items()}
 
     def write(one: Form | Expr) -> Any:
         found = graph_to_sympy([one], positive)[0] if isinstance(one, Expr) else form_to_sympy(one, positive)
@@ -162,6 +169,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
         motions={symbols[name]: write(form) for name, form in page.motions},
         K=write(page.K),
         P=write(page.P),
+        sub={function: write(page.lengths.explicit[name]) for name, function in functions.items()},
         unsimplified=page.constraints.missing,
     )
 
@@ -190,6 +198,19 @@ def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]
         (found.G[k], found.bias[k], found.residual[k] if found.labels[k].closes else None)
         for k in Workspace(scene).loops.decisions.kept
     ]
+
+
+def _functions(page: Printable, plain: Mapping[str, Any], moved: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return the lengths of struts and their rates as functions of what they depend on, so that these move them."""
+    from sympy import Function
+
+    used = page.lengths.used((*page.forms, page.P))
+    found = {}
+    for name, _ in used:
+        needed = set(symbols_of(page.lengths.explicit[name]))
+        arguments = [plain[one].xreplace(moved) for one in plain if one in needed]
+        found[name] = Function(name, real=True)(*arguments)
+    return found
 
 
 def _in_time(scene: Scene, multipliers: Sequence[str]) -> dict[str, Any]:

@@ -2,6 +2,9 @@
 
 Names of the scene win: one that SymPy uses otherwise (I, E, S, N) becomes the symbol. Only what the text itself needs
 (Eq, Rational, …) stays, and the variable of such a symbol takes an underscore: `Eq_ = symbols("Eq", real=True)`.
+
+Lengths of struts are functions of what they depend on, `s_sf = Function("s_sf")(x, y)`, so that a derivative of what
+holds them is none that is wrong; `.subs(sub).doit()` writes them out.
 """
 
 from __future__ import annotations
@@ -13,27 +16,34 @@ from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.text_page import coefficient_name
 from symdyn.scene import Scene, acceleration_name
 
-WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi")
+WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi", "Function")
 """What the text takes from SymPy beside its functions."""
 
 Names = Mapping[tuple[str, tuple[int, ...]], str]  # variable of a coefficient, by kind and indices
 
 
 class _Variables:
-    """The variables of the program: symbols first, then what is defined with them."""
+    """The variables of the program: symbols first, then what is defined with them.
 
-    def __init__(self, scene: Scene, used: Iterable[str]) -> None:
+    Attributes:
+        depending: names that are no symbols but functions of others, with what they stand for.
+    """
+
+    def __init__(self, scene: Scene, used: Iterable[str], depending: Mapping[str, Form] | None = None) -> None:
         """Name the symbols, those of the scene in its order, then the others."""
         from symdyn.algebra.sympy_algebra import NAMES  # with NumPy, which other formats can do without
 
         order = [parameter.name for parameter in scene.parameters]
         order += [*scene.coordinates, *scene.velocities, *map(acceleration_name, scene.velocities)]
-        needed = dict.fromkeys(used)
+        self.depending = depending or {}
+        hidden = [name for form in self.depending.values() for name in symbols_of(form)]
+        needed = dict.fromkeys([*(name for name in used if name not in self.depending), *hidden])
         self.positive = [parameter.name for parameter in scene.parameters if parameter.positive]
         self._taken = {*WORDS, *NAMES.values()}
         self.symbols: dict[str, str] = {}
         for name in [*(name for name in order if name in needed), *(name for name in needed if name not in order)]:
             self.symbols[name] = self.fresh(name)
+        self.symbols |= {name: self.fresh(name) for name in self.depending}
 
     def fresh(self, name: str) -> str:
         """Return a variable called `name`, with underscores if that is taken."""
@@ -46,10 +56,21 @@ class _Variables:
         """Yield one line for real symbols, one for positive ones."""
         for assumption in ("positive", "real"):
             group = {
-                name: v for name, v in self.symbols.items() if (name in self.positive) == (assumption == "positive")
+                name: v
+                for name, v in self.symbols.items()
+                if name not in self.depending and (name in self.positive) == (assumption == "positive")
             }
             if group:
                 yield f'{", ".join(group.values())} = symbols("{" ".join(group)}", {assumption}=True)'
+        for name, form in self.depending.items():
+            of = ", ".join(self.symbols[x] for x in self.symbols if x in symbols_of(form))
+            yield f'{self.symbols[name]} = Function("{name}", real=True)({of})'
+
+    def substitution(self) -> Iterator[str]:
+        """Yield the dictionary of what is written as a function."""
+        if self.depending:
+            pairs = (f"{self.symbols[name]}: {self.show(form)}" for name, form in self.depending.items())
+            yield f"{self.fresh('sub')} = {{{', '.join(pairs)}}}"
 
     def show(self, form: Form) -> str:
         """Return a form as Python."""
@@ -64,8 +85,9 @@ def sympy_page(page: Printable, group: str) -> str:
     forms = [page.left(i) for i in n] + [c.rate for row in page.rows for c in row] + [page.driving(i) for i in n]
     forms += [*found.positions(), *found.accelerations()]
     forms += [form for name, motion in page.motions for form in (Symbol(name), motion)]
-    variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)))
-    lines = [*variables.declarations(), *LINES[group](page, variables)]
+    explicit = {name: page.lengths.explicit[name] for name, _ in page.definitions}
+    variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)), explicit)
+    lines = [*variables.declarations(), *variables.substitution(), *LINES[group](page, variables)]
     lines += [
         f"{variables.fresh(f'motion_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
         for name, form in page.motions
