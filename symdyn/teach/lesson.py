@@ -13,9 +13,11 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange.second_kind import Energies, driving_forces, energies
+from symdyn.dynamics.mechanism.loads import squared_length
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, state_symbols, vector
-from symdyn.emit.print.letters import Letters
+from symdyn.emit.print.letters import LENGTH, Letters
+from symdyn.emit.print.printable import Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import JOINTS, Joint, Scene
@@ -205,6 +207,16 @@ class Lesson(Prose):
                 "what every coefficient is worth, and symdyn generate writes the code"
             )
         return found
+
+    @cached_property
+    def page(self) -> Printable:
+        """What is said of the equations, lengths of struts by names, which it adds to those of the document."""
+        page = printable(self.forms, lengths=f"{LENGTH}:")
+        for one in page.lengths.named:
+            node = self.graph.sqrt(squared_length(self.placed, one.struts[0], self.graph))
+            self.name(one.name, LENGTH, *one.index, node=node)
+            self.name(one.rate, LENGTH, *one.index, node=tangents([node], self.state.velocity)[0], dots=1)
+        return page
 
     @cached_property
     def energy(self) -> Energies:

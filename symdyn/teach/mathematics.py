@@ -51,7 +51,8 @@ class Spelling:
             if name.look is not None:
                 self.symbols[key] = self._spelled(name)
         self.decimal = language_of(document.language).decimal
-        self._write = _Fractions(self.symbols, None if digits is None else digits_or(digits), self.decimal)
+        limit = None if digits is None else digits_or(digits)
+        self._write = _Fractions(self.symbols, limit, decimal=self.decimal)
 
     def _spelled(self, name: Name) -> str:
         look = name.look

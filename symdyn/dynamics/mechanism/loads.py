@@ -79,7 +79,7 @@ def elastic_energy(scene: Scene, graph: Graph) -> Expr:
     struts = elastic(scene)
     placed = body_placements(scene, graph) if struts else {}
     return graph.total(
-        stored_between(strut, _square(placed, strut, graph))
+        stored_between(strut, squared_length(placed, strut, graph))
         if strut.ends
         else stored(strut, joint_position(joint_of(scene, strut), graph))
         for strut in struts
@@ -96,7 +96,7 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
     found = [graph.zero] * len(scene.velocities)
     for strut in struts:
         if strut.ends:
-            x = _square(placed, strut, graph)
+            x = squared_length(placed, strut, graph)
             force = pull(strut, x, graph.zero) / 2
         else:
             x = joint_position(joint_of(scene, strut), graph)
@@ -110,8 +110,8 @@ def joint_of(scene: Scene, strut: Strut) -> Joint:
     return next(joint for joint in scene.joints if joint.name == strut.joint)
 
 
-def _square(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
-    """Return the squared distance of the ends, m²."""
+def squared_length(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
+    """Return the squared distance of the ends of a strut between points, m², from the placement of every body."""
     a, b = (_point(placed, end, graph) for end in strut.ends)
     apart = sub(b, a)
     return dot(apart, apart)
@@ -132,7 +132,7 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     placed = body_placements(scene, graph) if struts or scene.loads else {}
     for strut in struts:
         if strut.ends:
-            s = graph.sqrt(_square(placed, strut, graph))
+            s = graph.sqrt(squared_length(placed, strut, graph))
             (rate,) = tangents([s], state.velocity)
             _oppose(forces, rate, pull_of(strut).force(strut, s, rate), state)
     for load in scene.loads:

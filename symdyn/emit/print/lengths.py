@@ -1,7 +1,7 @@
 """Lengths of struts between points and their rates, by name in equations and defined below them.
 
 A spring sf and a damper df between the same points share the length s_sf and the rate s_sf_dot. The letter is one that
-no symbol of the scene has with such an index.
+no symbol of the scene has with such an index; of two struts that are called alike the second adds its kind.
 """
 
 from __future__ import annotations
@@ -23,12 +23,14 @@ class NamedLength:
 
     Attributes:
         struts: those between them, in the scene's order.
+        index: what stands below its letter, part by part.
         name, rate: what it and its rate are called in code.
         form: the distance, m.
         rate_form: its rate, m/s; the distance in it by its name.
     """
 
     struts: tuple[Strut, ...]
+    index: tuple[str, ...]
     name: str
     rate: str
     form: Form
@@ -51,6 +53,11 @@ class Lengths:
 
     named: tuple[NamedLength, ...] = ()
 
+    @property
+    def names(self) -> dict[Strut, tuple[str, str]]:
+        """The names of the length and of its rate, by strut."""
+        return {strut: (one.name, one.rate) for one in self.named for strut in one.struts}
+
     def used(self, forms: Iterable[Form]) -> list[tuple[str, Form]]:
         """Return names with what they stand for, those that stand in forms and those that stand in these."""
         found = {name for form in forms for name in symbols_of(form)}
@@ -69,36 +76,36 @@ class Lengths:
 
 
 def named_lengths(
-    scene: Scene, loads: ClosedLoads, compact: Compactor, taken: Iterable[str], spelled: Callable[[Form], Form]
-) -> tuple[Lengths, ClosedLoads]:
-    """Return the lengths of a scene, and its loads with their names in place of them.
+    scene: Scene,
+    loads: ClosedLoads,
+    compact: Compactor,
+    taken: Iterable[str],
+    spelled: Callable[[Form], Form],
+    prefix: str = "",
+) -> Lengths:
+    """Return the lengths of a scene.
 
     Args:
         scene: the mechanism.
-        loads: what acts on it, written out.
+        loads: what acts on it.
         compact: writes their geometry.
         taken: names that stand for something else.
         spelled: what is done to every form that is printed.
+        prefix: what all names begin with.
     """
     together, used = loads.alongside(), set(taken)
-    if not together:
-        return Lengths(), loads
-    chosen = Letters(scene)[LENGTH]
-    names: dict[Strut, tuple[str, str]] = {}
+    letter = Letters(scene)[LENGTH] if together else ""
+    found: list[NamedLength] = []
     for struts in together:
-        name = f"{chosen if chosen.isalpha() else 's'}_{struts[0].name}"
+        first = struts[0]
+        twin = any(one.struts[0].name == first.name for one in found)
+        index = (*([first.kind] if twin else []), *first.name.split("_"))
+        name = "_".join((letter if letter.isalpha() else "s", *index))
         while used & {name, velocity_name(name)}:
             name += "_"
         used |= {name, velocity_name(name)}
-        names |= dict.fromkeys(struts, (name, velocity_name(name)))
-    loads = loads.named(names)
-    found = [
-        NamedLength(
-            tuple(struts),
-            *names[struts[0]],
-            spelled(loads.length(struts[0], compact)),
-            spelled(loads.rate(struts[0], compact)),
-        )
-        for struts in together
-    ]
-    return Lengths(tuple(found)), loads
+        name = f"{prefix}{name}"
+        loads = loads.named({**loads.names, **dict.fromkeys(struts, (name, velocity_name(name)))})
+        forms = (spelled(loads.length(first, compact)), spelled(loads.rate(first, compact)))
+        found.append(NamedLength(tuple(struts), index, name, velocity_name(name), *forms))
+    return Lengths(tuple(found))

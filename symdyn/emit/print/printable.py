@@ -131,6 +131,7 @@ class Printable:
         constraints: rows of loops and contacts, with their multipliers.
         motions: coordinates whose motion is prescribed, with their formulas in time.
         K, P: the energies.
+        E: the share of struts in P.
         lengths: of struts between points, which stand in all of these by their names.
         short: whether s12 stands for sin(q1 + q2).
     """
@@ -142,6 +143,7 @@ class Printable:
     motions: tuple[tuple[str, Form], ...]
     K: Form
     P: Form
+    E: Form
     lengths: Lengths
     short: bool
 
@@ -193,8 +195,17 @@ class Printable:
         return sum_of((self.right[joint], self.constraints.carried(joint)))
 
 
-def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None = None) -> Printable:
-    """Return what is to be printed; `digits` are the most that a number has, None leaves them exact."""
+def printable(
+    scene: Scene | ClosedForm, short: bool = False, digits: int | None = None, lengths: str | None = ""
+) -> Printable:
+    """Return what is to be printed.
+
+    Args:
+        scene: the mechanism, or its closed forms.
+        short: whether s12 stands for sin(q1 + q2).
+        digits: the most that a number has; None leaves them exact.
+        lengths: what the names of lengths of struts begin with; None writes all lengths out.
+    """
     closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
     scene = closed.scene
     names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
@@ -208,9 +219,10 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
         return form if digits is None else rounded(form, digits)
 
     moving = {*scene.velocities, *map(acceleration_name, scene.velocities), TIME}
-    lengths, loads = named_lengths(scene, closed.loads, closed.compactor, names | moving, spelled)
-    closed = replace(closed, loads=loads) if lengths.named else closed
-    names |= {name for one in lengths.named for name, _ in one.defined}
+    found = named_lengths(scene, closed.loads, closed.compactor, names | moving, spelled, lengths or "")
+    if found.named and lengths is not None:
+        closed = replace(closed, loads=closed.loads.named(found.names))
+    names |= {name for one in found.named for name, _ in one.defined}
 
     def write(key: Key) -> Form:
         return spelled(closed.form(*key))
@@ -230,8 +242,8 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
     constraints = _constraints(scene, spelled, names | set(scene.velocities))
     graph = Graph()
     motions = [(j.coordinate, form_of(express(j.motion, graph))) for j in scene.moving if j.motion is not None]
-    K, P = write(("K",)), write(("P",))
-    return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, lengths, short)
+    K, P, E = write(("K",)), write(("P",)), spelled(closed.loads.energy(closed.compactor))
+    return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, E, found, short)
 
 
 def _rate(scene: Scene, rates: Rates) -> Form:

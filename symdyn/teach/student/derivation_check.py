@@ -51,11 +51,11 @@ def check_derivation(
         DerivationError: the scene has no closed form to compare with.
     """
     scene = as_parameters(scene_of(scene))
-    page = printable(scene)
+    page = printable(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
-    others = tuple(multipliers)
+    others = (*multipliers, *page.lengths.explicit)
     names = Names(scene, others)
-    read = read_statements(text, scene, name, target, others)
+    read = [_in_coordinates(one, page) for one in read_statements(text, scene, name, target, others)]
     diagnosis = Diagnosis(scene, multipliers)
     asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in symbols_of(f)}
     goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
@@ -86,6 +86,11 @@ def check_derivation(
         if not statement.targets and not _names_only(statement, names, len(read)):
             answers.append(_balanced(untitled(filled, page), filled, diagnosis))
     return answers
+
+
+def _in_coordinates(statement: Statement, page: Printable) -> Statement:
+    """Return a statement with lengths of struts, which may go by the names that equations have, written out."""
+    return replace(statement, forms=tuple(map(page.lengths.written_out, statement.forms)))
 
 
 def _names_only(statement: Statement, names: Names, count: int) -> bool:

@@ -63,7 +63,7 @@ class Names:
 
     Attributes:
         scene: the mechanism.
-        others: names of symbols beside it, such as multipliers.
+        others: names of symbols beside it, such as multipliers, lengths of struts and their rates.
     """
 
     scene: Scene
@@ -111,6 +111,8 @@ class Names:
             return name
         if name in self.dotted:
             return self.dotted[name][dots - 1] if dots <= 2 else None
+        if dots == 1 and velocity_name(name) in self.others:
+            return velocity_name(name)
         return acceleration_name(name) if dots == 1 and name in self.scene.velocities else None
 
     def read(self, word: str) -> list[list[str | Form]]:

@@ -220,32 +220,31 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
 
 
 def _springs(lesson: Lesson, potential: list[str]) -> Step:
-    forms = lesson.forms
     lesson.name("P:E", "P", "E", node=lesson.energy.E)
     potential.append("P:E")
-    form = forms.loads.energy(forms.compactor)
-    return Step("springs", lesson.say("springs"), (folded(lesson, Formula("P:E", form)),), lesson.say("springs.reason"))
+    block = folded(lesson, Formula("P:E", lesson.page.E))
+    return Step("springs", lesson.say("springs"), (block,), lesson.say("springs.reason"))
 
 
 # Together
 
 
 def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[Step]:
-    forms, energy = lesson.forms, lesson.energy
+    page, energy = lesson.page, lesson.energy
     lesson.name("K:", "K", node=energy.K)
     lesson.name("P:", "P", node=energy.P)
     lesson.name("L:", "L", node=lesson.L)
     total: list[Block] = []
-    for name, keys in (("K", kinetic), ("P", potential)):
+    for name, keys, form in (("K", kinetic, page.K), ("P", potential, page.P)):
         parts = sum_of(Symbol(key) for key in keys)
         if parts != ZERO:
             total.append(Formula(f"{name}:", parts))
         if len(keys) != 1 or name == "K":
-            total.append(folded(lesson, Formula(f"{name}:", forms.form(name), lesson.number(name))))
+            total.append(folded(lesson, Formula(f"{name}:", form, lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
-    negative = sum_of(_negated(term) for term in terms_of(forms.form("P")))
+    negative = sum_of(_negated(term) for term in terms_of(page.P))
     blocks: list[Block] = [
-        folded(lesson, Formula("L:", sum_of((forms.form("K"), negative)), lesson.number("L"))),
+        folded(lesson, Formula("L:", sum_of((page.K, negative)), lesson.number("L"))),
     ]
     steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
     return steps

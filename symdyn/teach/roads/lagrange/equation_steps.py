@@ -22,7 +22,7 @@ from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces,
 from symdyn.dynamics.mechanism.directions import christoffel
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.printable import Coefficient, Printable, printable
+from symdyn.emit.print.printable import Coefficient, Printable
 from symdyn.graph import Expr, tangents
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named, together
@@ -51,7 +51,7 @@ def coefficient_unit(of: str, indices: Sequence[int], slides: Sequence[bool]) ->
 
 def name_coefficients(lesson: Lesson) -> Printable:
     """Name every coefficient, drive and generalized force, each with its value by Lagrange's road on the graph."""
-    page = printable(lesson.forms)
+    page = lesson.page
     M = mass_matrix(lesson.energy)
     found = christoffel(M, lesson.energy.directions)
     rows = {"k_z": M, "k_C": found.coriolis(), "k_D": found.centrifugal()}

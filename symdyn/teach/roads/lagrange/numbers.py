@@ -68,7 +68,8 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
             value = node_of(lesson, key) * express_form(c.rate, lesson.graph)
             terms.append((product_of((Symbol(key), c.rate)), value))
     for force in _others(lesson, page, i):
-        terms.append((product_of((MINUS_ONE, force)), -express_form(force, lesson.graph)))
+        node = express_form(page.lengths.written_out(force), lesson.graph)
+        terms.append((product_of((MINUS_ONE, force)), -node))
     labels, values = [label for label, _ in terms], chosen.of(*(value for _, value in terms))
     whole, sum_ = sum(map(abs, values)) or 1.0, sum(values)
     sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
@@ -106,7 +107,8 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     symbol = lesson.rate("E:", rate)
     forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
     power = [signed_product(sum_of(forces[i]), named(state.qd[i])) for i in n]
-    acting = [lesson.drives[i] + express_form(sum_of(forces[i][1:]), lesson.graph) for i in n]
+    others = [page.lengths.written_out(sum_of(some[1:])) for some in forces]
+    acting = [lesson.drives[i] + express_form(others[i], lesson.graph) for i in n]
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)
     parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]

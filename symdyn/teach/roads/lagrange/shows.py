@@ -15,6 +15,7 @@ SHOWS: Mapping[str, tuple[str, ...]] = {
     "scene": ("frames",),
     "coordinates": ("angles",),
     "acting": ("forces",),
+    "lengths": ("forces",),
     "principle:forces": ("forces",),
     "rotation": ("frames", "angles"),
     "position": ("places",),

@@ -19,6 +19,7 @@ from symdyn.teach.roads.lagrange.numbers import number_steps, power_step, scene_
 from symdyn.teach.roads.lagrange.principle import principle_steps, task_step
 from symdyn.teach.roads.lagrange.rotations import rotation_steps
 from symdyn.teach.roads.lagrange.shows import with_figures
+from symdyn.teach.roads.lagrange.strut_lengths import length_steps
 from symdyn.teach.roads.lagrange.velocities import position_steps, velocity_steps
 from symdyn.teach.shown_state import choose_state
 from symdyn.teach.silent_loops import silent_steps
@@ -44,7 +45,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     shown = scene_step(lesson, scene_picture(lesson, chosen, letters))
     first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
+        lesson.section("scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson)]),
         lesson.section("principle", principle_steps(lesson, page)),
         *([lesson.section("rotations", turned)] if (turned := rotation_steps(lesson, found)) else []),
         lesson.section("positions", position_steps(lesson, found)),

@@ -15,6 +15,7 @@ from symdyn.teach.roads.lagrange.equation_steps import coefficient_steps, equati
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
 from symdyn.teach.roads.lagrange.principle import task_step
 from symdyn.teach.roads.lagrange.shows import with_figures
+from symdyn.teach.roads.lagrange.strut_lengths import length_steps
 from symdyn.teach.roads.lagrange.velocities import position_steps, velocity_steps
 from symdyn.teach.roads.multipliers.balance import name_forces, principle_steps, reduced_steps, system_step
 from symdyn.teach.roads.multipliers.conditions import condition_steps, name_ties
@@ -40,7 +41,7 @@ def multipliers_walkthrough(scene: Scene, language: str = "en", until: str = "nu
     shown = scene_step(lesson, scene_picture(lesson, chosen))
     first = [shown, *silent_steps(lesson), task_step(lesson), coordinate_step(lesson, lesson.graph, chosen)]
     sections = [
-        lesson.section("scene", [*first, *acting_steps(lesson), notation_step(lesson)]),
+        lesson.section("scene", [*first, *acting_steps(lesson), *length_steps(lesson), notation_step(lesson)]),
         lesson.section("conditions", condition_steps(lesson)),
     ]
     if last >= 1:
