@@ -131,11 +131,13 @@ def _chunks(from_text: Source, found: Sequence[Token]) -> Iterator[list[Token]]:
 
 
 def _begins(from_text: Source, row: Token, rest: Sequence[Token]) -> bool:
-    """Whether what follows the end of a line may begin a statement.
+    r"""Whether what follows the end of a line may begin a statement.
 
-    It does not if it begins with a sign, unless it has an "=" of its own. One that has none goes on if it is indented;
-    where LaTeX marks mathematics, only its own ends of lines mean something.
+    It does not if it begins with a sign, unless it has an "=" of its own. One that has none goes on if it is indented,
+    which is \quad in LaTeX; where that marks mathematics, only its own ends of lines mean something.
     """
+    if _is_indented(from_text, row):
+        return False
     if rest[0].kind == "close" or (rest[0].kind == "op" and rest[0].text not in "+-"):
         return False
     plain = row.text == "\n"  # its lines go on where they are indented
@@ -151,8 +153,17 @@ def _begins(from_text: Source, row: Token, rest: Sequence[Token]) -> bool:
 def _ends(from_text: Source, token: Token, plain: bool) -> bool:
     """Whether a line ends at a token, and does not go on indented."""
     after = token.at + len(token.text)
-    goes_on = plain and token.text == "\n" and from_text.text[after : after + 1] == " "
+    indented = plain and token.text == "\n" and from_text.text[after : after + 1] == " "
+    goes_on = indented or _is_indented(from_text, token)
     return token.kind in ("row", "stop") and not goes_on
+
+
+def _is_indented(from_text: Source, row: Token) -> bool:
+    r"""Whether \quad follows the end of a line of LaTeX, as where a formula goes on that is printed in lines."""
+    return INDENTED.match(from_text.text, row.at + len(row.text)) is not None
+
+
+INDENTED = re.compile(r"[\s&]*\\quad(?![A-Za-z])")
 
 
 def _is_whole(row: Sequence[Token]) -> bool:
