@@ -9,9 +9,8 @@ from fractions import Fraction
 
 from symdyn.algebra.form import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import break_lines
 from symdyn.emit.print.formula_text import Latex
-from symdyn.emit.print.latex_width import BREAK, INDENT, latex_width
+from symdyn.emit.print.latex_width import BREAK
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printed_names import PrintName, latex_symbols
 from symdyn.rounding import digits_or, in_digits
@@ -79,7 +78,7 @@ class Spelling:
         return "=" if all(_is_whole(exact.number(value), value) for value in numbers) else r"\approx"
 
     def formula(self, formula: Formula) -> tuple[str, str]:
-        """Return (left, "= right") of a formula, the right-hand side with break marks."""
+        """Return (left, "= right") of a formula, with break marks."""
         if not formula.left:
             assert formula.right is not None, "a formula without a name on the left has two sides"
             return "", f"{self(formula.form)} {BREAK}{self.sign(formula.form, formula.right)} {self(formula.right)}"
@@ -105,7 +104,7 @@ class Spelling:
             sign = "-" if negative else "+"
             text += f" {BREAK}{sign} {shown}" if text else f"{'-' if negative else ''}{shown}"
         sign = self.sign(*(brace.form for brace in formula.terms))
-        return self.inline(formula.left), f"{sign} {text or '0'}"
+        return self(formula.left), f"{sign} {text or '0'}"
 
     def matrix(self, matrix: Matrix) -> str:
         r"""Return left &= \begin{bmatrix} ... \end{bmatrix}, with \approx where a number is rounded."""
@@ -166,10 +165,3 @@ def _index(part: str) -> str:
     if part.replace(" ", "").isdigit():
         return part.replace(" ", r"\,")
     return part if len(part) <= 2 else rf"\mathrm{{{in_latex(part)}}}"
-
-
-def lines(left: str, right: str, room: float) -> list[str]:
-    r"""Return a formula in lines of an aligned display, "left &= right" first."""
-    width = room - latex_width(left)
-    first, *others = break_lines(right, max(width, room / 3), room - INDENT, latex_width)
-    return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]

@@ -5,7 +5,7 @@ Lines of LaTeX fit an A4 page with 20 mm margins at 10 pt.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from symdyn.emit.print.latex_width import BREAK, INDENT, LINE, latex_width
 
@@ -52,9 +52,9 @@ MOST_LINES = 60  # of one align, which TeX reads whole
 Lines = list[str]
 
 
-def lines_of(left: str, text: str, right: str = "", column: float = 0.0) -> Lines:
+def lines_of(left: str, text: str, right: str = "", column: float = 0.0, line: float = LINE) -> Lines:
     """Return the lines of `left text right`, aligned at the start of `text`, behind a column so wide or wider."""
-    room = LINE - max(latex_width(left), column)
+    room = line - max(latex_width(left), column)
     lines = break_lines(text, room, room - INDENT, latex_width)
     if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
         lines += break_lines(right, room - INDENT, room - INDENT, latex_width)
@@ -64,19 +64,33 @@ def lines_of(left: str, text: str, right: str = "", column: float = 0.0) -> Line
     return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
 
 
-def definitions(pairs: Sequence[tuple[str, str]]) -> list[str]:
-    """Return displays of left = right, aligned at the signs; a wide left-hand side stands behind the column of others.
+def column_of(lefts: Iterable[str]) -> float:
+    """Return how wide the column of left-hand sides is that stand in one display, those left out that are too wide."""
+    return max((width for width in map(latex_width, lefts) if width <= COLUMN), default=0.0)
+
+
+def sides(left: str, right: str, column: float = 0.0, line: float = LINE) -> Lines:
+    """Return the lines of left and right, aligned at the sign that `right` begins with.
 
     Args:
-        pairs: both sides of each, the right one with break marks; without a left one the other is all that is written.
+        left: with break marks; where it is too wide to align with, it stands behind the column; "" for none.
+        right: with break marks.
+        column: of the left-hand sides of the display, pt.
+        line: room, pt.
     """
-    widths = [latex_width(left) for left, _ in pairs]
-    column = max((width for width in widths if width <= COLUMN), default=0.0)
-    paragraphs = []
-    for (left, right), width in zip(pairs, widths, strict=True):
-        alone = right if not left else f"{left} {BREAK}= {right}" if width > COLUMN else ""
-        paragraphs.append(lines_of("" if alone else left.replace(BREAK, ""), alone or f"= {right}", column=column))
-    return list(align(paragraphs))
+    if latex_width(left) > COLUMN:
+        return lines_of("", f"{left} {BREAK}{right}", column=column, line=line)
+    return lines_of(left.replace(BREAK, ""), right, column=column, line=line)
+
+
+def definitions(pairs: Sequence[tuple[str, str]]) -> list[str]:
+    """Return displays of left = right, aligned at the signs.
+
+    Args:
+        pairs: both sides of each, with break marks; without a left one the other is all that is written.
+    """
+    column = column_of(left for left, _ in pairs)
+    return list(align([sides(left, f"= {right}" if left else right, column) for left, right in pairs]))
 
 
 def equations(pairs: Sequence[tuple[str, str]]) -> list[str]:

@@ -12,7 +12,7 @@ from symdyn.algebra.form import Form
 from symdyn.draw.style import style
 from symdyn.emit.code.identifiers import page_stem, stem
 from symdyn.emit.escape import in_html, in_script
-from symdyn.emit.print.latex_width import latex_width
+from symdyn.emit.print.latex_width import BREAK, latex_width
 from symdyn.emit.render import render
 from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (
@@ -130,7 +130,7 @@ class _Page:
             yield f"<p>{self.words(block)}</p>"
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
-            terms = pieces(left, right)
+            terms = pieces(left.replace(BREAK, ""), right)
             yield _numbered(PART.join(terms), block.number, self.numbered.marks(block, len(terms)))
         elif isinstance(block, Matrix):
             left, right = self.spell.matrix(block).split("&", maxsplit=1)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_latex
+from symdyn.emit.print.breaking import column_of, sides
 from symdyn.emit.print.latex_width import LINE, latex_width
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
@@ -32,7 +33,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import language_of
-from symdyn.teach.mathematics import Spelling, lines
+from symdyn.teach.mathematics import Spelling
 from symdyn.teach.practice.solutions import solutions_last
 from symdyn.teach.render.drawing import tex_picture
 
@@ -108,12 +109,13 @@ class _Page:
         return text
 
     def _display(self, group: Sequence[Block], room: float) -> str:
-        rows = []
-        for block in group:
-            assert isinstance(block, (Formula, Braced)), "only formulas share a display"
-            left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
+        formulas = [block for block in group if isinstance(block, (Formula, Braced))]
+        pairs = [self.spell.formula(one) if isinstance(one, Formula) else self.spell.braced(one) for one in formulas]
+        column, rows = column_of(left for left, _ in pairs), []
+        tagged = room - TAG * any(block.number for block in formulas)
+        for block, (left, right) in zip(formulas, pairs, strict=True):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
-            rows.append(" \\\\\n  ".join(lines(left, right, room - (TAG if tag else 0))) + tag)
+            rows.append(" \\\\\n  ".join(sides(left, right, column, tagged)) + tag)
         inside = " \\\\\n  ".join(rows)
         return f"\\begin{{align*}}\n  {inside}\n\\end{{align*}}"
 

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_markdown
+from symdyn.emit.print.breaking import lines_of
+from symdyn.emit.print.latex_width import BREAK
 from symdyn.emit.render import render
 from symdyn.teach.document import (
     Blank,
@@ -24,7 +26,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import language_of
-from symdyn.teach.mathematics import Spelling, lines
+from symdyn.teach.mathematics import Spelling
 from symdyn.teach.practice.solutions import solutions_last
 
 ROOM = 620.0  # of a display, pt at 10 pt
@@ -86,7 +88,7 @@ class Page:
             yield self.words(block)
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
-            yield display(lines(left, right, ROOM), block.number)
+            yield display(lines_of(left.replace(BREAK, ""), right, line=ROOM), block.number)
         elif isinstance(block, Matrix):
             yield display([self.spell.matrix(block)], block.number)
         elif isinstance(block, Picture):
