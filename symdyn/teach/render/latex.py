@@ -3,6 +3,7 @@ r"""A document in LaTeX for pdflatex, one file, and as PDF: pictures are drawn i
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -152,7 +153,8 @@ class _Page:
         """Return a table whose wide columns share what the narrow ones leave."""
         rows = [[self.words(cell) for cell in row] for row in (table.head, *table.rows)]
         widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
-        columns = _columns(widths, room - GAP * len(widths))
+        least = [max(_width(part) for cell in column for part in _unbroken(cell)) for column in zip(*rows, strict=True)]
+        columns = _columns(widths, least, room - GAP * len(widths))
         head, *others = [" & ".join(row) + r" \\" for row in rows]
         most = TALL_ROWS if "p{" in columns else ROWS
         parts = ["\n".join([head, r"\hline", *others[k : k + most]]) for k in range(0, len(others), most)]
@@ -181,26 +183,47 @@ def _pdf_text(text: str) -> str:
 
 def _width(cell: str) -> float:
     """Return an estimate of the width of a cell, pt."""
-    outside = "".join(cell.split("$")[::2])
+    outside = COMMAND.sub("x", "".join(cell.split("$")[::2]))
     return 5.5 * len(outside) + sum(latex_width(inside) for inside in cell.split("$")[1::2])
 
 
-def _columns(widths: Sequence[float], room: float) -> str:
-    r"""Return the column types: l for what fits, p{…} for what is wide."""
+COMMAND = re.compile(r"\\ensuremath\{[^{}]*\}|\\[A-Za-z]+\{\}|\\.")
+"""One letter of text that takes more in LaTeX."""
+
+
+def _unbroken(cell: str) -> Iterator[str]:
+    """Yield the parts of a cell that TeX does not break: words, and terms of formulas without a fraction."""
+    for k, part in enumerate(cell.split("$")):
+        if k % 2 == 0:
+            yield from part.split()
+        else:
+            yield from (f"${term}$" for term in ([part] if r"\frac" in part else re.split(" [+-] ", part)))
+
+
+def _columns(widths: Sequence[float], least: Sequence[float], room: float) -> str:
+    r"""Return the column types: l for what fits or does not break, p{…} for what is wide; each has its least width."""
     if sum(widths) <= room:
         return "l" * len(widths)
     left, wide = room, list(range(len(widths)))
     while True:
-        narrow = [k for k in wide if widths[k] <= left / len(wide)]
+        narrow = [k for k in wide if widths[k] <= max(left / len(wide), least[k])]
         if not narrow or len(narrow) == len(wide):
             break
         left -= sum(widths[k] for k in narrow)
         wide = [k for k in wide if k not in narrow]
-    total = sum(widths[k] for k in wide)
-    sizes = {k: max(left * widths[k] / total, 0.6 * left / len(wide)) for k in wide}
-    scale = left / sum(sizes.values())
+    sizes = {k: widths[k] for k in wide}
+    while True:  # what is wide shares what is left, but for columns that would not hold their widest word
+        shared = [k for k in wide if sizes[k] != least[k]]
+        rest, total = left - sum(least[k] for k in wide if k not in shared), sum(widths[k] for k in shared)
+        sizes |= {k: max(rest * widths[k] / total, 0.6 * rest / len(shared)) for k in shared}
+        scale = rest / (sum(sizes[k] for k in shared) or 1.0)
+        sizes |= {k: scale * sizes[k] for k in shared}
+        tight = [k for k in shared if sizes[k] < least[k]]
+        if not tight or len(tight) == len(shared):
+            break
+        sizes |= {k: least[k] for k in tight}
     ragged = r">{\raggedright\arraybackslash}"
-    return "".join(f"{ragged}p{{{scale * sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))
+    return "".join(f"{ragged}p{{{sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))
 
 
 def pdf(document: Document) -> dict[str, bytes]:
