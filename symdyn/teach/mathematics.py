@@ -112,6 +112,15 @@ class Spelling:
         rows = r" \\ ".join(" & ".join(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width))
         return rf"{self.symbols[matrix.left]} &{self.sign(*matrix.entries)} \begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
+    def named_matrix(self, matrix: Matrix) -> tuple[list[list[str]], list[tuple[str, str]]]:
+        """Return the rows of a matrix with entries by name, zeros as they are, and (name, "= entry") of the others."""
+        shown = [
+            self.symbols[name] if terms_of(x) else "0" for name, x in zip(matrix.names, matrix.entries, strict=True)
+        ]
+        pairs = zip(matrix.names, matrix.entries, strict=True)
+        rows = [shown[k : k + matrix.width] for k in range(0, len(shown), matrix.width)]
+        return rows, [(self.symbols[name], f"{self.sign(x)} {self(x)}") for name, x in pairs if terms_of(x)]
+
     def written(self, value: float) -> str:
         """Return a number of prose."""
         return written(value, self.decimal)

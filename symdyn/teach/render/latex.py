@@ -13,7 +13,7 @@ from pathlib import Path
 
 from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import column_of, sides
+from symdyn.emit.print.breaking import bmatrix, column_of, matrix_width, sides
 from symdyn.emit.print.latex_width import LINE, latex_width
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
@@ -40,6 +40,7 @@ from symdyn.teach.render.drawing import tex_picture
 
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line
+BRACKETS = 24.0  # of a matrix, with the sign before it
 GAP = 16.0  # between columns of a table
 ROWS, TALL_ROWS = 40, 10  # of one table, and of one whose cells have several lines
 BAR = 150.0  # pt of a share of one
@@ -120,15 +121,31 @@ class _Page:
         inside = " \\\\\n  ".join(rows)
         return f"\\begin{{align*}}\n  {inside}\n\\end{{align*}}"
 
+    def _matrix(self, block: Matrix, room: float) -> str:
+        """Return a matrix; one that is too wide with its entries by name, which are written out below it."""
+        tag = rf" \tag{{{block.number}}}" if block.number else ""
+        room -= TAG if tag else 0
+        left, right = self.spell.matrix(block).split("&", maxsplit=1)
+        entries = [self.spell.inline(entry) for entry in block.entries]
+        whole = [entries[k : k + block.width] for k in range(0, len(entries), block.width)]
+        aside = latex_width(left) + BRACKETS
+        if matrix_width(whole) + aside <= room:
+            return f"\\begin{{equation*}}\n  {left}{right}{tag}\n\\end{{equation*}}"
+        rows, pairs = self.spell.named_matrix(block)
+        column = column_of(name for name, _ in pairs)
+        written = [sides(name, form, column, room) for name, form in pairs]
+        if matrix_width(rows) + aside <= room:
+            written.insert(0, [f"{left} &= {bmatrix(rows)}"])
+        inside = " \\\\\n  ".join(line for paragraph in written for line in paragraph)
+        return f"\\begin{{align*}}\n  {inside}{tag}\n\\end{{align*}}"
+
     def block(self, block: Block, room: float) -> Iterator[str]:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
         if isinstance(block, Words):
             text = self.words(block)
             yield f"{text}{WITH_NEXT}" if text.endswith(":") else text
         elif isinstance(block, Matrix):
-            tag = rf" \tag{{{block.number}}}" if block.number else ""
-            line = self.spell.matrix(block).replace("&", "", 1)
-            yield f"\\begin{{equation*}}\n  {line}{tag}\n\\end{{equation*}}"
+            yield self._matrix(block, room)
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"
             yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n\\nopagebreak {caption}\n\\end{{center}}"
