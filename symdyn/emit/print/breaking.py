@@ -102,15 +102,23 @@ def equations(pairs: Sequence[tuple[str, str]]) -> list[str]:
 
 
 def align(paragraphs: Sequence[Lines]) -> Iterator[str]:
-    """Yield align* displays, a few paragraphs each."""
-    chunk: list[Lines] = []
-    for i, paragraph in enumerate(paragraphs):
-        chunk.append(paragraph)
-        full = sum(map(len, chunk)) + (len(paragraphs[i + 1]) if i + 1 < len(paragraphs) else MOST_LINES) > MOST_LINES
-        if full:
-            body = " \\\\\n".join("  " + " \\\\\n  ".join(lines) for lines in chunk)
-            yield f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
+    """Yield align* displays, a few paragraphs each; one that is longer than a display goes on in the next."""
+    chunk: list[str] = []
+    for paragraph in paragraphs:
+        if chunk and len(chunk) + len(paragraph) > MOST_LINES:
+            yield _display(chunk)
             chunk = []
+        chunk += paragraph
+        while len(chunk) > MOST_LINES:
+            yield _display(chunk[:MOST_LINES])
+            chunk = chunk[MOST_LINES:]
+    if chunk:
+        yield _display(chunk)
+
+
+def _display(lines: Lines) -> str:
+    body = " \\\\\n  ".join(lines)
+    return f"\\begin{{align*}}\n  {body}\n\\end{{align*}}"
 
 
 def together(indices: Sequence[str]) -> str:

@@ -13,11 +13,11 @@ from symdyn.algebra.form import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definitions, matrix_width
+from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definitions, lines_of, matrix_width
 from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
-from symdyn.emit.print.latex_width import LINE
+from symdyn.emit.print.latex_width import BREAK, LINE
 from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, reachable
@@ -60,6 +60,9 @@ def dalembert_text(scene: Scene, document: bool = False) -> str:
             "values": any(row["value"] for row in symbols),
         },
     )
+
+
+BRACKETS = 60.0  # of the three matrices of the system, with what stands between them
 
 
 class _Page:
@@ -216,7 +219,11 @@ class _Page:
         pattern = [[names.get((j, h), "0") for h in present] for j in bodies]
         x = [[f"x_{{{_upright(joints[h])}}}"] for h in present]
         b = [[rf"b_{{{body_number(j)}}}"] for j in bodies]
-        displays = list(align([[f"& {bmatrix(pattern)} {bmatrix(x)} + {bmatrix(b)} = 0"]]))
+        lines = [[f"& {bmatrix(pattern)} {bmatrix(x)} + {bmatrix(b)} = 0"]]
+        if matrix_width(pattern) + matrix_width(x) + matrix_width(b) + BRACKETS > LINE:
+            products = [[f"{names[j, h]} {x[k][0]}" for k, h in enumerate(present) if (j, h) in names] for j in bodies]
+            lines = [lines_of("", f" {BREAK}+ ".join([*products[j], b[j][0]]), "= 0") for j in bodies]
+        displays = list(align(lines))
         for (j, h), name in names.items():
             zero = self.system.hanging.graph.zero
             entries = [self.kept(self.system.blocks.get((j, u), ((zero,) * 3, (zero,) * 3))) for u in columns[h]]
