@@ -63,7 +63,12 @@ class LatexReader:
 
     def power(self) -> Expr:
         base = self.atom()
-        return self.graph.power(base, self.exponent()) if self.peek("^") else base
+        if not self.peek("^"):
+            return base
+        if half := re.compile(r"\^\{(-?\d+)/2\}").match(self.text, self.at):
+            self.at = half.end()
+            return self.graph.power(self.graph.sqrt(base), int(half[1]))
+        return self.graph.power(base, self.exponent())
 
     def exponent(self) -> int:
         self.take("^")
