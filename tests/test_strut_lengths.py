@@ -178,6 +178,21 @@ def test_struts_between_the_same_points_share_a_length_and_others_do_not() -> No
     assert list(printed_text(other)[1]) == ["s_s", "s_damper_s", "s_damper_s_dot"]
 
 
+RAIL = """
+gravity = "none"
+parameters = { m = {}, k = {}, c = {}, l = {}, h = {} }
+bodies.slide.mass = "m"
+joints.rail = { type = "prismatic", parent = "ground", child = "slide", axis = [1, 0, 0], coordinate = "x" }
+springs.sf = { from = { body = "ground", at = [0, "h", 0] }, to = "slide", stiffness = "k", free = "l" }
+dampers.df = { from = { body = "ground", at = [0, "h", 0] }, to = "slide", damping = "c" }
+"""
+
+
+def test_the_page_shows_what_is_printed() -> None:
+    page = Path(__file__).parent.parent / "docs" / "equations.md"
+    assert equations_text(read_text(RAIL, "rail"), "text") in page.read_text(encoding="utf-8")
+
+
 def test_a_student_may_answer_with_lengths_by_their_names() -> None:
     from symdyn.teach import check_derivation
 
