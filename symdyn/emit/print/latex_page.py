@@ -224,7 +224,7 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
     room = LINE - latex_width(rf"{law} \tau{carried}, \qquad \tau = ") - 30
     short = matrix_width(columns[4]) < room
     force = r"\tau" if short else head(Letters(page.scene)["Q"])
-    first = [rf"& {law}{force}{carried}" + (rf", \qquad {right}" if short else "")]
+    said = [rf"& {law}{force}{carried}" + (rf", \qquad {right}" if short else "")]
     upper = [(i, j) for i in n for j in n if i <= j]
     entries = [(_mirrored(i, j), write(M[i][j])) for i, j in upper if terms_of(M[i][j])]
     entries += [(entry_name("c", i), write(page.coriolis(i))) for i in n]
@@ -233,7 +233,7 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
     zero = [_mirrored(i, j) for i, j in upper if i < j and not terms_of(M[i][j])]
     if zero:
         entries.append(("", f" = {BREAK}".join([*zero, "0"])))
-    return [*align([first]), *definitions(entries)]
+    return [*align([said]), *definitions(entries)]
 
 
 def _mirrored(i: int, j: int) -> str:
