@@ -40,6 +40,7 @@ from symdyn.teach.render.drawing import tex_picture
 
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line
+THIN = r" \, "  # between factors
 BRACKETS = 24.0  # of a matrix, with the sign before it
 GAP = 16.0  # between columns of a table
 ROWS, TALL_ROWS = 40, 10  # of one table, and of one whose cells have several lines
@@ -172,7 +173,7 @@ class _Page:
         widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
         least = [max(_width(part) for cell in column for part in _unbroken(cell)) for column in zip(*rows, strict=True)]
         columns = _columns(widths, least, room - GAP * len(widths))
-        head, *others = [" & ".join(row) + r" \\" for row in rows]
+        head, *others = [" & ".join(row).replace(THIN, rf"{THIN}\allowbreak ") + r" \\" for row in rows]
         most = TALL_ROWS if "p{" in columns else ROWS
         parts = ["\n".join([head, r"\hline", *others[k : k + most]]) for k in range(0, len(others), most)]
         return "\n\n".join(f"\\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n{part}\n\\end{{tabular}}" for part in parts)
@@ -209,12 +210,12 @@ COMMAND = re.compile(r"\\ensuremath\{[^{}]*\}|\\[A-Za-z]+\{\}|\\.")
 
 
 def _unbroken(cell: str) -> Iterator[str]:
-    """Yield the parts of a cell that TeX does not break: words, and terms of formulas without a fraction."""
+    """Yield the parts of a cell that are not broken: words, and factors of formulas without a fraction."""
     for k, part in enumerate(cell.split("$")):
         if k % 2 == 0:
             yield from part.split()
         else:
-            yield from (f"${term}$" for term in ([part] if r"\frac" in part else re.split(" [+-] ", part)))
+            yield from (f"${term}$" for term in ([part] if r"\frac" in part else re.split(r" [+-] | \\, ", part)))
 
 
 def _columns(widths: Sequence[float], least: Sequence[float], room: float) -> str:
