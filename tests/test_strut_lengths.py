@@ -205,6 +205,27 @@ def test_a_student_may_answer_with_lengths_by_their_names() -> None:
     assert [answer.right for answer in check_derivation("P = k*(s_s - 1/2)**2/2", scene)] == [True]
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_the_system_of_dalembert_names_lengths_and_has_its_values(name: str) -> None:
+    from symdyn.emit.print.dalembert_system import forms_of, printed_system
+
+    system = printed_system(scene_of(name))
+    written, graph = forms_of(system), system.hanging.graph
+    assert written.lengths.named
+    for known in system.bodies:
+        entries = [x for part in (*known.action, *known.inertia) for x in part]
+        shown = [express_form(written.lengths.written_out(written(x)), graph) for x in entries]
+        assert floats(shown) == pytest.approx(floats(entries), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.mends("30.control.4")
+@pytest.mark.parametrize(("name", "lengths"), [("sp", 1), ("car", 2)])
+def test_the_text_of_dalembert_says_every_length_once(name: str, lengths: int) -> None:
+    from symdyn.emit.print.dalembert_lines import dalembert_lines
+
+    assert dalembert_lines(scene_of(name)).count("sqrt(") == lengths
+
+
 def wide_quotients() -> list[Form]:
     """Return fractions too wide for a line: above, below, under a root, with powers, and in a sum."""
     names = [Symbol(f"l{k}") for k in range(24)]

@@ -14,8 +14,8 @@ from symdyn.dynamics.mechanism.loads import joint_resistance, load_vectors, pull
 from symdyn.dynamics.mechanism.state import State, joint_motion, joint_position, vector
 from symdyn.dynamics.mechanism.tree import Tree, ball_rotor, body_inertia
 from symdyn.dynamics.reactions.hinges import Hinge
-from symdyn.graph import Expr, tangents
-from symdyn.scene import GROUND, Place, Scene, express, pull_of
+from symdyn.graph import Expr, Graph, tangents
+from symdyn.scene import GROUND, Place, Scene, Strut, express, pull_of
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -75,10 +75,9 @@ def placements(tree: Sequence[Hinge]) -> list[Transform]:
 def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
     """Return what loads, and struts between points, do on every body about the origin of C, no weight."""
     number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
-    apart = [one for one in scene.struts if not one.joint]
     graph = tree[0].graph
     total = [nothing(graph)] * len(tree)
-    placed = placements(tree) if scene.loads or apart else []
+    placed = placements(tree) if scene.loads or scene.struts else []
 
     def act(k: int, place: Place, wrench: Wrench) -> None:
         """Add a wrench at a place, ground axes, to what acts on body k."""
@@ -90,19 +89,28 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         k = number[load.place.body]
         wrench = load_vectors(load, graph)
         act(k, load.place, rotated(placed[k].R, wrench) if load.frame == "body" and k >= 0 else wrench)
-    for strut in apart:
-        ends = [(number[end.body], end) for end in strut.ends]
-        a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in ends)
-        way = sub(b, a)
-        square = dot(way, way)
+    for strut, (way, square) in ways_apart(scene, placed, graph).items():
         if square.is_zero:  # points that never part
             continue
         stores = pull_of(strut).energy is not None
         (rate,) = [graph.zero] if stores else tangents([graph.sqrt(square)], state.velocity)
         force, couple = scale(pull(strut, square, rate), way), zero_vector(graph)
-        act(*ends[0], (force, couple))
-        act(*ends[1], (neg(force), couple))
+        first, second = strut.ends
+        act(number[first.body], first, (force, couple))
+        act(number[second.body], second, (neg(force), couple))
     return total
+
+
+def ways_apart(scene: Scene, placed: Sequence[Transform], graph: Graph) -> dict[Strut, tuple[Vec, Expr]]:
+    """Return for every strut between points the way from its first end to its second, ground axes, and its square."""
+    number = {body.name: k for k, body in enumerate(scene.bodies)}
+    found = {}
+    for strut in (one for one in scene.struts if not one.joint):
+        at = [(number.get(end.body, -1), vector(end.at, graph)) for end in strut.ends]
+        a, b = (placed[k].point(x) if k >= 0 else x for k, x in at)
+        way = sub(b, a)
+        found[strut] = (way, dot(way, way))
+    return found
 
 
 def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 from symdyn.algebra.form import Symbol, product_of, sum_of
 from symdyn.dynamics.reactions.dalembert import DRIVE, Equilibrium, Unknown
-from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
+from symdyn.emit.print.dalembert_system import Written, direction, forms_of, printed_system
 from symdyn.emit.print.formula_text import broken_text, rounded
-from symdyn.emit.print.text_page import equation_lines
+from symdyn.emit.print.text_page import equation_lines, length_lines
 from symdyn.rounding import asked
 from symdyn.scene import Scene
 
@@ -29,19 +29,22 @@ def dalembert_lines(scene: Scene) -> str:
         EmitError: the mechanism is too large to be read.
     """
     system = printed_system(scene)
-    names = _names(scene, system)
+    written = forms_of(system)
+    names = _names(scene, system, written)
     kept = f"{len(system.kept)} a body"
     head = f"# {system.equations} equations, {kept}; {system.reactions} reactions and {system.drives} drives"
     lines = [head, "", *_unknowns(system, names)]
     for j in range(len(system.bodies)):
-        lines += ["", *_body(scene, system, names, j)]
+        lines += ["", *_body(scene, system, written, names, j)]
+    lines += length_lines(written.lengths, {name for one in written.lengths.named for name, _ in one.defined})
     return "\n".join(lines)
 
 
-def _names(scene: Scene, system: Equilibrium) -> list[str]:
+def _names(scene: Scene, system: Equilibrium, written: Written) -> list[str]:
     """Return a name for each unknown: the scene's own of a drive, else F_joint_x, M_joint_z or R_joint_1."""
     taken = {one.name for one in scene.parameters} | {*scene.coordinates, *scene.velocities}
     taken |= {drive for drive in scene.drives if drive}
+    taken |= {name for one in written.lengths.named for name, _ in one.defined}
     drives = {joint.name: joint.drives for joint in scene.joints}
     found: list[str] = []
     for one in system.unknowns:
@@ -74,9 +77,9 @@ def _told(system: Equilibrium, one: Unknown) -> str:
     return f"{words} of the {one.kind} in joint {one.joint}, joint axes, {'N m' if words.startswith('moment') else 'N'}"
 
 
-def _body(scene: Scene, system: Equilibrium, names: list[str], j: int) -> Iterator[str]:
+def _body(scene: Scene, system: Equilibrium, forms: Written, names: list[str], j: int) -> Iterator[str]:
     """Yield the equations of one body: what acts on it, its inertia and the unknowns add up to zero."""
-    forms, known = forms_of(system), system.bodies[j]
+    known = system.bodies[j]
     yield f"# body {j + 1}, {scene.bodies[j].name}: origin in joint {system.hanging.joints[j].joint.name}"
     for k in system.kept:
         terms = [forms([*part[0], *part[1]][k]) for part in (known.action, known.inertia)]

@@ -70,8 +70,9 @@ class _Page:
 
     def __init__(self, scene: Scene, system: Equilibrium) -> None:
         self.scene, self.system = scene, system
-        self.write = Latex(latex_symbols(scene) | {TIME: TIME}, digits_or(DIGITS))
         self.forms = forms_of(system)
+        lengths = [one.name for one in self.forms.lengths.named]
+        self.write = Latex(latex_symbols(scene, (), lengths) | {TIME: TIME}, digits_or(DIGITS))
         nodes = reachable([*system.right(), *(x for block in system.blocks.values() for part in block for x in part)])
         self.timed = any(node.value == TIME for node in nodes)
         self.names = [self._name(unknown) for unknown in system.unknowns]
@@ -101,6 +102,9 @@ class _Page:
                     f"{words} of the {unknown.kind} in joint {unknown.joint}, joint axes",
                     "N m" if words.startswith("moment") else "N",
                 )
+
+        for one in self.forms.lengths.named:
+            yield symbol_row(self.write.symbols[one.name], one.text, "m")
 
     def count(self) -> str:
         """Return (5.18)-(5.20) in numbers."""
@@ -238,7 +242,9 @@ class _Page:
                 ]
                 displays += definitions(written)
         displays += align([[r"& b_j = \bar F^A_{jj} + \bar F^D_{jj}"]])
-        return displays
+        defined = [pair for one in self.forms.lengths.named for pair in one.defined]
+        where = definitions([(self.write.symbols[name], self.write(form)) for name, form in defined])
+        return [*displays, *(["where", *where] if defined else [])]
 
 
 def _upright(name: str) -> str:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, form_of
+from symdyn.algebra.form import Form, Function, form_of
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.loop_words import in_words
+from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import Equilibrium, Unknown, equilibrium
+from symdyn.dynamics.reactions.members import placements, ways_apart
+from symdyn.emit.print.lengths import Lengths, NamedLength, called
 from symdyn.errors import DerivationError, EmitError
-from symdyn.graph import Expr, evaluate
-from symdyn.scene import Scene
+from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
+from symdyn.scene import Scene, Strut, velocity_name
 
 MOST = 60
 """Unknowns beyond which nobody reads the system."""
@@ -49,17 +53,63 @@ def direction(system: Equilibrium, unknown: Unknown) -> str:
     return in_words(first[:3], first[3:]) if abs(first - second).max() < 1e-12 else ""
 
 
-def forms_of(system: Equilibrium) -> Forms:
+@dataclass(frozen=True)
+class Written:
+    """What writes the entries of a system, and the lengths of struts that stand in them by name."""
+
+    forms: Forms
+    lengths: Lengths
+
+    def __call__(self, node: Expr) -> Form:
+        """Return an entry as it is printed."""
+        return self.forms(node)
+
+
+def forms_of(system: Equilibrium) -> Written:
     """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring."""
-    state, graph = system.hanging.state, system.hanging.graph
+    state, graph, scene = system.hanging.state, system.hanging.graph, system.hanging.scene
     entries = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
     entries += [x for block in system.blocks.values() for part in block for x in part]
-    needed = list(dict.fromkeys(entries))
+    names, called_so = _lengths(system)
+    kept = list(dict.fromkeys(entries))
+    short = dict(zip(kept, substitute(kept, names), strict=True))
+    used = set(reachable(list(short.values())))
+    lengths = [one for one in called_so if used & {graph.symbol(one[2]), graph.symbol(velocity_name(one[2]))}]
+    needed = list(dict.fromkeys([*short.values(), *(x for one in lengths for x in one[3:])]))
+    parallel = angle_groups(scene, graph)
+    write: Forms = form_of
     try:
-        parallel = angle_groups(system.hanging.scene, graph)
         ring = TrigonometricRing(needed, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
         values = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
+        compact = Compactor(ring, parallel)
+        write = lambda node: compact(values[node])  # noqa: E731
     except DerivationError:
-        return form_of
-    compact = Compactor(ring, parallel)
-    return lambda node: compact(values[node])
+        pass
+    named = tuple(
+        NamedLength(struts, index, name, velocity_name(name), Function(Op.SQRT, (write(square),)), write(rate))
+        for struts, index, name, square, rate in lengths
+    )
+    return Written(lambda node: write(short[node]), Lengths(named))
+
+
+def _lengths(
+    system: Equilibrium,
+) -> tuple[dict[Expr, Expr], list[tuple[tuple[Strut, ...], tuple[str, ...], str, Expr, Expr]]]:
+    """Return symbols in place of lengths and their rates; and of each length its name, its square and its rate."""
+    scene, graph, state = system.hanging.scene, system.hanging.graph, system.hanging.state
+    ways = ways_apart(scene, placements(system.hanging.joints), graph) if scene.struts else {}
+    together: dict[Expr, list[Strut]] = {}
+    for strut, (_, square) in ways.items():
+        if not square.is_zero:
+            together.setdefault(square, []).append(strut)
+    taken = {one.name for one in (*scene.parameters, *scene.inputs)} | {*scene.coordinates, *scene.velocities, TIME}
+    taken |= {drive for drive in scene.drives if drive}
+    names: dict[Expr, Expr] = {}
+    found = []
+    for struts, index, name in called(scene, together.values(), taken):
+        square = ways[struts[0]][1]
+        s = graph.sqrt(square)
+        (rate,) = tangents([s], state.velocity)
+        names |= {s: graph.symbol(name), rate: graph.symbol(velocity_name(name))}
+        found.append((struts, index, name, square, substitute([rate], {s: graph.symbol(name)})[0]))
+    return names, found

@@ -6,7 +6,7 @@ no symbol of the scene has with such an index; of two struts that are called ali
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra.compact import Compactor
@@ -93,19 +93,27 @@ def named_lengths(
         spelled: what is done to every form that is printed.
         prefix: what all names begin with.
     """
-    together, used = loads.alongside(), set(taken)
-    letter = Letters(scene)[LENGTH] if together else ""
     found: list[NamedLength] = []
+    for struts, index, name in called(scene, loads.alongside(), taken):
+        names = (f"{prefix}{name}", velocity_name(f"{prefix}{name}"))
+        loads = loads.named({**loads.names, **dict.fromkeys(struts, names)})
+        forms = (spelled(loads.length(struts[0], compact)), spelled(loads.rate(struts[0], compact)))
+        found.append(NamedLength(struts, index, *names, *forms))
+    return Lengths(tuple(found))
+
+
+def called(
+    scene: Scene, together: Iterable[Sequence[Strut]], taken: Iterable[str]
+) -> Iterator[tuple[tuple[Strut, ...], tuple[str, ...], str]]:
+    """Yield struts that share a length, what stands below its letter, and its name, which is none that is taken."""
+    used, letter = set(taken), Letters(scene)[LENGTH]
+    first: set[str] = set()
     for struts in together:
-        first = struts[0]
-        twin = any(one.struts[0].name == first.name for one in found)
-        index = (*([first.kind] if twin else []), *first.name.split("_"))
-        name = "_".join((letter if letter.isalpha() else "s", *index))
+        one = struts[0]
+        index = (*([one.kind] if one.name in first else []), *one.name.split("_"))
+        first.add(one.name)
+        name = "_".join((letter if letter.isalpha() and letter != LENGTH else "s", *index))
         while used & {name, velocity_name(name)}:
             name += "_"
         used |= {name, velocity_name(name)}
-        name = f"{prefix}{name}"
-        loads = loads.named({**loads.names, **dict.fromkeys(struts, (name, velocity_name(name)))})
-        forms = (spelled(loads.length(first, compact)), spelled(loads.rate(first, compact)))
-        found.append(NamedLength(tuple(struts), index, name, velocity_name(name), *forms))
-    return Lengths(tuple(found))
+        yield tuple(struts), index, name

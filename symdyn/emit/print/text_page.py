@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 
 from symdyn.algebra.form import Form
 from symdyn.emit.print.breaking import break_lines
 from symdyn.emit.print.formula_text import broken_text, text_of
 from symdyn.emit.print.latex_width import BREAK
+from symdyn.emit.print.lengths import Lengths
 from symdyn.emit.print.printable import ENTRYWISE, Printable
 from symdyn.scene import Scene
 
@@ -18,7 +19,8 @@ INDENT = "    "
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
     motions = (equation_lines(name, broken_text(form)) for name, form in page.motions)
-    return "\n".join([*PARAGRAPHS[group](page), *motions, *_lengths(page), *_constraints(page, group)])
+    lengths = length_lines(page.lengths, dict(page.definitions))
+    return "\n".join([*PARAGRAPHS[group](page), *motions, *lengths, *_constraints(page, group)])
 
 
 def text_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
@@ -75,14 +77,13 @@ def _matrix(page: Printable) -> Iterator[str]:
     yield from (equation_lines(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
 
 
-def _lengths(page: Printable) -> Iterator[str]:
-    """Yield what the names of lengths in the equations are, and what they stand for."""
-    defined = dict(page.definitions)
-    for one in page.lengths.named:
-        if one.name in defined:
+def length_lines(lengths: Lengths, used: Container[str]) -> Iterator[str]:
+    """Yield what names of lengths are, and what they stand for, those that are used."""
+    for one in lengths.named:
+        if one.name in used:
             yield ""
             yield f"# {one.name}: {one.text}, m"
-        yield from (equation_lines(name, broken_text(form)) for name, form in one.defined if name in defined)
+        yield from (equation_lines(name, broken_text(form)) for name, form in one.defined if name in used)
 
 
 def _constraints(page: Printable, group: str) -> Iterator[str]:
