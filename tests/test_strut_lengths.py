@@ -10,7 +10,18 @@ from typing import Any
 import pytest
 from latex_reader import LatexReader, displays
 
-from symdyn.algebra.form import Form, Function, Number, Power, Symbol, express_form, product_of, sum_of
+from symdyn.algebra.form import (
+    Form,
+    Function,
+    Number,
+    Power,
+    Symbol,
+    express_form,
+    forms_in,
+    product_of,
+    sum_of,
+    symbols_of,
+)
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange.second_kind import driving_forces, energies
@@ -224,6 +235,47 @@ def test_the_text_of_dalembert_says_every_length_once(name: str, lengths: int) -
     from symdyn.emit.print.dalembert_lines import dalembert_lines
 
     assert dalembert_lines(scene_of(name)).count("sqrt(") == lengths
+
+
+LESSONS = [("sp", "lagrange"), ("sp", "dalembert"), ("car", "lagrange"), ("car", "dalembert")]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "road"), LESSONS)
+def test_formulas_of_a_lesson_have_the_values_of_the_graph(name: str, road: str) -> None:
+    from symdyn.teach import walkthrough
+    from symdyn.teach.document import Formula
+
+    document, shown = walkthrough(scene_of(name), road=road), 0
+    for step, block in document.blocks():
+        if isinstance(block, Formula) and block.left and not step.key.startswith(("law", "stated")):
+            truth = document.names[block.left].node
+            if truth is None or any(not one.value for one in reachable([truth]) if one.op is Op.SYMBOL):
+                continue
+            for form in (block.form, block.right):
+                if form is not None:
+                    values = floats([truth, document.value(form)])
+                    assert values[1] == pytest.approx(values[0], rel=1e-9, abs=1e-9), (step.key, block.left)
+                    shown += step.key == "lengths"
+    assert shown == 2 * (2 if name == "car" else 1)
+
+
+@pytest.mark.long
+@pytest.mark.mends("30.control.4")
+@pytest.mark.parametrize(("name", "road"), LESSONS)
+def test_a_lesson_says_every_length_once(name: str, road: str) -> None:
+    from symdyn.teach import walkthrough
+    from symdyn.teach.document import Braced, Formula
+
+    scene = scene_of(name)
+    roots = [
+        step.key
+        for step, block in walkthrough(scene, road=road).blocks()
+        if isinstance(block, (Formula, Braced))
+        for one in forms_in(block.form)
+        if isinstance(one, Function) and one.op is Op.SQRT and {*symbols_of(one)} & {*scene.coordinates}
+    ]
+    assert len(roots) == (2 if name == "car" else 1)
 
 
 def wide_quotients() -> list[Form]:

@@ -70,7 +70,7 @@ def forms_of(system: Equilibrium) -> Written:
     state, graph, scene = system.hanging.state, system.hanging.graph, system.hanging.scene
     entries = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
     entries += [x for block in system.blocks.values() for part in block for x in part]
-    names, called_so = _lengths(system)
+    names, called_so = length_symbols(system)
     kept = list(dict.fromkeys(entries))
     short = dict(zip(kept, substitute(kept, names), strict=True))
     used = set(reachable(list(short.values())))
@@ -92,7 +92,7 @@ def forms_of(system: Equilibrium) -> Written:
     return Written(lambda node: write(short[node]), Lengths(named))
 
 
-def _lengths(
+def length_symbols(
     system: Equilibrium,
 ) -> tuple[dict[Expr, Expr], list[tuple[tuple[Strut, ...], tuple[str, ...], str, Expr, Expr]]]:
     """Return symbols in place of lengths and their rates; and of each length its name, its square and its rate."""
@@ -102,7 +102,8 @@ def _lengths(
     for strut, (_, square) in ways.items():
         if not square.is_zero:
             together.setdefault(square, []).append(strut)
-    taken = {one.name for one in (*scene.parameters, *scene.inputs)} | {*scene.coordinates, *scene.velocities, TIME}
+    taken = {one.name for one in scene.parameters} | {one.name for one in scene.inputs}
+    taken |= {*scene.coordinates, *scene.velocities, TIME}
     taken |= {drive for drive in scene.drives if drive}
     names: dict[Expr, Expr] = {}
     found = []

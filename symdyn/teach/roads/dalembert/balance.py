@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Symbol, form_of
+from symdyn.algebra.form import Form, Function, Symbol, form_of
 from symdyn.algebra.joined_terms import with_added_angles, with_squares
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
@@ -28,8 +28,11 @@ from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import PLACES, TINY, drives
+from symdyn.emit.print.dalembert_system import length_symbols
+from symdyn.emit.print.letters import LENGTH
 from symdyn.errors import DerivationError, EmitError
-from symdyn.graph import Expr, evaluate, tangents
+from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
+from symdyn.scene import Strut, velocity_name
 from symdyn.spatial import (
     Mat,
     Transform,
@@ -131,7 +134,13 @@ class Balance(Prose):
         self.solved = None if self.closed else self._solution()
         self.cuts = [cut(self.workspace, self.system, j) for j in range(len(self.scene.bodies))]
         written = [x for one in self.cuts if one is not None for x in one.nodes]
-        self.short = _forms(self.system, [written, [*written, *(self.solved or [])]], self.order)
+        named, lengths = length_symbols(self.system)
+        more = [x for one in lengths for x in one[3:]]
+        written = [*written, *more]
+        self.short = _forms(self.system, [written, [*written, *(self.solved or [])]], self.order, named)
+        used = set(reachable(substitute([*_entries(self.system), *written], named)))
+        pairs = [pair for one in lengths for pair in self._named_length(*one, named)]
+        self.lengths = [(name, form) for name, form in pairs if self.graph.symbol(name) in used]
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
 
     @staticmethod
@@ -140,6 +149,22 @@ class Balance(Prose):
             return equilibrium(hanging, planar=True)
         except DerivationError:
             return equilibrium(hanging)
+
+    def _named_length(
+        self,
+        struts: Sequence[Strut],
+        index: Sequence[str],
+        name: str,
+        square: Expr,
+        rate: Expr,
+        named: Mapping[Expr, Expr],
+    ) -> list[tuple[str, Form]]:
+        """Name the length of struts and its rate, and return what they stand for."""
+        pairs = [(name, Function(Op.SQRT, (self.short(square),))), (velocity_name(name), self.short(rate))]
+        for dots, (key, _) in enumerate(pairs):
+            node = next(node for node, symbol in named.items() if symbol.value == key)
+            self.name(key, LENGTH, *index, node=node, dots=dots)
+        return pairs
 
     def _solution(self) -> list[Expr]:
         """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
@@ -224,26 +249,40 @@ def _pinned(hanging: Hanging) -> Hanging:
     return pinned
 
 
+def _entries(system: Equilibrium) -> list[Expr]:
+    """Return all entries of a system."""
+    needed = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
+    return needed + [x for block in system.blocks.values() for part in block for x in part]
+
+
 def _forms(
-    system: Equilibrium, more: Sequence[Sequence[Expr]], order: Callable[[Form], Form]
+    system: Equilibrium,
+    more: Sequence[Sequence[Expr]],
+    order: Callable[[Form], Form],
+    named: Mapping[Expr, Expr],
 ) -> Callable[[Expr], Form]:
     """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring.
 
-    What else is written has fewer nodes first: a solution with a pivot that moves is no polynomial.
+    What else is written has fewer nodes first: a solution with a pivot that moves is no polynomial. Nodes that are
+    `named` stand by their symbols.
     """
+
+    def placed(nodes: Sequence[Expr]) -> list[Expr]:
+        return substitute(nodes, named) if named else list(nodes)
+
     state, graph = system.hanging.state, system.hanging.graph
-    needed = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
-    needed += [x for block in system.blocks.values() for part in block for x in part]
+    needed = _entries(system)
     for others in reversed(more):
         try:
             parallel = angle_groups(system.hanging.scene, graph)
-            nodes = list(dict.fromkeys([*needed, *others]))
+            nodes = list(dict.fromkeys(placed([*needed, *others])))
             ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
             values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
         except DerivationError:
             continue
-        return _writer(Compactor(ring, parallel), values, order)
-    return form_of
+        write = _writer(Compactor(ring, parallel), values, order)
+        return lambda node: write(placed([node])[0])
+    return lambda node: form_of(placed([node])[0])
 
 
 def _writer(

@@ -20,6 +20,7 @@ from symdyn.teach.roads.dalembert.shown_motion import choose_motion
 from symdyn.teach.roads.dalembert.side_by_side import side_by_side
 from symdyn.teach.roads.dalembert.system_picture import system_step
 from symdyn.teach.roads.lagrange.numbers import scene_picture, state_step
+from symdyn.teach.roads.lagrange.strut_lengths import defined_lengths
 from symdyn.teach.textbook import with_appendix
 
 UNTIL = ("count", "bodies", "reactions", "roads")
@@ -35,7 +36,7 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     lesson = Balance(scene, language)
     chosen = choose_motion(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
-    first = [shown, *acting_steps(lesson), notation_step(lesson)]
+    first = [shown, *acting_steps(lesson), *defined_lengths(lesson, lesson.lengths), notation_step(lesson)]
     method = [step for law in law_steps(lesson) for step in (law, *law_errata(lesson, law.key))]
     sections = [lesson.section("scene", first), lesson.section("method", method)]
     if tied := loop_steps(lesson, chosen):
