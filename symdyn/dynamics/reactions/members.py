@@ -75,9 +75,10 @@ def placements(tree: Sequence[Hinge]) -> list[Transform]:
 def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
     """Return what loads, and struts between points, do on every body about the origin of C, no weight."""
     number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
+    apart = [one for one in scene.struts if not one.joint]
     graph = tree[0].graph
     total = [nothing(graph)] * len(tree)
-    placed = placements(tree) if scene.loads or scene.struts else []
+    placed = placements(tree) if scene.loads or apart else []
 
     def act(k: int, place: Place, wrench: Wrench) -> None:
         """Add a wrench at a place, ground axes, to what acts on body k."""
@@ -89,7 +90,8 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         k = number[load.place.body]
         wrench = load_vectors(load, graph)
         act(k, load.place, rotated(placed[k].R, wrench) if load.frame == "body" and k >= 0 else wrench)
-    for strut, (way, square) in ways_apart(scene, placed, graph).items():
+    for strut in apart:
+        way, square = way_apart(scene, strut, placed, graph)
         if square.is_zero:  # points that never part
             continue
         stores = pull_of(strut).energy is not None
@@ -101,16 +103,13 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
     return total
 
 
-def ways_apart(scene: Scene, placed: Sequence[Transform], graph: Graph) -> dict[Strut, tuple[Vec, Expr]]:
-    """Return for every strut between points the way from its first end to its second, ground axes, and its square."""
+def way_apart(scene: Scene, strut: Strut, placed: Sequence[Transform], graph: Graph) -> tuple[Vec, Expr]:
+    """Return the way from the first end of a strut between points to the second, ground axes, and its square."""
     number = {body.name: k for k, body in enumerate(scene.bodies)}
-    found = {}
-    for strut in (one for one in scene.struts if not one.joint):
-        at = [(number.get(end.body, -1), vector(end.at, graph)) for end in strut.ends]
-        a, b = (placed[k].point(x) if k >= 0 else x for k, x in at)
-        way = sub(b, a)
-        found[strut] = (way, dot(way, way))
-    return found
+    at = [(number.get(end.body, -1), end) for end in strut.ends]
+    a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in at)
+    way = sub(b, a)
+    return way, dot(way, way)
 
 
 def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:

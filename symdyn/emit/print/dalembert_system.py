@@ -14,7 +14,7 @@ from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.reactions.members import placements, ways_apart
+from symdyn.dynamics.reactions.members import placements, way_apart
 from symdyn.emit.print.lengths import Lengths, NamedLength, called
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
@@ -97,9 +97,11 @@ def length_symbols(
 ) -> tuple[dict[Expr, Expr], list[tuple[tuple[Strut, ...], tuple[str, ...], str, Expr, Expr]]]:
     """Return symbols in place of lengths and their rates; and of each length its name, its square and its rate."""
     scene, graph, state = system.hanging.scene, system.hanging.graph, system.hanging.state
-    ways = ways_apart(scene, placements(system.hanging.joints), graph) if scene.struts else {}
+    apart = [one for one in scene.struts if one.ends]
+    placed = placements(system.hanging.joints) if apart else []
     together: dict[Expr, list[Strut]] = {}
-    for strut, (_, square) in ways.items():
+    for strut in apart:
+        _, square = way_apart(scene, strut, placed, graph)
         if not square.is_zero:
             together.setdefault(square, []).append(strut)
     taken = {one.name for one in scene.parameters} | {one.name for one in scene.inputs}
@@ -107,8 +109,7 @@ def length_symbols(
     taken |= {drive for drive in scene.drives if drive}
     names: dict[Expr, Expr] = {}
     found = []
-    for struts, index, name in called(scene, together.values(), taken):
-        square = ways[struts[0]][1]
+    for square, (struts, index, name) in zip(together, called(scene, together.values(), taken), strict=True):
         s = graph.sqrt(square)
         (rate,) = tangents([s], state.velocity)
         names |= {s: graph.symbol(name), rate: graph.symbol(velocity_name(name))}
