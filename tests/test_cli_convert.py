@@ -63,7 +63,7 @@ def test_a_robot_file_becomes_c_in_one_command(tmp_path: Path, capsys: Capture) 
     assert main(["generate", str(urdf), "--target", "c", "-o", str(tmp_path)]) == 0
     streams = capsys.readouterr()
     assert [Path(line).suffix for line in streams.out.splitlines()] == [".c", ".h", ".c", ".txt"]
-    assert f"symdyn: {urdf.name}: 1.5708 is read as pi/2" in streams.err
+    assert f"symdyn: {urdf.name}: 1.57079633 is read as pi/2" in streams.err
     assert f"symdyn generate {urdf.name} --target c\n" in Path(streams.out.split()[0]).read_text()
 
 

@@ -145,7 +145,7 @@ def test_decimals_of_pi_are_snapped_with_a_note_and_only_if_wanted() -> None:
     advice = "; a scene says friction = { coulomb = 0.5, smoothing = 0.01 } to have it act"
     assert {note.partition(": ")[2] for note in reading.notes} == {
         "frame 3: gamma = -1.5707963 is read as -pi/2",
-        "frame 5: alpha = 1.0472 is read as pi/3",
+        "frame 5: alpha = 1.0471976 is read as pi/3",
         data + advice,
     }
     plain = par.read(DATA / "tree.par", ReadOptions(snap=False))
@@ -385,13 +385,13 @@ def test_a_decimal_angle_near_a_multiple_of_pi_stays_what_it_was():
     type = "revolute"
     parent = "ground"
     child = "a"
-    origin = { rpy = [1.5708, 0, 0.785398] }
+    origin = { rpy = [1.57079633, 0, 0.78539816] }
     """
     near = read_text(text, "near.toml")
     written = par_writer.write_text(near).text
 
     assert "pi" not in written.lower()
-    assert "1.57080" in written
+    assert "1.570796330" in written
 
 
 def test_what_a_fixed_frame_or_a_rigid_joint_cannot_use_is_noted():

@@ -84,8 +84,8 @@ def test_what_was_changed_or_left_out_is_noted():
     assert notes == [
         'link "upper-arm": is called upper_arm here',
         'robot "gripper arm": is called gripper_arm here',
-        "1.570796 is read as pi/2 in line 6: link upper-arm <origin> rpy",
-        "1.5708 is read as pi/2 in line 45: joint shoulder <origin> rpy",
+        "1.5707963 is read as pi/2 in line 6: link upper-arm <origin> rpy",
+        "1.57079633 is read as pi/2 in line 45: joint shoulder <origin> rpy",
         "-0.7853981634 is read as -pi/4 in line 45: joint shoulder <origin> rpy",
         "damping enters the equations as -damping * rate (slide_right, shoulder)",
         "friction is kept as data and enters no equation (shoulder); a scene says "
@@ -97,12 +97,12 @@ def test_what_was_changed_or_left_out_is_noted():
 def test_without_snapping_angles_keep_their_digits():
     result = read_noting(ARM, ReadOptions(snap=False))
 
-    assert result.scene.joints[0].origin.steps[1:] == (("Rz", parse("-0.7853981634")), ("Rx", parse("1.5708")))
+    assert result.scene.joints[0].origin.steps[1:] == (("Rz", parse("-0.7853981634")), ("Rx", parse("1.57079633")))
     assert not [note for note in result.notes if "is read as" in note]
 
 
 @pytest.mark.parametrize(
-    "rpy", ["0.1 -0.2 0.3", "1.5708 0 0", "0 0 3.14159", "0 -1.5708 0.5", "2 0 0", "0.25 0.5 -0.75"]
+    "rpy", ["0.1 -0.2 0.3", "1.57079633 0 0", "0 0 3.14159265", "0 -1.57079633 0.5", "2 0 0", "0.25 0.5 -0.75"]
 )
 def test_a_rotated_inertia_is_r_i_r_transposed(rpy):
     entries = (0.3, 0.4, 0.5, 0.02, -0.03, 0.05)

@@ -253,7 +253,7 @@ def test_numbers_are_exact_where_they_end_and_else_the_nearest_double(value, tex
 
 
 def test_an_angle_that_only_looks_like_a_multiple_of_pi_is_not_read_as_one():
-    assert angle_text(Fraction("1.5708")) == "1.570800"
+    assert angle_text(Fraction("1.57079633")) == "1.570796330"
     assert angle_text(Fraction("0.3")) == "0.3"
     assert angle_text(Fraction(3)) == "3"
 

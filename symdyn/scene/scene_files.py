@@ -86,7 +86,8 @@ def read(
     Args:
         path: the extension says the format; for .xml the root element does. Of an open file its name says it; without
             one it is TOML, or what its root element says.
-        snap: read decimals that are a small rational multiple of π at their own digits as that multiple.
+        snap: read decimals of robot files with at least eight digits that are a small rational multiple of π at all of
+            them as that multiple.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
         floating_base: name of a free joint between the ground and the root link of a URDF or the base of an MJCF file,

@@ -103,8 +103,8 @@ class ReadOptions:
     """How to read a file.
 
     Attributes:
-        snap: whether a decimal that is a small rational multiple of π, correctly rounded at its own digits, is read as
-            that multiple.
+        snap: whether a decimal of at least eight digits that is a small rational multiple of π, correctly rounded at
+            them, is read as that multiple.
         allow_invalid_inertia: whether inertias that no body has are notes instead of faults.
         spanning_tree: names of the joints to cut where joints close loops; None chooses them, with a note for each.
         floating_base: name of a free joint with a quaternion between the ground and the root of a robot; None: the root

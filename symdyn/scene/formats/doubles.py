@@ -111,7 +111,7 @@ def _exact_angle(value: float) -> Quantity | None:
 
 
 def _resnapped(angle: Quantity) -> Quantity:
-    """Return an angle; a decimal that is a multiple of π at its own digits, such as 1.5708, as that multiple."""
+    """Return an angle; a decimal that is a multiple of π at its own digits, such as 1.57079633, as that multiple."""
     value = folding.fraction(angle)
     snapped = snap_angle(repr(float(value))) if value is not None else None
     return snapped or angle

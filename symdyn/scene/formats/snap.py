@@ -1,13 +1,13 @@
 """Decimals that stand for multiples of π, as files write them because they cannot write π.
 
-    1.5707963   is π/2 rounded at its last digit          1.5708   too: five significant digits are enough
-    1.57        says too little to be sure                1.57079  is π/2 cut off, not rounded: it stays a decimal
+    1.57079633  is π/2 rounded at its last digit
+    1.5708      is too, and stays a decimal: π/2 differs from it by 4e-6, which other readers of the file do not add
+    1.57079632  is π/2 cut off, not rounded: it stays a decimal
 
-The multiple must be simple, k π / d with d in `DENOMINATORS` and |k / d| <= 2, and the text must be that multiple
-*correctly rounded at its own last digit*, so at five digits a decimal that is meant as such is mistaken for a multiple
-at most about once in a thousand. Whole degrees, multiples of π/180, lie denser and need eight digits. Beyond fifteen
-digits a text is often a double printed in full, right only in its first sixteen (1.57079632679489655800): then it is
-enough that the double nearest to the text is the double nearest to the multiple.
+The multiple must be simple, k π / d with d in `DENOMINATORS` and |k / d| <= 2, or whole degrees, and the text must be
+that multiple *correctly rounded at its own last digit*, which has at least seven before it: what reading changes is
+below 5e-8 rad. Beyond fifteen digits a text is often a double printed in full, right only in its first sixteen
+(1.57079632679489655800): then it is enough that the double nearest to the text is the double nearest to the multiple.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.quantity import PI, Quantity, number
 
 DENOMINATORS = (1, 2, 3, 4, 5, 6, 8, 9, 10, 12)
-FEWEST_DIGITS = 5
-
 DEGREES = 180
-FEWEST_DIGITS_OF_DEGREES = 8
+
+FEWEST_DIGITS = 8
+"""Significant digits from which on a decimal may be a multiple of π."""
 
 DIGITS_OF_A_DOUBLE = 15
 """Every decimal of so many digits survives being stored as a double; one of more digits may not."""
@@ -45,9 +45,8 @@ def snap_angle(text: str) -> Quantity | None:
     if len(text) > LONGEST_TEXT or not _DECIMAL.match(text):
         return None
     for denominator in (*DENOMINATORS, DEGREES):
-        fewest = FEWEST_DIGITS if denominator != DEGREES else FEWEST_DIGITS_OF_DEGREES
         turns = Fraction(round(Fraction(text) * denominator / PI_50), denominator)
-        if turns and abs(turns) <= 2 and is_rounding(text, turns * PI_50, fewest):
+        if turns and abs(turns) <= 2 and is_rounding(text, turns * PI_50):
             return folding.mul(number(turns), PI)
     return None
 
