@@ -1,4 +1,4 @@
-"""Scenes from MJCF, the files of MuJoCo, through MuJoCo's own compiler (extra `mjcf`).
+"""Scenes from MJCF, the files of MuJoCo, through MuJoCo's own compiler (extra `robots`).
 
 The compiler resolves what only it knows: default classes, includes, frames, inertia from geoms, units. Before it sees
 the file, the file and everything it includes is read by the hardened parser, and what could keep a machine busy is
@@ -206,7 +206,7 @@ def _package(path: Path) -> Any:
     version = re.match(r"(\d+)\.(\d+)", mujoco.__version__)
     if version is None or (int(version[1]), int(version[2])) < OLDEST:
         what = f"mujoco {mujoco.__version__} is too old, {OLDEST[0]}.{OLDEST[1]} is needed"
-        raise SceneError(f"{path}: {what}; {install('robots')} --upgrade")
+        raise SceneError(f"{path}: {what}; pip uninstall mujoco, then {install('robots')}")
     return mujoco
 
 
