@@ -51,6 +51,14 @@ def test_dry_friction_is_refused_with_what_would_work() -> None:
     assert "heyoka.tanh(" in text(smooth, "inverse_dynamics")
 
 
+@pytest.mark.mends("30.robots.3")
+def test_the_module_says_how_its_integrator_compiles_in_seconds() -> None:
+    head, _, body = text(read(EXAMPLES / "arm7.toml"), "forward_dynamics").partition("import heyoka")
+
+    assert "heyoka.taylor_adaptive(dynamics(), state, compact_mode=True)" in head
+    assert "compact_mode=True" in body.partition("def dynamics(")[2]
+
+
 def test_what_the_equations_of_motion_lack_is_said() -> None:
     assert "made of forward_dynamics: generate that too" in text(read(EXAMPLES / "two_link.toml"), "mass_matrix")
     top = read(EXAMPLES / "heavy_top.toml")

@@ -87,7 +87,12 @@ Entries of params, in this order:
     params[4] = g, m/s^2: acceleration of free fall
 
 Functions take sequences of heyoka's expressions or of numbers, and return arrays of expressions of the shapes above.
-`dynamics()` returns the equations of motion as `heyoka.taylor_adaptive` takes them.
+`dynamics()` returns the equations of motion as `heyoka.taylor_adaptive` takes them:
+
+    heyoka.taylor_adaptive(dynamics(), state, compact_mode=True)
+
+`compact_mode=True` writes the series as loops, which compile in seconds. Without it all terms are written out: faster
+steps where forward_dynamics has up to some 250 operations, minutes of compiling for an arm of seven axes.
 A series steps over no jump and no corner, and its steps are held by nobody but heyoka: what is flat, as tanh far from
 zero, may hide a turn ahead. Needs heyoka, and NumPy as heyoka does.
 """
@@ -800,6 +805,7 @@ def _pars_of(values, first, length):
 def dynamics(params=None, tau=None):
     """Return the equations of motion as `heyoka.taylor_adaptive` takes them: variables and their rates, in pairs.
 
+    Where there are many operations, `compact_mode=True` beside them saves minutes of compiling; see above.
     The state is, in this order, q1, q2, q1_dot, q2_dot, which are the names of the variables.
     An argument is as `forward_dynamics` takes it: expressions, such as a law of variables and heyoka.time, or numbers.
     What is None stays open, as parameters of heyoka:

@@ -1,7 +1,8 @@
 """The heyoka target: a module whose functions are heyoka's expressions, and the equations of motion of its integrator.
 
 import two_link_heyoka, heyoka
-run = heyoka.taylor_adaptive(two_link_heyoka.dynamics(), [0.1, 0.2, 0, 0], pars=[1, 1, 1, 1, 9.81, 0, 0])
+start, pars = [0.1, 0.2, 0, 0], [1, 1, 1, 1, 9.81, 0, 0]
+run = heyoka.taylor_adaptive(two_link_heyoka.dynamics(), start, pars=pars, compact_mode=True)
 run.propagate_until(10.0)
 """
 
