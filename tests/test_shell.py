@@ -100,15 +100,16 @@ def test_json_has_no_number_that_is_none(capsys: Capture) -> None:
     assert finite({"a": [float("nan"), 1.5, (float("inf"), "x")]}) == {"a": [None, 1.5, [None, "x"]]}
 
 
-def test_quiet_leaves_results_and_errors(tmp_path: Path, capsys: Capture) -> None:
+@pytest.mark.parametrize("quiet", ["-q", "--quiet"])
+def test_quiet_leaves_results_and_errors(quiet: str, tmp_path: Path, capsys: Capture) -> None:
     scene = tmp_path / "loop.toml"
     scene.write_text(LOOP.replace("3]", "2]"))
     words = ["generate", str(scene), "-o", str(tmp_path)]
     assert main(words) == 0
     assert "poses and Jacobians are asked for by name" in capsys.readouterr().err
-    assert main([*words, "--quiet"]) == 0
+    assert main([*words, quiet]) == 0
     assert capsys.readouterr() == (f"{tmp_path / 'loop.py'}\n", "")
-    assert main(["info", "nothing.toml", "--quiet"]) == 1
+    assert main(["info", "nothing.toml", quiet]) == 1
     assert "there is no such file" in capsys.readouterr().err
 
 

@@ -116,7 +116,7 @@ def add_talk(verb: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--json", action="store_true", help="print one JSON object, the same of every verb: docs/shell.md"
     )
-    group.add_argument("--quiet", action="store_true", help="say nothing on stderr but errors")
+    group.add_argument("-q", "--quiet", action="store_true", help="say nothing on stderr but errors")
     group.add_argument(
         "--digits",
         type=_digits,

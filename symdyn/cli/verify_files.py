@@ -35,7 +35,7 @@ COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILI
 
 HEADER, MOST_FILES, LARGEST = 1 << 20, 2000, 1 << 28
 
-NEVER = ("-h", "--help", "-o", "--output", "--json", "--quiet")
+NEVER = ("-h", "--help", "-o", "--output", "--json", "-q", "--quiet")
 """What no header says."""
 
 

@@ -39,15 +39,28 @@ from symdyn.spatial import (
 )
 
 
+PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
+"""Where a name is looked for that shall be one of these."""
+
+
+def check_place(scene: Scene, name: str, kind: str = "body or point") -> None:
+    """Look whether a scene has a body, or a body or point, called `name`.
+
+    Raises:
+        DerivationError: it has none; with those that it has.
+    """
+    known = [one.name for place in PLACES[kind] for one in getattr(scene, place)]
+    if name not in known:
+        raise DerivationError(f"{scene.name}: there is no {kind} {name!r}; there are {', '.join(known)}")
+
+
 def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
     """Return the body that carries the body or point called `name`, and its placement there."""
     for point in scene.points:
         if point.name == name:
             return point.body, placement(point.at, graph)
-    known = (*(body.name for body in scene.bodies), *(point.name for point in scene.points))
-    if name in known:
-        return name, unit_transform(graph)
-    raise DerivationError(f"{scene.name}: there is no body or point {name!r}; there are {', '.join(known)}")
+    check_place(scene, name)
+    return name, unit_transform(graph)
 
 
 # By differentiation
@@ -145,10 +158,8 @@ def acceleration(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr
 
 def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
     """Return the centre of mass of a body in its own frame, m; DerivationError where it is no body, or has no mass."""
-    bodies = {body.name: body for body in scene.bodies}
-    if name not in bodies:
-        raise DerivationError(f"{scene.name}: there is no body {name!r}; there are {', '.join(bodies)}")
-    body = bodies[name]
+    check_place(scene, name, "body")
+    body = next(body for body in scene.bodies if body.name == name)
     if not body.particles and body.com is not None:
         return vector(body.com, graph)
     inertia = body_inertia(body, graph)

@@ -6,6 +6,7 @@ may say either.
 
 from __future__ import annotations
 
+from symdyn.dynamics.mechanism.kinematics import check_place
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.joint_table import lacking
 from symdyn.dynamics.roads.closed_operators import CLOSED, MANY, of_closed, words
@@ -16,6 +17,9 @@ from symdyn.dynamics.roads.state_matrices import STATE_MATRICES, state_matrices
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.scene import Scene
+
+KINDS = {"body": "body", "point": "body or point"}
+"""What the place of an output may be the name of, by its row's `place`; names of [outputs] are looked for there."""
 
 
 def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
@@ -82,6 +86,8 @@ def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
         raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
     if row.in_loops == "refuse" and scene.is_closed:
         raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
+    if row.place in KINDS:
+        check_place(scene, place, KINDS[row.place])
     return row.where_closed if scene.is_closed else row, place
 
 
