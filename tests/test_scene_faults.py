@@ -136,7 +136,7 @@ EDITS = [
      "depend on what moves"),
     ("inertia = [1, 1, 1]", "inertia = [1, 1, 3]",
      "bodies.link1: inertia (as given) is one that no body has: its moments Ixx = 1, Iyy = 1, Izz = 3 break the "
-     "triangle inequality Ixx + Iyy >= Izz (Ixx + Iyy = 2); check the numbers and inertia_about, or write "
+     "triangle inequality Ixx + Iyy >= Izz by 33.3 % (Ixx + Iyy = 2); check the numbers and inertia_about, or write "
      "allow_invalid_inertia = true"),
     ("inertia = [1, 1, 1]", "inertia = [1, -1, 1]",
      "bodies.link1: inertia (as given) is one that no body has: of its moments Iyy = -1, Ixx = 1, Izz = 1, Iyy is "
@@ -148,7 +148,7 @@ EDITS = [
      "allow_invalid_inertia = true"),
     ("inertia = [1, 1, 1]", "inertia = { xx = 2, yy = 2, zz = 1, xy = 1 }",
      "bodies.link1: inertia (as given) is one that no body has: its principal moments I1 = 1, I2 = 1, I3 = 3 break "
-     "the triangle inequality I1 + I2 >= I3 (I1 + I2 = 2); check the numbers and inertia_about, or write "
+     "the triangle inequality I1 + I2 >= I3 by 33.3 % (I1 + I2 = 2); check the numbers and inertia_about, or write "
      "allow_invalid_inertia = true"),
     ('com = [0, "-l1/2", 0]\ninertia = [1, 1, 1]\ninertia_about = "com"',
      'com = [1, 0, 0]\ninertia = [1, 1, 1]\ninertia_about = "frame"',

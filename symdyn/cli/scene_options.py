@@ -37,8 +37,8 @@ def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -
         "--no-snap",
         dest="snap",
         action="store_false",
-        help="keep 1.57079633 as it is; without this, decimals of eight or more digits that are a multiple of pi at all of "
-        "them become one",
+        help="keep 1.57079633 as it is; without this, decimals of eight or more digits that are a multiple of pi at "
+        "all of them become one",
     )
     group.add_argument(
         "--allow-invalid-inertia", action="store_true", help="accept inertias that no body has, with a note for each"

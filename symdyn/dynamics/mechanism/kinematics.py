@@ -38,7 +38,6 @@ from symdyn.spatial import (
     zero_vector,
 )
 
-
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
 """Where a name is looked for that shall be one of these."""
 

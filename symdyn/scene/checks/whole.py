@@ -10,8 +10,9 @@ from symdyn.scene.checks.dimensions import check_dimensions
 from symdyn.scene.checks.draft import Draft, uses
 from symdyn.scene.checks.joints_and_elements import check_elements, check_joints
 from symdyn.scene.checks.topology import check_loops, check_tree
+from symdyn.scene.checks.welded import judge
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.physical import inertia_fault, mass_faults
+from symdyn.scene.values.physical import mass_faults
 from symdyn.scene.values.quantity import Quantity, express
 from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.unit import UnitError, read_unit
@@ -101,15 +102,19 @@ def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
 
 
 def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:
+    negative = set()
     for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
-        negative = mass_faults(body, values)
-        for fault in negative:
+        for fault in mass_faults(body, values):
             faults.add(where, fault)
-        if body.allow_invalid_inertia or (negative and body.about == "frame"):
+            negative.add(body.name)
+    about_frame = {body.name for body in draft.scene.bodies if body.about == "frame"}
+    for where, name, why, advice, fine in judge(draft, values):
+        if name in negative & about_frame:
             continue
-        wrong = inertia_fault(body, values)
-        if wrong and allow:
-            faults.note(where, f"{wrong[0]}; kept as it is")
-            yield body.name
-        elif wrong:
-            faults.add(where, f"{wrong[0]}; {wrong[1]}, or {faults.excuse}")
+        if fine:
+            faults.note(where, why)
+        elif allow:
+            faults.note(where, f"{why}; kept as it is")
+            yield name
+        else:
+            faults.add(where, f"{why}; {advice}, or {faults.excuse}")

@@ -21,6 +21,13 @@ Matrix = list[list[Value]]
 ROUNDING = 1e-12
 """Slack relative to the largest entry when some entry is a float; exact numbers get none."""
 
+SMALLEST = Fraction(1, 10**17)
+"""By how much principal moments may break a condition, kg m^2: less is the rounding of whoever wrote them down."""
+
+PLAINLY = 0.1
+"""A moment below zero is told where it is at least this part of what the triangle inequality is broken by, the worse of
+both: beside that it may be rounding of a zero."""
+
 
 def mass_faults(body: Body, values: Mapping[str, Value]) -> list[str]:
     """Return what is wrong with the masses of a body, as far as the values are known."""
@@ -84,7 +91,8 @@ def impossible(matrix: Matrix) -> str | None:
     largest = max(max(x, -x) for row in matrix for x in row)
     if not largest:
         return None
-    scaled = [[x / largest for x in row] for row in matrix]
+    slack = SMALLEST / (largest if isinstance(largest, Fraction) else Fraction(largest))
+    scaled = [[x / largest + (slack if i == j else 0) for j, x in enumerate(row)] for i, row in enumerate(matrix)]
     half = (scaled[0][0] + scaled[1][1] + scaled[2][2]) / 2
     moments = [[(half if i == j else Fraction(0)) - scaled[i][j] for j in range(3)] for i in range(3)]
     if _semidefinite(scaled) and _semidefinite(moments):
@@ -92,7 +100,9 @@ def impossible(matrix: Matrix) -> str | None:
     if any(matrix[i][j] for i, j in combinations(range(3), 2)):
         import numpy as np
 
-        small, middle, large = np.linalg.eigvalsh(np.array(matrix, dtype=float)).tolist()
+        found = np.linalg.eigvalsh(np.array(matrix, dtype=float)).tolist()
+        rounding = ROUNDING * max(map(abs, found))
+        small, middle, large = (x if abs(x) > rounding else 0.0 for x in found)
         names, kind = ("I1", "I2", "I3"), "principal moments"
     else:
         ordered = sorted(range(3), key=lambda k: matrix[k][k])
@@ -100,10 +110,12 @@ def impossible(matrix: Matrix) -> str | None:
         labels = ("Ixx", "Iyy", "Izz")
         names, kind = (labels[ordered[0]], labels[ordered[1]], labels[ordered[2]]), "moments"
     shown = ", ".join(f"{name} = {_short(x)}" for name, x in zip(names, (small, middle, large), strict=True))
-    if small < 0:
+    short = large - middle - small
+    if small < 0 and -small >= PLAINLY * short:
         return f"of its {kind} {shown}, {names[0]} is negative (it must be positive semidefinite)"
-    total = f"{names[0]} + {names[1]} = {_short(small + middle)}"
-    return f"its {kind} {shown} break the triangle inequality {names[0]} + {names[1]} >= {names[2]} ({total})"
+    part = f"{100 * short / large:.3g} %" if short > ROUNDING * large else "less than 1e-10 %"
+    broken = f"break the triangle inequality {names[0]} + {names[1]} >= {names[2]} by {part}"
+    return f"its {kind} {shown} {broken} ({names[0]} + {names[1]} = {_short(small + middle)})"
 
 
 def _is_plain(m: Matrix) -> bool:
