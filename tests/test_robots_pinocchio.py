@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import mpmath
 import numpy as np
 import pytest
-from robots import NUMBERS, FloatingPeer, Peer, differences, relative, robot_files, robot_folder
+from robots import NUMBERS, FloatingPeer, Peer, differences, number, relative, robot_files, robot_folder
 
 from symdyn.build import lambdify
 from symdyn.dynamics import derive
@@ -93,6 +93,37 @@ def test_a_floating_base_is_the_free_flyer_of_pinocchio(path):
 
     assert scene.joints[0].type == "free"
     assert max(found.values()) <= CLOSE
+
+
+ORDERED = ("solo12.urdf", "anymal.urdf", "talos_reduced.urdf", "hyq_no_sensors.urdf", "icub.urdf")
+"""Robots with branches whose joints all have limits, so that Pinocchio's positions are ours but for their order."""
+
+
+@needs_robots
+@pytest.mark.parametrize("path", [path for path in FILES if path.name in ORDERED], ids=name)
+@pytest.mark.parametrize("base", ["root_joint", None])
+def test_an_order_of_joints_takes_pinocchio_s_numbers_to_ours(path, base):
+    """By the names in its model alone, which come in another order."""
+    import pinocchio as pin
+
+    scene = read_plainly(path, floating_base=base).scene
+    model = pin.buildModelFromUrdf(str(path), *([pin.JointModelFreeFlyer()] if base else []))
+    data = model.createData()
+    order = scene.order(list(model.names)[1:], quaternion="xyzw")
+    damping = np.zeros(model.nv)
+    for joint in scene.moving:
+        damping[list(scene.velocities).index(joint.rates[0])] += number(joint.damping)
+    inverse, mass = lambdify(scene, ("inverse_dynamics", "mass_matrix"))
+    rng = np.random.default_rng(3)
+    q_, (v_, a_) = rng.uniform(-1, 1, model.nq), rng.uniform(-1, 1, (2, model.nv))
+    if base:
+        q_[3:7] /= np.linalg.norm(q_[3:7])
+    q, v, a = np.empty(model.nq), np.empty(model.nv), np.empty(model.nv)
+    q[order.q], v[order.v], a[order.v] = q_, v_, a_
+    M = pin.crba(model, data, q_)
+
+    assert relative((inverse(q, v, a) - damping * v)[order.v], pin.rnea(model, data, q_, v_, a_)) <= CLOSE
+    assert relative(mass(q)[np.ix_(order.v, order.v)], np.triu(M) + np.triu(M, 1).T) <= CLOSE
 
 
 @following

@@ -30,7 +30,7 @@ WELD = "fixed"
 
 
 class Judged(NamedTuple):
-    """A body whose inertia no body has: where it stands, why, what would mend it, and whether it can be read as it is."""
+    """A body whose inertia no body has: where it stands, why, what would mend it, and whether it is read as it is."""
 
     where: str
     name: str

@@ -10,6 +10,7 @@ frame (the identity unless a standard Denavit-Hartenberg table or the user says 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from typing import TypeAlias
@@ -18,6 +19,7 @@ from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.names import listed
+from symdyn.scene.values.order import JointOrder, order_of
 from symdyn.scene.values.quantity import ZERO, Quantity, Vector, number
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
@@ -215,6 +217,24 @@ class Scene(Shown):
     def free_parameters(self) -> tuple[Parameter, ...]:
         """Parameters without a value: the argument `params` of generated functions, in this order."""
         return tuple(parameter for parameter in self.parameters if parameter.value is None)
+
+    def order(self, names: Sequence[str], quaternion: str = "wxyz") -> JointOrder:
+        """Return the joints in the order of another tool, and where its numbers stand in ours.
+
+        >>> import symdyn
+        >>> order = symdyn.example("cart_pole").order(["hinge", "rail"])
+        >>> order.coordinates, order.q, order.drives
+        (('theta', 'x'), array([1, 0]), (None, 'F'))
+
+        Args:
+            names: the joints as the other tool lists them, such as `list(model.names)[1:]` of Pinocchio; every one that
+                moves by coordinates of its own, each once. Fixed ones may be among them.
+            quaternion: how the other orders the coordinates of a quaternion, "wxyz" as here or "xyzw".
+
+        Raises:
+            SceneError: a name that no joint has or that stands twice, a joint that is missing, an unknown `quaternion`.
+        """
+        return order_of(self.joints, names, quaternion)
 
     def with_gravity(self, gravity: Vector) -> Scene:
         """Return the scene with another acceleration of free fall, m/s^2."""
