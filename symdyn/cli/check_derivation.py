@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.algebra.form import Form
+from symdyn.bounds import BOUNDS
 from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene
 from symdyn.cli.talk import Waiting, fail, give, print_text
 from symdyn.emit.print.formula_text import text_of
@@ -21,7 +22,7 @@ from symdyn.teach.languages import languages
 from symdyn.teach.student.answer import Answer
 from symdyn.teach.student.statements import find_target
 
-LARGEST = 1_000_000  # bytes of a file that is opened at all
+LARGEST = BOUNDS["bytes of a student's file"]
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

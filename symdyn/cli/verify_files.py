@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from symdyn.algebra.finite_field import Redraw
+from symdyn.bounds import BOUNDS
 from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
@@ -33,7 +34,8 @@ from symdyn.verify.written.beside import taken_first
 COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILINE)
 """The line of a header, whatever begins a comment there, or in JSON a string; no line is looked at twice."""
 
-HEADER, MOST_FILES, LARGEST = 1 << 20, 2000, 1 << 28
+HEADER = 1 << 20
+MOST_FILES, LARGEST = BOUNDS["generated files that are read"], BOUNDS["bytes of a generated file"]
 
 NEVER = ("-h", "--help", "-o", "--output", "--json", "-q", "--quiet")
 """What no header says."""

@@ -18,19 +18,22 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.bounds import BOUNDS
 from symdyn.draw.canvas import require
+from symdyn.draw.collada_parts import too_much
 from symdyn.draw.places import Array
 from symdyn.draw.solids import Solid, ball, box, cylinder
 from symdyn.errors import DrawError, SceneError
 from symdyn.scene import GROUND, Scene
 from symdyn.scene.declaration.reading import read_bounded
+from symdyn.scene.formats.mesh_faces import long_face
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.xml import Element, read_xml
+from symdyn.scene.formats.xml import Element, parse_xml, read_xml
 from symdyn.scene.values.table import show
 
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
-LARGEST_MESH, MOST_IN_ALL = 64 * 2**20, 256 * 2**20
-MOST_TRIANGLES = 2_000_000  # of all that is shown, each time that it is
+LARGEST_MESH, MOST_IN_ALL = BOUNDS["bytes of a mesh"], BOUNDS["bytes of the meshes that are shown"]
+MOST_TRIANGLES = BOUNDS["triangles that are shown"]  # of all, each time that it is
 PACKAGE, ABOVE = "package.xml", 6  # what marks the folder of a robot, and how far above its file it is looked for
 PLAIN = "#9aa4af"  # where neither file says a colour
 
@@ -239,7 +242,9 @@ def _opened(data: bytes, kind: str, path: Path) -> Iterator[Solid]:
     import trimesh
 
     try:
-        unit = _unit(path) if kind == "dae" else 1.0
+        unit = _unit(data, path) if kind == "dae" else 1.0
+        if fault := {"dae": too_much, "obj": long_face}.get(kind, lambda content: None)(data):
+            raise NoMeshError(f"{path.name} {fault}")
         shown: Any = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         parts = [(shown.graph[node][0], shown.geometry[shown.graph[node][1]]) for node in shown.graph.nodes_geometry]
         parts = [(place, part) for place, part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)]
@@ -276,9 +281,9 @@ def _rgba(visual: Any) -> tuple[int, int, int, int]:
     return red, green, blue, alpha
 
 
-def _unit(path: Path) -> float:
+def _unit(data: bytes, path: Path) -> float:
     """Return the length in m that a COLLADA file counts in, once it is known to hold no entities and no bombs."""
-    root = read_xml(path, lambda where, what: None)
+    root = parse_xml(data, str(path))
     unit = next((one for one in root.walk() if one.tag.rpartition("}")[2] == "unit"), None)
     meters = float(_numbers(unit, "meter", 1, (1.0,))[0])
     return meters if meters > 0 else 1.0

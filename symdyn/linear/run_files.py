@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError
 from symdyn.scene import Scene
 from symdyn.simulation import Trajectory
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.numbers_in_time import read_columns
-
-LARGEST = 2**31
-"""Bytes of a file of arrays."""
 
 
 def read_run(scene: Scene, path: Path) -> Trajectory:
@@ -53,10 +52,26 @@ def _csv(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]
     return found.t, found.values
 
 
-def _npz(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
-    if path.stat().st_size > LARGEST:
-        raise LinearizeError(f"{path}: is larger than {LARGEST >> 20} MiB; give fewer rows")
+def check_arrays(path: Path) -> None:
+    """Look how much the arrays of a .npz file are when they are unpacked.
+
+    Raises:
+        LinearizeError: more than is read.
+        OSError, ValueError: it is no such file.
+    """
+    most = BOUNDS["bytes of the arrays of a file"]
     try:
+        with ZipFile(path) as packed:
+            size = sum(one.file_size for one in packed.infolist())
+    except BadZipFile as fault:
+        raise ValueError(fault) from None
+    if size > most:
+        raise LinearizeError(f"{path}: holds arrays of {size >> 20} MB; {most >> 20} are the most that is read")
+
+
+def _npz(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
+    try:
+        check_arrays(path)
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: np.asarray(file[name]) for name in ("t", "q", "qd", "tau")}
             names = [str(name) for key in ("coordinates", "velocities") for name in file[key]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,6 +12,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Axis
 from symdyn.linear.over_values import number_in
+from symdyn.linear.run_files import check_arrays
 from symdyn.scene import FormulaError
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
@@ -57,6 +59,7 @@ def read_weights(option: str, said: Sequence[str], names: Sequence[str]) -> dict
 
 def _arrays(name: str, wanted: Sequence[str], faults: Faults) -> dict[str, Any]:
     try:
+        check_arrays(Path(name))
         with np.load(name, allow_pickle=False) as said:
             found = {key: value for key, value in said.items() if key in wanted}
     except (OSError, ValueError, KeyError, EOFError) as error:

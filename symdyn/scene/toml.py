@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from symdyn.arguments import check_arguments
+from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, assemble
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
@@ -21,10 +22,10 @@ from symdyn.scene.values.table import Entry, Faults, shorten, show
 SHORT = {"parameters": "value", "inputs": "value", "outputs": "formula"}
 """What a number or text in place of a table says."""
 
-LARGEST_FILE = 4 * 2**20
-MOST_VALUES = 300_000
-DEEPEST = 16
-MOST_PARTS = 16
+LARGEST_FILE = BOUNDS["bytes of a TOML file"]
+MOST_VALUES = BOUNDS["values of a TOML file"]
+DEEPEST = BOUNDS["levels of a TOML file"]
+MOST_PARTS = BOUNDS["parts of a dotted key"]
 """Bounds of a file: bytes, values, nesting, parts of a dotted key. A chain of 5000 bodies takes a third of them."""
 
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.bounds import BOUNDS
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.study.distributions import LEAST, MOST, Distribution
@@ -25,7 +26,7 @@ USUAL_COUNT = 1000
 LARGEST_LATIN = 50_000_000
 """Numbers that a Latin hypercube may have: it is drawn as a whole."""
 
-LARGEST_COUNT = 10**12
+LARGEST_COUNT = BOUNDS["runs of a sweep"]
 
 MOST_SOBOL = 21201
 """Names that Sobol's sequence of SciPy has directions for."""

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.bounds import BOUNDS
 from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.resources import version
@@ -68,6 +69,9 @@ def store_of(job: Job, path: Path | None) -> tuple[Store, tuple[str, ...]]:
             )
         return InMemory(job), ()
     check_store(path)
+    if job.blocks > (most := BOUNDS["blocks of a store"]):
+        found = f"{job.design.count} runs are {job.blocks} blocks"
+        raise StudyError(f"{path}: {found}; {most} are the most that is kept: give a larger block")
     if not path.exists():
         _make(job, path)
     store = OnDisk(path, *_opened(path, "r+"))
@@ -165,6 +169,8 @@ def _wrong(about: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
     count, rows = job.get("count"), arrays["codes"].chunks[0]
     if not isinstance(count, int) or not 1 <= rows <= count:
         return "it has no blocks"
+    if count > BOUNDS["runs of a sweep"] or count > rows * BOUNDS["blocks of a store"]:
+        return f"it says that it has {count} runs in blocks of {rows}; {BOUNDS['blocks of a store']} blocks are read"
     for name, numbers in KINDS.items():
         array, columns = arrays[name], {"values": (len(names),), "measures": (len(measures),)}.get(name, ())
         if str(array.dtype) != numbers or array.shape != (count, *columns) or array.chunks != (rows, *columns):

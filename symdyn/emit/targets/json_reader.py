@@ -11,6 +11,7 @@ from fractions import Fraction
 from math import prod
 from typing import Any, NoReturn
 
+from symdyn.bounds import BOUNDS
 from symdyn.dynamics.roads.named_functions import Argument, Function
 from symdyn.emit.targets.json_graph import FORMAT
 from symdyn.errors import ProgramError, SymdynError
@@ -20,8 +21,8 @@ from symdyn.program import Program
 from symdyn.program.assemble import PARAMS, assemble
 from symdyn.scene import Scene, read_text
 
-LONGEST = 200_000_000
-"""Characters of a file: some millions of nodes."""
+LONGEST = BOUNDS["characters of a program in JSON"]
+"""Some millions of nodes."""
 
 MOST_DIMENSIONS = 8
 """Lengths of a shape."""

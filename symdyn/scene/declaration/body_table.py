@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
+from symdyn.bounds import BOUNDS
 from symdyn.scene.declaration.dh import BODY_KEYS
 from symdyn.scene.values.body import Body, Outline, Particle
 from symdyn.scene.values.folding import FormulaError
@@ -14,7 +15,7 @@ from symdyn.scene.values.outline import OUTLINES
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity
 from symdyn.scene.values.table import Entry, Faults, Table, plain, show, shown, vector
 
-MOST_PARTICLES = 500
+MOST_PARTICLES = BOUNDS["particles of a body"]
 """Particles of a body; each is a term of every formula, so that more of them are given by their sums."""
 
 INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")

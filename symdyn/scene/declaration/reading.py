@@ -9,6 +9,7 @@ from os import PathLike, fsdecode
 from pathlib import Path
 from typing import Protocol
 
+from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.forces import FORCES, place_of
 from symdyn.scene.values.model import Scene
@@ -20,8 +21,8 @@ _ENCODING = re.compile(r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?
 BEGIN = "check the path, or begin a scene with symdyn new"
 """What to do where there is no scene."""
 
-LARGEST = 32 * 2**20
-"""No reader takes more bytes."""
+LARGEST = BOUNDS["bytes of an XML file"]
+"""No reader of scenes takes more bytes."""
 
 
 class Readable(Protocol):

@@ -17,20 +17,22 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.extras import install
 from symdyn.scene.declaration.declare import assemble
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
+from symdyn.scene.formats.mjcf_made import check_made
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import Element, read_xml
 from symdyn.scene.values.table import Faults, shorten, show
 
 OLDEST = (3, 4)
-MOST_FILES = 100
-MOST_ELEMENTS = 1_000_000
-MOST_BODIES = 2_000
-LARGEST_COUNT = 10_000
+MOST_FILES = BOUNDS["files that an MJCF file includes"]
+MOST_ELEMENTS = BOUNDS["elements that an MJCF file makes"]
+MOST_BODIES = BOUNDS["bodies of an MJCF file"]
+LARGEST_COUNT = BOUNDS["reserved by an attribute of an MJCF file"]
 
 RESERVING = ("nuser", "nkey", "numeric size")
 """Beginnings of attributes, with their element, that make the compiler reserve memory for every element."""
@@ -77,6 +79,7 @@ def read(file: Path | Opened, options: ReadOptions) -> Reading:
     total = sum(1 for element in files.values() for _ in element.walk())
     if sum(_harden(file, element, total, faults) for file, element in files.items()) > MOST_ELEMENTS:
         faults.add("", f"<replicate> and <attach> make more than {MOST_ELEMENTS} elements; use fewer copies")
+    check_made((one for element in files.values() for one in element.walk()), faults)
     faults.close()
     mujoco = _package(path)
     said: list[str] = []

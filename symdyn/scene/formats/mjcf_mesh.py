@@ -9,10 +9,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from symdyn.bounds import BOUNDS
+from symdyn.scene.formats.mesh_faces import long_face
 from symdyn.scene.values.table import Faults, show
 
-LARGEST_MESH = 64 * 2**20
-MOST_IN_ALL = 512 * 2**20
+LARGEST_MESH = BOUNDS["bytes of a mesh"]
+MOST_IN_ALL = BOUNDS["bytes of the meshes that give inertia"]
 
 ENDINGS = (".stl", ".obj", ".msh")
 
@@ -48,6 +50,8 @@ def check_meshes(needed: Sequence[tuple[str, Sequence[Path]]], faults: Faults) -
             if size > LARGEST_MESH:
                 most = f"{LARGEST_MESH >> 20} are the most that is read"
                 faults.add(body, f"{takes} of {size >> 20} MB; {most}; {INSTEAD}")
+            elif path.suffix.lower() == ".obj" and (fault := long_face(path.read_bytes())):
+                faults.add(body, f"{takes}, which {fault}, or {INSTEAD}")
     if total > MOST_IN_ALL:
         what = f"the meshes that bodies take their inertia from have {total >> 20} MB together"
         faults.add("", f"{what}; {MOST_IN_ALL >> 20} are the most that is read; give bodies <inertial> instead")

@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from symdyn.bounds import BOUNDS
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions, read_bounded
@@ -44,7 +45,7 @@ from symdyn.scene.values.quantity import ZERO, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Faults, compose, shorten, show
 
-LARGEST_FILE = 4 * 2**20
+LARGEST_FILE = BOUNDS["bytes of a .par file"]
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 

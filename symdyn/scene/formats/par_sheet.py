@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.values.formula import UNARY_FUNCTIONS, split_commas
 from symdyn.scene.values.table import Faults, shorten, show
@@ -30,7 +31,7 @@ SCALAR_KEYS = ("nf", "nl", "nj", "type", "is_floating", "is_mobile")
 
 KEYS = (*SCALAR_KEYS, *ROW_KEYS, *LINK_KEYS, *JOINT_KEYS, *BASE_KEYS)
 
-LONGEST_LIST = 2_000
+LONGEST_LIST = BOUNDS["values of a list of a .par file"]
 MOST_FAULTS = 20
 
 _SPACE = re.compile(r"\s*")

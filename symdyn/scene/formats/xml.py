@@ -21,14 +21,15 @@ from xml.parsers.expat import errors
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
+from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.reading import LARGEST, Opened, read_bounded
 from symdyn.scene.values.table import shorten
 
 LARGEST_FILE = LARGEST
-LONGEST_TAG = 2**20
-DEEPEST = 200
-MOST_ELEMENTS = 500_000
+LONGEST_TAG = BOUNDS["bytes of a tag"]
+DEEPEST = BOUNDS["levels of an XML file"]
+MOST_ELEMENTS = BOUNDS["elements of an XML file"]
 PIECE = 2**16
 LONGEST_GAP = 10_000
 MOST_PREFIXES = 50

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
 from symdyn.scene.declaration.reading import read_bounded
@@ -21,8 +22,8 @@ from symdyn.scene.values.with_unit import fits
 
 TIME = "t"
 
-LARGEST_FILE = 64 * 2**20
-"""Bytes of a file of numbers or laws; a million rows of three numbers have room in it."""
+LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
+"""A million rows of three numbers have room in it."""
 
 
 def read_formula(

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, read_file
@@ -53,8 +54,11 @@ def read_columns(path: Path, needed: Collection[str] | None = None) -> Columns:
         SimulateError: with every fault of the file, one line each.
     """
     faults = Faults(str(path))
+    text, most = read_file(path), BOUNDS["numbers of a file of columns"]
+    if (cells := text.count(",") + text.count("\n")) > most:
+        raise SimulateError(f"{path}: holds some {cells} numbers; {most} are the most that is read: give fewer rows")
     try:
-        rows = [row for row in csv.reader(io.StringIO(read_file(path))) if any(cell.strip() for cell in row)]
+        rows = [row for row in csv.reader(io.StringIO(text)) if any(cell.strip() for cell in row)]
     except csv.Error as error:
         raise SimulateError(f"{path}: is no CSV: {error}") from None
     names = [cell.strip() for cell in rows[0]] if rows else []
