@@ -34,6 +34,7 @@ from symdyn.scene.values.table import show
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
 LARGEST_MESH, MOST_IN_ALL = BOUNDS["bytes of a mesh"], BOUNDS["bytes of the meshes that are shown"]
 MOST_TRIANGLES = BOUNDS["triangles that are shown"]  # of all, each time that it is
+TOO_MUCH: dict[str, Callable[[bytes], str | None]] = {"dae": too_much, "obj": long_face}  # before it is unfolded
 PACKAGE, ABOVE = "package.xml", 6  # what marks the folder of a robot, and how far above its file it is looked for
 PLAIN = "#9aa4af"  # where neither file says a colour
 
@@ -243,7 +244,8 @@ def _opened(data: bytes, kind: str, path: Path) -> Iterator[Solid]:
 
     try:
         unit = _unit(data, path) if kind == "dae" else 1.0
-        if fault := {"dae": too_much, "obj": long_face}.get(kind, lambda content: None)(data):
+        look = TOO_MUCH.get(kind)
+        if look and (fault := look(data)):
             raise NoMeshError(f"{path.name} {fault}")
         shown: Any = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         parts = [(shown.graph[node][0], shown.geometry[shown.graph[node][1]]) for node in shown.graph.nodes_geometry]

@@ -36,6 +36,7 @@ from symdyn.dynamics.roads.named_functions import MULTIPLIERS
 from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_lagrange
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.result_labels import Axis
+from symdyn.dynamics.roads.size import Size
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr
 from symdyn.scene import acceleration_name
@@ -137,6 +138,7 @@ class Derivative:
             lacks="told",
             depends=self.depends,
             prefer=partial(_cheaper, roads) if "implicit" in roads else None,
+            size=Size((0, 45), 1.5).times(len(along)),
             remark=self.kinks if way == "free" else self.remark,
         )
 

@@ -27,6 +27,7 @@ from symdyn.dynamics.roads.kinks import kinks
 from symdyn.dynamics.roads.named_functions import MULTIPLIERS, independent_symbols, multiplier_symbols
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.result_labels import Axis
+from symdyn.dynamics.roads.size import Size
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Slopes, gradient, operands, tangents
@@ -132,6 +133,13 @@ SOLVES: dict[tuple[str, str], Callable[[Workspace, Sequence[str]], RowSolve | No
 """What J is solved from, by the names of an output and of a road to J."""
 
 
+SIZES: dict[str, Size] = {"inverse_dynamics": Size((0, 37)), "forward_dynamics": Size((0, 45), 1.5)}
+"""What a block of J takes by the roads of JACOBIANS."""
+
+EACH = 0.5
+"""What a column of J takes by differentiation, in parts of the output."""
+
+
 def _along(along: tuple[str, ...], jacobian: Callable[[Workspace, Sequence[str]], Any], w: Workspace) -> Any:
     return jacobian(w, along)
 
@@ -204,6 +212,7 @@ def derivatives(name: str, row: Output, only: str = "") -> Output:
         axes=(rows_of(row), lambda w: tuple(label for one in along for label in COLUMNS[one](w))),
         units=f"{row.units}, per unit of what moves",
         roads={**by_hand, **by_sweeps},
+        size=SIZES.get(name, row.size.columns(EACH)).times(len(along)),
     )
 
 
@@ -222,4 +231,5 @@ def by_parameters(name: str, row: Output, only: str = "") -> Output:
         units=f"{row.units}, per unit of the parameter",
         roads=roads,
         remark=lambda w, *_: parameters.left_out(w, only),
+        size=row.size.times(EACH) if only else row.size.columns(EACH),
     )

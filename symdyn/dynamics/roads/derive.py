@@ -17,6 +17,7 @@ from symdyn.dynamics.roads.output import Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.requests import name_in_code, request_of, row_of
 from symdyn.dynamics.roads.result_labels import told
+from symdyn.dynamics.roads.too_large import too_large
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, growing, reachable
@@ -87,12 +88,19 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     try:
         name = road or row.preferred(workspace)
         if (request, name) not in workspace.derived:
+            refuse_large(workspace, request)
             workspace.derived[request, name] = _derived(workspace, request, row, place, name)
         return workspace.derived[request, name]
     except Singular as fault:
         if workspace.scene.is_closed:  # a reduced matrix, whose rows are no velocities
             raise
         raise DerivationError(moves_no_mass(workspace.scene, fault.velocity)) from fault
+
+
+def refuse_large(workspace: Workspace, request: str) -> None:
+    """Raise DerivationError where an output is too large to be written as lines."""
+    if fault := too_large(workspace, request):
+        raise DerivationError(fault)
 
 
 def _derived(workspace: Workspace, request: str, row: Output, place: str, road: str) -> Function:
@@ -152,6 +160,7 @@ def called(workspace: Workspace, request: str) -> Function | None:
     row, place = row_of(request, scene)
     if scene.is_closed or scene.loads or scene.inputs or has_motion(scene):
         return None
+    refuse_large(workspace, request)
     return derive_one(workspace, request) if row.lacks != "never" else _called(workspace, request, row, place)
 
 
@@ -240,10 +249,13 @@ def wanted_on(workspace: Workspace) -> tuple[list[str], list[str]]:
         wanted = [name for name in wanted if not row_of(name)[0].cubic]
         cubic = ", ".join(name for name, row in OUTPUTS.items() if row.cubic)
         left_out.append(f"{cubic} are left out for more than {LARGE} coordinates; {ASK}")
+    large = {name: fault for name in wanted if (fault := too_large(workspace, name))}
+    wanted = [name for name in wanted if name not in large]
+    left_out += large.values()
     if n > LARGEST:
-        large = _square(workspace, wanted)
-        wanted = [name for name in wanted if name not in large]
-        left_out.append(f"{listed(large, 6)}: left out, since their entries grow with the square of {n}; {ASK}")
+        square = _square(workspace, wanted)
+        wanted = [name for name in wanted if name not in square]
+        left_out.append(f"{listed(square, 6)}: left out, since their entries grow with the square of {n}; {ASK}")
     return wanted, left_out
 
 

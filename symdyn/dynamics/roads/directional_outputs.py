@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS, SWEEPS, derived, differentiable, rows_of
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS, EACH, SWEEPS, derived, differentiable, rows_of
 from symdyn.dynamics.roads.directional_roads import (
     HESSIAN,
     TENSOR,
@@ -83,6 +83,7 @@ def _jvp_row(name: str, row: Output) -> Output:
         arguments=_given(row, *_directions(row)),
         result=f"d{row.result}",
         units=f"{row.units}, per unit of the direction",
+        size=row.size.times(2.2),
     )
 
 
@@ -97,6 +98,7 @@ def _vjp_row(name: str, row: Output) -> Output:
         axes=(_columns(row),),
         result="slopes",
         units=f"{row.units}{_times(row)}, per unit of what moves",
+        size=row.size.times(2),
     )
 
 
@@ -126,6 +128,7 @@ def _hessian_row(name: str, row: Output) -> Output:
         axes=(_columns(row), _columns(row)),
         result="H",
         units=f"{row.units}{_times(row)}, per units of what moves",
+        size=row.size.columns(1.5),
     )
 
 
@@ -143,6 +146,7 @@ def _hessian_vector_row(name: str, row: Output) -> Output:
         axes=(_columns(row),),
         result="Hd",
         units=f"{row.units}{_times(row)}, per units of what moves",
+        size=row.size.times(5),
     )
 
 
@@ -156,6 +160,7 @@ def _tensor_row(name: str, row: Output) -> Output:
         axes=(rows_of(row), _columns(row), _columns(row)),
         result=f"dd{row.result}",
         units=f"{row.units}, per units of what moves",
+        size=row.size.columns(EACH).columns(EACH).times(len(differentiable(row)) ** 2),
     )
 
 

@@ -13,34 +13,33 @@ MOST = 6
 
 def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
     """Return what the text of derivatives says of signs, absolute values, roots and angles; "" without such."""
-    below = _below(entries, set(varied))
+    moving = set(varied)
+    below = _below(entries, moving)
     jumps = [node.args[0] for node in below if node.op in (Op.SIGN, Op.ABS)]
     roots = [node.args[0] for node in below if node.op is Op.SQRT]
     angles = [node for node in below if node.op is Op.ATAN2]
     words = []
     if jumps:
         words.append(
-            f"one-sided where a sign or an absolute value turns over, of {_names(jumps, below)}: there a sign is taken "
+            f"one-sided where a sign or an absolute value turns over, of {_names(jumps, moving)}: there a sign is taken "
             "for constant, an absolute value for flat"
         )
     if roots:
-        words.append(f"no number (NaN) where a root vanishes, of {_names(roots, below)}")
+        words.append(f"no number (NaN) where a root vanishes, of {_names(roots, moving)}")
     if angles:
-        words.append(f"no number (NaN) where both sides of an atan2 vanish, of {_names(angles, below)}")
+        words.append(f"no number (NaN) where both sides of an atan2 vanish, of {_names(angles, moving)}")
     return "".join(f"; {one}" for one in words)
 
 
-def _below(entries: Sequence[Expr], varied: Collection[Expr]) -> dict[Expr, frozenset[Expr]]:
-    """Return the nodes that vary, and the symbols that each varies with."""
-    found: dict[Expr, frozenset[Expr]] = {}
+def _below(entries: Sequence[Expr], varied: Collection[Expr]) -> list[Expr]:
+    """Return the nodes that vary."""
+    found: dict[Expr, None] = {}
     for node in reachable(entries):
-        if node in varied:
-            found[node] = frozenset((node,))
-        elif symbols := frozenset().union(*(found.get(arg, ()) for arg in node.args)):
-            found[node] = symbols
-    return found
+        if node in varied or any(arg in found for arg in node.args):
+            found[node] = None
+    return list(found)
 
 
-def _names(of: Iterable[Expr], below: dict[Expr, frozenset[Expr]]) -> str:
-    groups = dict.fromkeys(tuple(sorted(str(one.value) for one in below[node])) for node in of)
+def _names(of: Iterable[Expr], varied: Collection[Expr]) -> str:
+    groups = dict.fromkeys(tuple(sorted(str(x.value) for x in reachable([node]) if x in varied)) for node in of)
     return listed([" and ".join(group) if len(group) < 3 else f"({', '.join(group[:MOST])})" for group in groups], MOST)

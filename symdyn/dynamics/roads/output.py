@@ -10,6 +10,7 @@ from typing import Literal, get_args
 
 from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.roads.result_labels import Axis
+from symdyn.dynamics.roads.size import LINEAR, Size
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr
 from symdyn.scene import Scene
@@ -119,6 +120,7 @@ class Output:
             None for what is no coefficient there.
         weighs: what the entries of its argument `weights` stand for, if it has that.
         remark: what else its text says of a scene; takes what roads take.
+        size: about how many operations it takes.
     """
 
     text: str
@@ -143,6 +145,7 @@ class Output:
     multiplies: Callable[[int], list[Rates]] | None = None
     weighs: Axis | None = None
     remark: Callable[..., str] | None = None
+    size: Size = LINEAR
 
     def __post_init__(self) -> None:
         """Refuse a row that does not say what it is where loops close."""

@@ -27,6 +27,7 @@ from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.dynamics.roads.signal_outputs import SIGNALS
+from symdyn.dynamics.roads.size import INVERSE, Size
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
 
@@ -69,6 +70,7 @@ _MASS = Output(
         "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_mass)),
     },
     unasked=Unasked.AT_A_LOOK,
+    size=Size((0, 27)),
 )
 _GRAVITY = Output(
     "gravity forces g(q) = dP/dq",
@@ -83,6 +85,7 @@ _GRAVITY = Output(
     },
     unasked=Unasked.AT_A_LOOK,
     prefer=roads.quicker_gravity,
+    size=Size((60,)),
 )
 _ELASTIC = Output(
     "elastic forces of springs, dE/dq",
@@ -115,6 +118,7 @@ OUTPUTS: dict[str, Output] = {
         unasked=Unasked.AT_A_LOOK,
         lacks="told",
         depends=("independent",),
+        size=INVERSE,
     ),
     "forward_dynamics": Output(
         "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
@@ -134,6 +138,7 @@ OUTPUTS: dict[str, Output] = {
         lacks="told",
         depends=("independent", "alpha", "beta"),
         prefer=roads.cheaper_forward,
+        size=Size((550,)),
         solves=("mass_matrix", "inverse_dynamics"),
     ),
     "mass_matrix": _MASS,
@@ -189,6 +194,7 @@ OUTPUTS: dict[str, Output] = {
         },
         unasked=Unasked.WRITTEN,
         cubic=True,
+        size=Size((0, 0, 15)),
     ),
     "momentum": Output(
         "generalized momentum p = M(q) qd",
@@ -222,6 +228,7 @@ OUTPUTS: dict[str, Output] = {
             "recursive": Road(lambda w: [potential_energy(w.lean) + w.elastic.energy]),
             "lagrange": Road(lambda w: [w.energy.P]),
         },
+        size=Size((25,)),
     ),
     "k_z": replace(
         _MASS,
@@ -244,6 +251,7 @@ OUTPUTS: dict[str, Output] = {
         },
         unasked=Unasked.WRITTEN,
         cubic=True,
+        size=Size((0, 0, 13)),
         multiplies=_pairs,
     ),
     "k_D": Output(
@@ -260,6 +268,7 @@ OUTPUTS: dict[str, Output] = {
         },
         unasked=Unasked.WRITTEN,
         cubic=True,
+        size=Size((0, 83)),
         multiplies=_squares,
     ),
     "k_G": replace(

@@ -21,6 +21,7 @@ from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.base_columns import Base, base, base_by_lagrange, base_columns, chosen, others
 from symdyn.dynamics.roads.named_functions import REFERENCE, REFERENCE_RATE, direction
 from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_lagrange
+from symdyn.dynamics.roads.size import Size
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
 
@@ -138,6 +139,7 @@ PASSIVITY: dict[str, Output] = {
             "rnea": Road(_regressor),
             "lagrange": by_lagrange(_regressor_by_lagrange),
         },
+        size=Size((0, 46)),
     ),
 }
 """Rows of the table, which a scene has when it is asked for them."""

@@ -25,6 +25,7 @@ from symdyn.dynamics.roads.base_columns import base_by_lagrange, base_columns, b
 from symdyn.dynamics.roads.closed_outputs import drives_of, lagrange_drives_of
 from symdyn.dynamics.roads.linear_forces import Linear, columns, driving, lagrange_driving, linear, parameters
 from symdyn.dynamics.roads.output import Output, Own, Road, Unasked, by_lagrange
+from symdyn.dynamics.roads.size import Size
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
@@ -130,6 +131,7 @@ REGRESSORS: dict[str, Output] = {
         in_loops="own",
         roads={"rnea": Road(_whole), "lagrange": by_lagrange(_whole_by_lagrange)},
         own=_in_loops(_whole, _whole_by_lagrange),
+        size=Size((0, 75)),
         lacks="told",
         depends=("independent",),
     ),
@@ -142,6 +144,7 @@ REGRESSORS: dict[str, Output] = {
         in_loops="own",
         roads={"rnea": Road(_fewest), "lagrange": by_lagrange(_fewest_by_lagrange)},
         own=_in_loops(_fewest, _fewest_by_lagrange),
+        size=Size((0, 50)),
         lacks="told",
         depends=("independent",),
     ),

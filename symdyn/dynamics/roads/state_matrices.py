@@ -99,4 +99,5 @@ def state_matrices(closed: bool) -> Output:
         depends=row.depends,
         prefer=row.prefer,
         remark=row.remark,
+        size=row.size,
     )

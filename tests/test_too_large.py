@@ -1,0 +1,135 @@
+"""What would be too many lines is refused in words before it is begun, by a size that is about right."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+
+import symdyn
+from symdyn.cli import main
+from symdyn.dynamics import Workspace, available, derive, derive_one
+from symdyn.errors import DerivationError
+from symdyn.scene import Scene, read_text
+
+PUMA = Path(__file__).parent.parent / "examples" / "puma560.toml"
+
+LINK = """
+[bodies.b{i}]
+mass = {mass}
+com = [0.05, -0.08, 0.1]
+inertia = {inertia}
+inertia_about = "com"
+[joints.j{i}]
+type = "revolute"
+parent = "{parent}"
+child = "b{i}"
+axis = {axis}
+origin = {{ xyz = [0.01, 0.02, 0.2], rpy = {rpy} }}
+"""
+
+
+def chain(n: int, kind: str = "any") -> Scene:
+    """Return a chain of joints that turn every way, one in a plane, or a tree of two branches at each body."""
+    rng = random.Random(n)
+    links = []
+    for i in range(n):
+        plane = kind == "plane"
+        above = (i - 1) // 2 if kind == "tree" else i - 1
+        links.append(
+            LINK.format(
+                i=i,
+                parent=f"b{above}" if i else "ground",
+                mass=round(rng.uniform(0.5, 2), 3),
+                inertia="[0.05, 0.04, 0.03]"
+                if plane
+                else "{ xx = 0.05, yy = 0.04, zz = 0.03, xy = 0.001, yz = -0.001 }",
+                axis=[0, 1, 0] if plane else [int(i % 3 == k) for k in range(3)],
+                rpy=[0, 0, 0] if plane else [round(rng.uniform(-1, 1), 3) for _ in range(3)],
+            )
+        )
+    return read_text(f'name = "chain{n}"\n' + "".join(links))
+
+
+REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["any", "plane", "tree"])
+@pytest.mark.parametrize(
+    ("n", "requests"),
+    [
+        (8, (*REQUESTS, "inverse_dynamics_jvp", "gravity_forces_by_q", "regressor", "inverse_dynamics_hessian")),
+        (16, (*REQUESTS[:3], "forward_dynamics_by_tau", "inverse_dynamics_vjp")),
+        (32, REQUESTS[:3]),
+        pytest.param(32, REQUESTS[3:], marks=pytest.mark.slow),
+    ],
+)
+def test_a_size_that_is_told_beforehand_is_counted_within_a_factor_of_two(
+    n: int, requests: tuple[str, ...], kind: str
+) -> None:
+    from symdyn.dynamics.roads.count import count
+    from symdyn.dynamics.roads.too_large import expected_size, simplicity
+
+    scene = chain(n, kind)
+    for request in requests:
+        workspace = Workspace(scene)
+        told = expected_size(workspace, request, simplicity(workspace))
+        counted = count(derive_one(workspace, request)).cost
+
+        assert 0.5 < told / counted < (2 if kind != "plane" or request != "inverse_dynamics_hessian" else 5), request
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.mends("30.robots.4")
+def test_derivatives_of_a_long_chain_are_refused_when_they_are_asked_for() -> None:
+    with pytest.raises(DerivationError, match=r"some \d,\d00,000 operations.*ask for inverse_dynamics_jvp or"):
+        symdyn.load(chain(256), ["inverse_dynamics_derivatives"])
+
+
+def test_what_is_asked_for_instead_can_be_had() -> None:
+    scene = chain(160)
+    with pytest.raises(DerivationError, match="operations") as caught:
+        derive(scene, ["inverse_dynamics_derivatives"])
+    ways = re.search(r"ask for ([^;]*);", str(caught.value))
+
+    assert ways is not None
+    for way in ways[1].split(" or "):
+        assert len(derive(scene, [way]).functions) == 1 if way.endswith("_jvp") else "_by_" in way or "_vjp" in way
+
+
+def test_derivatives_of_64_joints_are_not_too_many() -> None:
+    from symdyn.dynamics.roads.too_large import too_large
+
+    workspace = Workspace(chain(64))
+
+    assert [too_large(workspace, request) for request in REQUESTS] == [""] * 4
+
+
+def test_what_nobody_asked_for_is_left_out_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symdyn.dynamics.roads.too_large.PLENTY", 10_000)
+    outputs, left_out = available(chain(20))
+
+    assert "inverse_dynamics" in outputs
+    assert "mass_matrix" not in outputs
+    assert any("mass_matrix would take some" in reason for reason in left_out)
+
+
+def test_a_chain_in_a_plane_is_simpler_and_may_be_longer() -> None:
+    from symdyn.dynamics.roads.too_large import too_large
+
+    request = "inverse_dynamics_derivatives"
+
+    assert too_large(Workspace(chain(200)), request)
+    assert not too_large(Workspace(chain(200, "plane")), request)
+
+
+def test_the_shell_says_it_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("symdyn.dynamics.roads.too_large.PLENTY", 100)
+
+    assert main(["generate", str(PUMA), "--functions", "mass_matrix", "-o", str(tmp_path)]) == 1
+    assert "puma560: mass_matrix would take some" in capsys.readouterr().err
