@@ -15,7 +15,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
-from arms import chain, two_link
+from arms import chain, turning_chain, two_link
 
 import symdyn
 from symdyn.bench.reference import linear
@@ -23,6 +23,7 @@ from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspa
 from symdyn.dynamics.loops import loop_decisions
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
+from symdyn.dynamics.roads.count import count
 from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.dynamics.roads.signal_outputs import SIGNALS
@@ -317,6 +318,18 @@ def remark(name: str) -> None:
     assert "seen = q1_ddot" in derive_one(Workspace(one), request(name, one)).text, name
 
 
+def size(name: str) -> None:
+    """What it takes is told beforehand, of joints that turn every way, within a factor of two."""
+    n = 12 if "regressor" in name else 20
+    told = OUTPUTS[name].size.of(range(1, n + 1))
+    assert 0.5 < told / counted(name, n) < 2, name
+
+
+@cache
+def counted(name: str, n: int) -> int:
+    return count(derive_one(Workspace(turning_chain(n)), name)).cost
+
+
 CHECKS: dict[str, Callable[[str], None]] = {
     check.__name__: check
     for check in (
@@ -334,6 +347,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
         solves,
         multiplies,
         remark,
+        size,
     )
 }
 

@@ -2,56 +2,18 @@
 
 from __future__ import annotations
 
-import random
 import re
 from pathlib import Path
 
 import pytest
+from arms import turning_chain as chain
 
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive, derive_one
 from symdyn.errors import DerivationError
-from symdyn.scene import Scene, read_text
 
 PUMA = Path(__file__).parent.parent / "examples" / "puma560.toml"
-
-LINK = """
-[bodies.b{i}]
-mass = {mass}
-com = [0.05, -0.08, 0.1]
-inertia = {inertia}
-inertia_about = "com"
-[joints.j{i}]
-type = "revolute"
-parent = "{parent}"
-child = "b{i}"
-axis = {axis}
-origin = {{ xyz = [0.01, 0.02, 0.2], rpy = {rpy} }}
-"""
-
-
-def chain(n: int, kind: str = "any") -> Scene:
-    """Return a chain of joints that turn every way, one in a plane, or a tree of two branches at each body."""
-    rng = random.Random(n)
-    links = []
-    for i in range(n):
-        plane = kind == "plane"
-        above = (i - 1) // 2 if kind == "tree" else i - 1
-        links.append(
-            LINK.format(
-                i=i,
-                parent=f"b{above}" if i else "ground",
-                mass=round(rng.uniform(0.5, 2), 3),
-                inertia="[0.05, 0.04, 0.03]"
-                if plane
-                else "{ xx = 0.05, yy = 0.04, zz = 0.03, xy = 0.001, yz = -0.001 }",
-                axis=[0, 1, 0] if plane else [int(i % 3 == k) for k in range(3)],
-                rpy=[0, 0, 0] if plane else [round(rng.uniform(-1, 1), 3) for _ in range(3)],
-            )
-        )
-    return read_text(f'name = "chain{n}"\n' + "".join(links))
-
 
 REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
 

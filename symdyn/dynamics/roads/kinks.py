@@ -21,8 +21,8 @@ def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
     words = []
     if jumps:
         words.append(
-            f"one-sided where a sign or an absolute value turns over, of {_names(jumps, moving)}: there a sign is taken "
-            "for constant, an absolute value for flat"
+            f"one-sided where a sign or an absolute value turns over, of {_names(jumps, moving)}: there a sign is "
+            "taken for constant, an absolute value for flat"
         )
     if roots:
         words.append(f"no number (NaN) where a root vanishes, of {_names(roots, moving)}")

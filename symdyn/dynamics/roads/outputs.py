@@ -27,7 +27,7 @@ from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.dynamics.roads.signal_outputs import SIGNALS
-from symdyn.dynamics.roads.size import INVERSE, Size
+from symdyn.dynamics.roads.size import Size
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
 
@@ -85,7 +85,7 @@ _GRAVITY = Output(
     },
     unasked=Unasked.AT_A_LOOK,
     prefer=roads.quicker_gravity,
-    size=Size((60,)),
+    size=Size((70,)),
 )
 _ELASTIC = Output(
     "elastic forces of springs, dE/dq",
@@ -118,7 +118,6 @@ OUTPUTS: dict[str, Output] = {
         unasked=Unasked.AT_A_LOOK,
         lacks="told",
         depends=("independent",),
-        size=INVERSE,
     ),
     "forward_dynamics": Output(
         "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
@@ -228,7 +227,7 @@ OUTPUTS: dict[str, Output] = {
             "recursive": Road(lambda w: [potential_energy(w.lean) + w.elastic.energy]),
             "lagrange": Road(lambda w: [w.energy.P]),
         },
-        size=Size((25,)),
+        size=Size((42,)),
     ),
     "k_z": replace(
         _MASS,

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import fsum
 
 from symdyn.scene import Scene
 
@@ -41,9 +42,8 @@ class Size:
 
     def of(self, depths: Sequence[int], simple: float = 1.0) -> float:
         """Return the operations for a tree by its depths, shape (nv,), and s."""
-        powers = (sum(d**k for d in depths) for k in range(len(self.constants)))
-        derived = sum((k + 1) * c * power for k, (c, power) in enumerate(zip(self.constants, powers, strict=True)))
-        return simple * derived + (3 * self.solved * sum(d * d for d in depths) if self.solved else 0.0)
+        derived = fsum((k + 1) * c * float(d) ** k for k, c in enumerate(self.constants) for d in depths)
+        return simple * derived + 3 * self.solved * fsum(float(d) ** 2 for d in depths)
 
 
 LINEAR = Size((250.0,))

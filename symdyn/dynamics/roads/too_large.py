@@ -58,5 +58,4 @@ def _instead(workspace: Workspace, request: str) -> list[str]:
 
 def _rounded(size: float) -> int:
     """Return a size to two digits."""
-    unit = 10 ** max(0, len(f"{size:.0f}") - 2)
-    return round(size / unit) * unit
+    return int(float(f"{size:.1e}"))
