@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import ast
 import inspect
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
 from dataclasses import dataclass
 from functools import cache
 from operator import index
-from types import UnionType
+from types import GenericAlias, UnionType
 from typing import Any
 
-from symdyn.errors import ArgumentError, SymdynError
-
-SHOWN = 60
-"""Characters of a wrong value that a message quotes."""
+from symdyn.errors import ArgumentError, SymdynError, quoted
 
 
 @dataclass(frozen=True)
@@ -68,6 +66,13 @@ def _flag(value: Any) -> bool:
         return False
 
 
+def _named(value: Any) -> bool:
+    """Tell whether something holds values by name; a class has the methods of its objects."""
+    if isinstance(value, type) or not (hasattr(value, "items") and hasattr(value, "keys")):
+        return False
+    return all(isinstance(one, str) for one in value.keys())  # noqa: SIM118  a series of pandas yields its values
+
+
 KINDS = {
     "float": Kind(("a number", "numbers"), _number),
     "int": Kind(("a whole number", "whole numbers"), _whole),
@@ -75,20 +80,22 @@ KINDS = {
     "str": Kind(("text", "texts"), lambda value: isinstance(value, str)),
     "None": Kind(("None", "None"), lambda value: value is None),
     "Callable": Kind(("a function", "functions"), callable),
-    "Mapping": Kind(("values by name, as in {'q1': 0.3}", "mappings"), lambda value: hasattr(value, "items")),
+    "Mapping": Kind(("values by name, as in {'q1': 0.3}", "mappings"), _named),
     "Array": Kind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
-    "PathLike": Kind(("a path", "paths"), lambda value: hasattr(value, "__fspath__")),
-    "Path": Kind(("a path", "paths"), lambda value: hasattr(value, "__fspath__")),
+    "PathLike": Kind(("a path", "paths"), lambda value: hasattr(type(value), "__fspath__")),
+    "Path": Kind(("a path", "paths"), lambda value: hasattr(type(value), "__fspath__")),
 }
 """What stands by itself; a series of pandas has items, too."""
 
 
-def _several(inside: Sequence[Kind | None]) -> Kind:
+def _several(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
     """Return a list of what brackets hold; what can be walked but once is walked by the door."""
-    (one,) = inside or (None,)
+    one = _kind(inside[0], known) if inside else None
 
     def takes(value: Any) -> bool:
-        if isinstance(value, bytes) or not isinstance(value, Iterable) or getattr(value, "ndim", 1) == 0:
+        if isinstance(value, bytes | bytearray | Mapping | type) or not isinstance(value, Iterable):
+            return False
+        if getattr(value, "ndim", 1) == 0:
             return False
         entries: Iterable[Any] = value if isinstance(value, Sequence | Set) else ()
         if hasattr(value, "strides") and hasattr(value, "__getitem__"):
@@ -99,20 +106,54 @@ def _several(inside: Sequence[Kind | None]) -> Kind:
     return Kind((f"a list of {one.words[1]}" if one else "a list", "lists"), takes)
 
 
-def _one_each(inside: Sequence[Kind | None]) -> Kind:
+def _one_each(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
     """Return so many values, each of its own kind."""
+    kinds = [_kind(one, known) for one in inside]
 
     def takes(value: Any) -> bool:
         if isinstance(value, str | bytes | Mapping) or not (isinstance(value, Sized) and isinstance(value, Iterable)):
             return False
         if getattr(value, "ndim", 1) == 0:  # an array has the methods, whatever its shape
             return False
-        return len(value) == len(inside) and all(k is None or k.takes(x) for k, x in zip(inside, value, strict=True))
+        return len(value) == len(kinds) and all(k is None or k.takes(x) for k, x in zip(kinds, value, strict=True))
 
-    return Kind((f"{len(inside)} values", "tuples"), takes)
+    return Kind((f"{len(kinds)} values", "tuples"), takes)
 
 
-OF_KINDS = {"Sequence": _several, "Collection": _several, "Iterable": _several, "tuple": _one_each}
+def _by_name(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
+    """Return values by name; what each may be is read by the door, which knows the names."""
+    return KINDS["Mapping"]
+
+
+def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
+    """Return a function of so many arguments."""
+    if not isinstance(inside[0], ast.List):
+        return KINDS["Callable"]
+    many = len(inside[0].elts)
+    words = f"a function of {many} argument{'s' * (many != 1)}"
+
+    def takes(value: Any) -> bool:
+        if not callable(value):
+            return False
+        try:
+            inspect.signature(value).bind(*range(many))
+        except TypeError:
+            return False
+        except ValueError:  # what is written in C may have none
+            return True
+        return True
+
+    return Kind((words, words.replace("a function", "functions")), takes)
+
+
+OF_KINDS = {
+    "Sequence": _several,
+    "Collection": _several,
+    "Iterable": _several,
+    "tuple": _one_each,
+    "Mapping": _by_name,
+    "Callable": _function,
+}
 """What is made of the kinds in brackets behind it."""
 
 
@@ -136,11 +177,26 @@ def check_arguments(
     lines = []
     for name, kind in _read(door).items():
         if not kind.takes(value := arguments[name]):
-            found = " ".join(repr(value).split())
-            found = found if len(found) <= SHOWN else f"{found[:SHOWN]}..."
-            lines.append(f"{name} = {found}: give {kind.words[0]}")
+            lines.append(f"{name} = {quoted(value)}: give {kind.words[0]}")
     if lines:
         raise error(lines if hasattr(error(""), "faults") else "\n".join(lines))
+
+
+def walked(
+    door: Callable[..., object], arguments: Mapping[str, Any], *names: str, error: type[SymdynError] = ArgumentError
+) -> tuple[tuple[Any, ...], ...]:
+    """Return lists among the arguments as tuples, after `check_arguments`, which sees what generators held too.
+
+    Args:
+        door: as of `check_arguments`.
+        arguments: likewise.
+        names: of the lists.
+        error: as of `check_arguments`.
+    """
+    check_arguments(door, arguments, error)
+    told = {name: tuple(arguments[name]) for name in names}
+    check_arguments(door, {**arguments, **told}, error)
+    return tuple(told.values())
 
 
 def doubles(*numbers: float | None) -> tuple[Any, ...]:
@@ -165,9 +221,14 @@ def wholes(*numbers: int | None) -> tuple[Any, ...]:
 def _read(door: Callable[..., object]) -> dict[str, Kind]:
     """Return what every argument of a door may be, of those whose kind is known."""
     bare: Any = inspect.unwrap(door)
+    known = vars(sys.modules[bare.__module__])
     said = inspect.signature(bare).parameters.values()
-    one_value = [one for one in said if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]
-    kinds = {one.name: _kind(ast.parse(one.annotation, mode="eval").body, bare.__globals__) for one in one_value}
+    written = {one.name: one for one in said if isinstance(one.annotation, str) and one.kind is not one.VAR_KEYWORD}
+    nodes = {name: ast.parse(one.annotation, mode="eval").body for name, one in written.items()}  # all but self
+    kinds = {
+        name: _several([node], known) if written[name].kind is inspect.Parameter.VAR_POSITIONAL else _kind(node, known)
+        for name, node in nodes.items()
+    }
     return {name: kind for name, kind in kinds.items() if kind is not None}
 
 
@@ -180,10 +241,10 @@ def _kind(node: ast.expr, known: Mapping[str, object]) -> Kind | None:
         entries = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         if name == "tuple" and ast.unparse(entries[-1]) == "...":  # of any length
             name, entries = "Sequence", entries[:-1]
-        return OF_KINDS[name]([_kind(one, known) for one in entries]) if name in OF_KINDS else KINDS.get(name)
+        return OF_KINDS[name](entries, known) if name in OF_KINDS else KINDS.get(name)
     name = _last(node)
     named = known.get(name)
-    if isinstance(named, UnionType):  # a name for such as `str | Path`
+    if name not in KINDS and isinstance(named, UnionType | GenericAlias):  # a name for such as `str | Path`
         return _kind(ast.parse(str(named), mode="eval").body, known)
     if name not in KINDS and isinstance(named, type) and named is not Any and not getattr(named, "_is_protocol", False):
         return Kind((f"a {named.__name__}", named.__name__), lambda value: isinstance(value, named))

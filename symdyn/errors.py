@@ -6,6 +6,7 @@ at one place for all: a terminal that shows it obeys nothing that the file says.
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from collections.abc import Sequence
 
@@ -21,6 +22,46 @@ def printable(text: str, keep: str = "\n\t") -> str:
     return "".join(x if x.isprintable() or x in keep else _spelled(x) for x in text)
 
 
+LONGEST_WORD = 240
+"""Characters of a run of letters without a space that a message shows; of a longer one, its begin and its end."""
+
+QUOTED = 60
+"""Characters of a wrong value that a message quotes."""
+
+_LONG = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
+
+
+def quoted(value: object) -> str:
+    """Return what a message shows of a wrong value, in one line; of what cannot be shown, its type.
+
+    >>> quoted("a" * 100)[-5:]
+    'aa...'
+    """
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # a list in a list in a list, or a class of the user's whose own words fail
+        text = f"<{type(value).__name__}>"
+    return printable(text if len(text) <= QUOTED else f"{text[:QUOTED]}...", keep="")
+
+
+def spoken(value: object) -> str:
+    """Return something as text, whatever it is."""
+    try:
+        return str(value)
+    except Exception:  # as of `quoted`
+        return f"<{type(value).__name__}>"
+
+
+def _told(message: object, keep: str = "\n\t") -> str:
+    """Return a message made printable, a name of a page's length shortened."""
+    return printable(without_long_words(spoken(message)), keep)
+
+
+def without_long_words(text: str) -> str:
+    """Return text in which a name of a page's length is shortened to its begin and its end."""
+    return _LONG.sub(lambda found: f"{found[0][:80]}...{found[0][-40:]}", text)
+
+
 def _spelled(character: str) -> str:
     space = unicodedata.category(character) == "Zs"  # a thin space is no control
     return character if space else character.encode("unicode_escape").decode("ascii")
@@ -30,8 +71,8 @@ class SymdynError(Exception):
     """Base of all errors that a user can cause and mend."""
 
     def __init__(self, message: object = "") -> None:
-        """Store the message, made printable."""
-        super().__init__(printable(str(message)))
+        """Store the message, made printable; a name of a page's length is shortened."""
+        super().__init__(_told(message))
 
 
 class _FaultsError(SymdynError):
@@ -40,7 +81,7 @@ class _FaultsError(SymdynError):
     def __init__(self, faults: str | Sequence[str]) -> None:
         """Store the faults, shape (at least one line); no fault breaks its line, to begin one that looks like ours."""
         every = (faults,) if isinstance(faults, str) else faults
-        self.faults: tuple[str, ...] = tuple(printable(fault, keep="") for fault in every)
+        self.faults: tuple[str, ...] = tuple(_told(fault, keep="") for fault in every)
         super().__init__("\n".join(self.faults))
 
     def __reduce__(self) -> tuple[type[_FaultsError], tuple[tuple[str, ...]]]:

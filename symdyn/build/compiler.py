@@ -122,6 +122,8 @@ def find_compiler(wanted: str | None = None, machine: str = "native", language: 
         origin = "compiler" if wanted else f"the environment variable {language.variable}"
         try:
             words = [asked] if shutil.which(asked) else words_of(asked)
+            if not words:
+                raise ValueError("it is empty")
         except ValueError as fault:
             raise BuildError(f"{origin} = {asked} is no command line ({fault}); {ways_out}") from fault
         if shutil.which(words[0]) is None:

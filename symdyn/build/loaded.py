@@ -25,7 +25,7 @@ from symdyn.dynamics import (
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.targets.c import C
 from symdyn.emit.targets.numpy import NUMPY
-from symdyn.errors import EmitError, SceneError, UnknownNameError
+from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
@@ -114,7 +114,7 @@ class Loaded(Shown):
 
     def _missing(self, name: object) -> str:
         known = ", ".join(self.__dict__.get("calls", ()))
-        return f"there is no function {name!r}; there are {known}; load(…, functions=…) takes others"
+        return f"there is no function {quoted(name)}; there are {known}; load(…, functions=…) takes others"
 
     def __repr__(self) -> str:
         kind = self.backend if not self.compiled or self.backend != "NumPy" else "compiled"
@@ -139,7 +139,7 @@ def names_of(word: str, given: object) -> tuple[str, ...]:
     names = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, Iterable) else (given,)
     strange = [name for name in names if not isinstance(name, str)]
     if strange:
-        raise SceneError(f"{word}: {strange[0]!r} is no name; give text, or a list of texts")
+        raise SceneError(f"{word}: {quoted(strange[0])} is no name; give text, or a list of texts")
     return names
 
 

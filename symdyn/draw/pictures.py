@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import walked
 from symdyn.draw.body_shapes import COLOURS, carrier, link
 from symdyn.draw.coordinate_marks import marks
 from symdyn.draw.corner import with_corner
@@ -25,7 +25,7 @@ from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View, look
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.errors import DrawError
+from symdyn.errors import DrawError, quoted
 from symdyn.scene import GROUND, Load, Scene, SceneLike, scene_of
 from symdyn.scene.values.names import suggestion
 
@@ -89,7 +89,7 @@ def picture(
         DrawError: q of another shape, an unknown name, loops that do not close, no real value at q, or a file of
             another kind or that cannot be written.
     """
-    check_arguments(picture, locals(), DrawError)
+    wrenches, letters = walked(picture, locals(), "wrenches", "letters", error=DrawError)
     if file is not None:
         check_picture(file)
     shown = drawing(scene_of(scene), q, parameters, view, frames, labels, wrenches, letters)
@@ -209,9 +209,9 @@ def load_wrench(load: Load, found: Places) -> Wrench:
 def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
     try:
         return np.asarray(q, dtype=np.float64)
-    except (TypeError, ValueError) as fault:
+    except (TypeError, ValueError, OverflowError) as fault:
         names = ", ".join(scene.coordinates)
-        raise DrawError(f"{scene.name}: q = {q!r} is no position; give a number for each of {names}") from fault
+        raise DrawError(f"{scene.name}: q = {quoted(q)} is no position; give a number for each of {names}") from fault
 
 
 def _triads(found: Places, view: View) -> tuple[Item, ...]:

@@ -14,7 +14,7 @@ from errno import EISDIR
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from symdyn.errors import EmitError
+from symdyn.errors import EmitError, quoted
 
 Contents = str | bytes | Callable[[IO[bytes]], None]
 
@@ -31,8 +31,8 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
         EmitError: the folder cannot be made or written to; two names are one where capital letters do not count.
     """
     place = Path(folder)
-    if "\0" in str(place):
-        raise EmitError(f"{place}: no system allows this name; give another folder")
+    if "\0" in "".join(map(str, (place, *files))):
+        raise EmitError(f"{place / next(iter(files), '')}: no system allows this name; give another folder")
     folded: dict[str, str] = {}
     for name in files:
         other = folded.setdefault(name.casefold(), name)
@@ -60,6 +60,18 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
         message = f"{place}: cannot write {', '.join(files)} there ({reason}); give a folder that you may write to"
         raise EmitError(message) from fault
     return tuple(place / name for name in files)
+
+
+def write_file(file: str | Path, contents: Contents) -> Path:
+    """Write one file, as `write` does.
+
+    Raises:
+        EmitError: it cannot be written, or has no name.
+    """
+    path = Path(file)
+    if path.name in ("", ".."):
+        raise EmitError(f"file = {quoted(str(file))} is a folder; give the path of a file")
+    return write({path.name: contents}, path.parent)[0]
 
 
 def _check_place(path: Path) -> None:

@@ -74,6 +74,8 @@ def identify(
     band, hold_back = doubles(band, hold_back)
     scene = scene_of(scene)
     scene = with_values(scene, values)
+    if not scene.velocities:
+        raise IdentifyError(f"{scene.name}: nothing moves: no joint has a coordinate")
     faults = []
     if band is not None and not (np.isfinite(band) and band > 0):
         faults.append(f"band = {band!r:.40}: give a frequency in Hz above zero, such as 10")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.errors import IdentifyError
+from symdyn.arguments import check_arguments, doubles
+from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import Gain
 from symdyn.identification.linear_model import LinearModel
@@ -20,6 +21,7 @@ from symdyn.identification.told_apart import Untold
 from symdyn.identification.validation import Fit
 from symdyn.scene import Scene
 from symdyn.scene.ten_parameters import INERTIAL
+from symdyn.scene.values.names import choice
 from symdyn.shown import Shown
 
 if TYPE_CHECKING:
@@ -108,7 +110,15 @@ class Identification(Shown):
         return self.regression.covariance
 
     def interval(self, level: float = 0.95) -> Array:
-        """Return the interval of each parameter that holds its value with this probability, shape (p, 2)."""
+        """Return the interval of each parameter that holds its value with this probability, shape (p, 2).
+
+        Raises:
+            IdentifyError: a level that is not between 0 and 1.
+        """
+        check_arguments(Identification.interval, locals(), IdentifyError)
+        (level,) = doubles(level)
+        if not 0 < level < 1:
+            raise IdentifyError(f"level = {level:g} is no probability; give one between 0 and 1, such as 0.95")
         from scipy.stats import t
 
         wide = float(t.ppf(0.5 + level / 2, self.regression.freedom)) * self.errors
@@ -148,7 +158,10 @@ class Identification(Shown):
         return found
 
     def __getitem__(self, name: str) -> float:
-        """Return one parameter by name."""
+        """Return one parameter by name; UnknownNameError if there is none."""
+        check_arguments(Identification.__getitem__, locals(), UnknownNameError)
+        if name not in self.names:
+            raise UnknownNameError(f"{self.scene.name}: there is no parameter {name}; {choice(name, self.names)}")
         return float(self.after[self.names.index(name)])
 
     def as_dict(self) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import walked, wholes
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.modes import Mode, Spectrum, spectrum
@@ -122,7 +123,14 @@ class Linearization(Shown):
         """Return the system without some positions on which nothing depends, and without outputs `moving` with them.
 
         Outputs not given are those that depend on the positions here.
+
+        Raises:
+            LinearizeError: what is no place of a position.
         """
+        (positions,) = walked(Linearization.without, locals(), "positions", error=LinearizeError)
+        positions = wholes(*positions)
+        if strange := [k for k in positions if not 0 <= k < self.positions]:
+            raise LinearizeError(f"positions: there is no {strange[0]}; give some of 0 to {self.positions - 1}")
         states = [k for k in range(len(self.states)) if k not in positions]
         if moving is None:
             moving = np.flatnonzero(self.C[:, list(positions)].any(axis=1)).tolist()

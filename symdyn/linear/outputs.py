@@ -45,9 +45,9 @@ def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
         raise LinearizeError(
             f"outputs: a name is declared in the scene, [outputs.{next(iter(texts), 'y')}]; give formulas"
         )
-    if not texts and not declared:
-        return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), coordinate_units(scene))
     texts = tuple(split_commas(texts) if isinstance(texts, str) else texts) or tuple(declared)
+    if not texts:
+        return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), coordinate_units(scene))
     faults = Faults("")
     formulas = [read_seen(scene, text, "outputs", faults) for text in texts]
     for text in dict.fromkeys(text for text in texts if texts.count(text) > 1):

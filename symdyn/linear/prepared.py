@@ -147,6 +147,7 @@ def prepared(
     independent: str | Sequence[str] = (),
 ) -> Prepared:
     """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
+    independent = (independent,) if isinstance(independent, str) and independent else tuple(independent)
     found = opened(scene)
     if not scene.velocities:
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")

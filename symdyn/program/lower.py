@@ -46,7 +46,7 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     """
     check_arguments(lower, locals())
     functions = _fold(_bind(equations))
-    if passes:
+    if passes := tuple(passes):
         functions = _fold(_gather(_optimised(functions, passes)))
     graph, functions = _at_home(functions, equations.graph)
     return check(assemble(equations.scene, graph, functions))

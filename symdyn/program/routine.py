@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.roads.count import Counts
 from symdyn.dynamics.roads.named_functions import Function
 from symdyn.errors import UnknownNameError
@@ -95,6 +96,7 @@ class Program(Shown):
 
     def __getitem__(self, name: str) -> Routine:
         """Return the routine called `name`, or asked for by it; UnknownNameError if there is none."""
+        check_arguments(Program.__getitem__, locals(), UnknownNameError)
         for routine in self.routines:
             if name in (routine.function.name, routine.function.request):
                 return routine

@@ -10,6 +10,7 @@ from itertools import count
 from symdyn.algebra.numeric import Array
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import latex_symbols, print_name
+from symdyn.errors import quoted
 from symdyn.scene import Quantity, Scene, acceleration_name
 from symdyn.scene.units import coordinate_units, formula_unit, row_units, told_units, velocity_units
 from symdyn.scene.values.names import choice
@@ -165,5 +166,5 @@ def _beside(name: str, momenta: Mapping[str, str]) -> Column:
 def missing(name: object, names: Sequence[str]) -> str:
     """Return what is said of a name that no column has."""
     if not isinstance(name, str):
-        return f"{name!r:.40} is no name of a column; {choice('', names)}"
+        return f"{quoted(name)} is no name of a column; {choice('', names)}"
     return f"there is no column {name}; {choice(name, names)}"

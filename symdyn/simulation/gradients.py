@@ -86,6 +86,7 @@ class Sensitivity(Shown):
 
     def __getitem__(self, names: tuple[str, str]) -> float:
         """Return the entry of a row and a column by their names; UnknownNameError if there is none."""
+        check_arguments(Sensitivity.__getitem__, locals(), UnknownNameError)
         for name, known in zip(names, (self.rows, self.columns), strict=True):
             if name not in known:
                 raise UnknownNameError(f"{name} is not there; {suggestion(name, known)}")

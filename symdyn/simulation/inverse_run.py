@@ -19,7 +19,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneLike, scene_of, spell, velocity_name, with_values
 from symdyn.scene.units import velocity_units
@@ -151,10 +151,10 @@ def _times(times: npt.ArrayLike) -> Array:
     """Return times, shape (N,); SimulateError where they are none."""
     try:
         found = np.atleast_1d(np.asarray(times, dtype=np.float64))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         found = np.empty((0, 0))
     if found.ndim != 1:
-        raise SimulateError(f"times: {times!r:.60} are no times; give numbers in s that rise, such as a linspace")
+        raise SimulateError(f"times: {quoted(times)} are no times; give numbers in s that rise, such as a linspace")
     return found
 
 

@@ -105,7 +105,7 @@ def chosen(every: Sequence[str], names: Iterable[str], where: str) -> tuple[str,
     """
     found: list[str] = []
     for name in names:
-        wanted = [name] if name in every else fnmatch.filter(every, name) if isinstance(name, str) else []
+        wanted = [] if not isinstance(name, str) else [name] if name in every else fnmatch.filter(every, name)
         if not wanted:
             raise UnknownNameError(f"{where}: {missing(name, every)}")
         found += wanted

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.emit import writing
-from symdyn.errors import EmitError, UnknownNameError
+from symdyn.errors import EmitError, UnknownNameError, quoted
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.value import value_of
@@ -145,7 +146,7 @@ class Trajectory(Shown):
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
-        if name not in self.names:
+        if not isinstance(name, str) or name not in self.names:
             raise UnknownNameError(f"{self.scene.name}: {missing(name, self.names)}")
         state = (x for part in (self.t[:, None], self.q, self.qd, self.qdd, self.tau) for x in part.T)
         return np.array([*state, *self.extra.values()][self.names.index(name)])
@@ -160,12 +161,12 @@ class Trajectory(Shown):
         """
         text = tables.csv_text(*self.table(), self.low)
         if isinstance(file, (str, Path)):
-            writing.write({Path(file).name: text}, Path(file).parent)
+            writing.write_file(file, text)
         elif file is not None:
             try:
                 file.write(text)
             except (AttributeError, OSError, TypeError, ValueError) as fault:
-                raise EmitError(f"{self.scene.name}: {file!r:.60} takes no text: {fault}") from None
+                raise EmitError(f"{self.scene.name}: file = {quoted(file)} takes no text: {fault}") from None
         return text
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -195,12 +196,10 @@ class Trajectory(Shown):
             UnknownNameError: there is no such column.
             SimulateError: matplotlib is not installed.
         """
+        check_arguments(Trajectory.plot, locals(), UnknownNameError)
         from symdyn.simulation.plot import figure
 
-        wanted: list[Any] = []
-        for some in names:
-            wanted += some if isinstance(some, (list, tuple)) else [some]
-        return figure(self, wanted)
+        return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
 
     def animate(
         self,

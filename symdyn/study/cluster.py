@@ -18,7 +18,7 @@ import dask
 import distributed
 from distributed.scheduler import KilledWorker, NoValidWorkerError
 
-from symdyn.errors import StudyError
+from symdyn.errors import StudyError, quoted
 from symdyn.interrupts import interrupts_wait, kept_from_children
 from symdyn.resources import version
 from symdyn.study.executor import Block, Say
@@ -173,6 +173,8 @@ def of_client(client: distributed.Client, say: Say) -> Iterator[Cluster]:
     Raises:
         StudyError: a worker has not what this process has.
     """
+    if not isinstance(client, distributed.Client):
+        raise StudyError(f"scheduler = {quoted(client)}: give a name, an address, or a Client of Dask")
     told = str(client.scheduler.address) if client.scheduler else "the cluster"
     if client.asynchronous:
         raise StudyError("scheduler: this Client is asynchronous; give one that waits, or the address")

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.emit import writing
-from symdyn.errors import UnknownNameError
+from symdyn.errors import EmitError, UnknownNameError, quoted
 from symdyn.scene.values.names import choice, listed
 from symdyn.shown import Shown
 from symdyn.simulation import tables
@@ -96,9 +97,9 @@ class Uncertainty(Shown):
         return np.asarray(np.divide(parts, total, out=np.zeros_like(parts), where=total > 0))
 
     def _place(self, name: str) -> int:
-        if name not in self.names:
-            told = choice(str(name), self.names)
-            raise UnknownNameError(f"{self.run.scene.name}: there is no uncertainty of {name!r:.40}; {told}")
+        if not isinstance(name, str) or name not in self.names:
+            told = choice(name, self.names)
+            raise UnknownNameError(f"{self.run.scene.name}: there is no uncertainty of {quoted(name)}; {told}")
         return self.names.index(name)
 
     def table(self) -> tuple[tuple[str, ...], Array]:
@@ -113,9 +114,10 @@ class Uncertainty(Shown):
         Raises:
             EmitError: the file cannot be written.
         """
+        check_arguments(Uncertainty.to_csv, locals(), EmitError)
         text = tables.csv_text(*self.table())
         if file is not None:
-            writing.write({Path(file).name: text}, Path(file).parent)
+            writing.write_file(file, text)
         return text
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -135,9 +137,7 @@ class Uncertainty(Shown):
             UnknownNameError: there is no such column.
             SimulateError: matplotlib is not installed.
         """
+        check_arguments(Uncertainty.plot, locals(), UnknownNameError)
         from symdyn.study.bands import figure
 
-        wanted: list[str] = []
-        for some in names:
-            wanted += [some] if isinstance(some, str) else some
-        return figure(self, wanted)
+        return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])

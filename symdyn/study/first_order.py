@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from symdyn.arguments import check_arguments, doubles
@@ -96,6 +97,12 @@ def uncertainty(
     scene = with_values(scene, values)
     faults = Faults("")
     spread = None
+    if motion is None:
+        unread = [name for name, given in (("path", path), ("times", times)) if np.asarray(given, dtype=object).size]
+        faults.lines += [f"{name}: it belongs to a motion, and none is given; leave it out" for name in unread]
+    else:
+        unread = [name for name, given in (("start_rates", start_rates), ("every", every)) if given is not None]
+        faults.lines += [f"{name}: it belongs to a run, and a motion is given; leave it out" for name in unread]
     with noted(faults):
         spread = read_spread(scene, over, covariance, faults, starts=motion is None)
     faults.lines[:] = dict.fromkeys(faults.lines)
@@ -110,6 +117,8 @@ def uncertainty(
     initial = read_start(scene, _with(start, places), _with(start_rates, rates))
     notes: list[str] = []
     run = simulate(scene, given, until, initial, every=every, say=notes.append)
+    if len(run.t) < 2 and run.complete:
+        raise SimulateError(f"{scene.name}: every = {every}: the run to {until:g} s has one sample; give less")
     if len(run.t) < 2:
         raise SimulateError(f"{scene.name}: {run.stopped}; there is nothing to tell the uncertainty of")
     found = variations(run, given, initial, spread.names)

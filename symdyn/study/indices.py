@@ -18,7 +18,8 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.arguments import check_arguments, doubles, wholes
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, UnknownNameError
+from symdyn.scene.values.names import choice
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI
 
@@ -88,7 +89,7 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
 
     Raises:
         SimulateError: another design, or too few groups whose runs all have a value.
-        UnknownNameError: there is no such column.
+        UnknownNameError: there is no such measure.
     """
     check_arguments(indices, locals(), SimulateError)
     (level,), (resamples, seed) = doubles(level), wholes(resamples, seed)
@@ -97,6 +98,8 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
             f"{study.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "
             f"{study.about.get('design')}; sweep again with --design {SALTELLI}"
         )
+    if measure not in study.measures:
+        raise UnknownNameError(f"{study.scene}: there is no measure {measure}; {choice(measure, study.measures)}")
     d = len(study.names)
     column = study[measure]
     groups = column[: len(column) // (d + 2) * (d + 2)].reshape(-1, d + 2)

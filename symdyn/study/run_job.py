@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.errors import spoken
 from symdyn.scene import Parameter, Scene, bind
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
@@ -127,8 +128,8 @@ def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
 def _letters(forces: Any) -> tuple[str, ...]:
     """Return what words formulas of forces have."""
     several = forces if isinstance(forces, Sequence) else [forces]  # a function, for one, has no formulas
-    texts = forces.values() if isinstance(forces, Mapping) else [str(one).partition("=")[2] for one in several]
-    return tuple(dict.fromkeys(word for text in texts for word in re.findall(r"[A-Za-z]\w*", str(text))))
+    texts = forces.values() if isinstance(forces, Mapping) else [spoken(one).partition("=")[2] for one in several]
+    return tuple(dict.fromkeys(word for text in texts for word in re.findall(r"[A-Za-z]\w*", spoken(text))))
 
 
 def _said(forces: Entries) -> str:

@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
 from symdyn.arguments import KINDS
+from symdyn.errors import quoted
 from symdyn.scene import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults, shorten
+from symdyn.scene.values.table import Faults
 from symdyn.simulation.feedback.gains import state_names
 from symdyn.study.distributions import Distribution
 from symdyn.study.over import read_over
@@ -104,7 +105,7 @@ def read_spread(
 def _independent(scene: Scene, over: Mapping[str, Any] | Iterable[str] | str, faults: Faults) -> Spread:
     """Return what is uncertain where nothing is correlated."""
     over = dict(over.items()) if hasattr(over, "items") else over  # a series of pandas has them, too
-    spreads, texts = dict[str, float](), over
+    spreads, texts = dict[str, float](), over if isinstance(over, str | Mapping) else tuple(over)
     if isinstance(over, Mapping):
         spreads = {str(name): float(x) for name, x in over.items() if KINDS["float"].takes(x)}
         texts = {str(name): x for name, x in over.items() if str(name) not in spreads}
@@ -123,7 +124,7 @@ def _covariance(given: npt.ArrayLike, faults: Faults) -> Array:
     try:
         found = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        faults.add("covariance", f"{shorten(repr(given))} is no matrix of numbers")
+        faults.add("covariance", f"{quoted(given)} is no matrix of numbers")
         return np.zeros((0, 0))
     if found.ndim != 2 or found.shape[0] != found.shape[1] or not np.all(np.isfinite(found)):
         faults.add("covariance", f"has the shape {found.shape}; give a square matrix of finite numbers")

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments, doubles, walked
 from symdyn.emit import writing
-from symdyn.errors import SimulateError, UnknownNameError
+from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values.names import choice, listed
 from symdyn.shown import Shown
 
@@ -107,6 +108,7 @@ class Study(Shown):
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
+        check_arguments(Study.__getitem__, locals(), UnknownNameError)
         if name in self.measures:
             return self.measures[name]
         if name in self.names:
@@ -118,7 +120,12 @@ class Study(Shown):
 
         Raises:
             UnknownNameError: there is no such column.
+            SimulateError: a quantile that is not from 0 to 1.
         """
+        (at,) = walked(Study.quantiles, locals(), "at", error=SimulateError)
+        at = doubles(*at)
+        if not all(0 <= one <= 1 for one in at):
+            raise SimulateError(f"at = {quoted(list(at))}: quantiles are from 0 to 1, such as [0.05, 0.5, 0.95]")
         known = self.known(name)
         return np.quantile(known, at) if known.size else np.full(len(at), np.nan)
 
@@ -159,12 +166,13 @@ class Study(Shown):
         Raises:
             EmitError: the file cannot be written.
         """
+        check_arguments(Study.to_csv, locals(), EmitError)
         rows = zip(np.hstack([self.values, *(one[:, None] for one in self.measures.values())]), self.codes, strict=True)
         lines = [",".join(map(_cell, (*self.columns, "ended")))]
         lines += [",".join([*map(repr, row.tolist()), WORDS[int(code)]]) for row, code in rows]
         text = "\n".join(lines) + "\n"
         if file is not None:
-            writing.write({Path(file).name: text}, Path(file).parent)
+            writing.write_file(file, text)
         return text
 
     def indices(self, measure: str, level: float = 0.95) -> Indices:
@@ -184,6 +192,7 @@ class Study(Shown):
         Raises:
             SimulateError: no such measure or kind, one that does not fit, no run with a value, or no matplotlib.
         """
+        check_arguments(Study.plot, locals(), SimulateError)
         from symdyn.study.plots import figure
 
         return figure(self, measures, kind)

@@ -80,6 +80,8 @@ def collocation(
     """
     check_arguments(collocation, locals(), SimulateError)
     declared = scene_of(scene)
+    if not declared.velocities:
+        raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
     try:
         scene = held(declared)
     except FormulaError as fault:

@@ -27,8 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.errors import ArgumentError, quoted
 from symdyn.scene import Scene
+from symdyn.scene.values.names import choice
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Places, sliced
 from symdyn.transcription.local import Local
@@ -111,6 +114,7 @@ class Collocation(Shown):
 
     def residual(self, z: Array) -> Array:
         """Return g(z), shape (rows,)."""
+        self._check(z)
         g = np.empty(self.rows, np.result_type(z, np.float64))
         stages, nodes = self.at(z, "stage"), self.at_nodes(z)
         self._part(g, self.row["balance"])[:] = self.locals["balance"].value(stages)
@@ -154,6 +158,8 @@ class Collocation(Shown):
 
     def rates(self, stages: Mapping[str, Array]) -> Array:
         """Return q̇ and u̇ of all stages, as `between` takes them."""
+        if not (isinstance(stages, Mapping) and {"q", "u", "a"} <= {*stages}):
+            raise ArgumentError(f"stages = {quoted(stages)}: give what at(z, 'stage') returns")
         return np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1).ravel()
 
     @staticmethod
@@ -173,6 +179,7 @@ class Collocation(Shown):
 
     def jacobian_values(self, z: Array) -> Array:
         """Return the entries of ∂g/∂z at (`jacobian_rows`, `jacobian_columns`), shape (nonzeros,)."""
+        self._check(z)
         return self._slopes.values(z)
 
     def jacobian(self, z: Array) -> csr_array:
@@ -184,6 +191,7 @@ class Collocation(Shown):
 
     def objective(self, z: Array) -> float:
         """Return f(z): the integral of the running cost by the method's own rule, and the cost of the end."""
+        self._check(z)
         total: Any = 0.0
         if "running" in self.locals:
             values = self.locals["running"].value(self.at(z, "stage"))[:, 0]
@@ -194,6 +202,7 @@ class Collocation(Shown):
 
     def gradient(self, z: Array) -> Array:
         """Return ∂f/∂z, shape (size,)."""
+        self._check(z)
         found = np.zeros(self.size)
         T = self.place["T"]
         for name, weights in (("running", self.time(z) * self.grid.quadrature), ("final", np.ones(1))):
@@ -209,11 +218,13 @@ class Collocation(Shown):
 
     def time(self, z: Array) -> float:
         """Return the time of the end, s."""
+        self._check(z)
         T = self.place["T"]
         return z[T[0]] if len(T) else self.duration
 
     def parameters(self, z: Array) -> dict[str, float]:
         """Return the values of the parameters that are unknowns."""
+        self._check(z)
         return dict(zip(self.free, z[self.place["free"]].tolist(), strict=True))
 
     # Pattern
@@ -270,8 +281,19 @@ class Collocation(Shown):
         return found
 
     def column(self, kind: str, k: int, points: Places) -> Places:
-        """Return where an unknown stands in z at some points, -1 where it is known."""
+        """Return where an unknown stands in z at some points, -1 where it is known.
+
+        Raises:
+            ArgumentError: there is no such kind, or none at that place.
+        """
+        check_arguments(Collocation.column, locals())
         place = self.place
+        if kind not in place and kind != TIME:
+            raise ArgumentError(f"kind {kind!r} is not known; {choice(kind, (*place, TIME))}")
+        if kind != TIME and not 0 <= k < place[kind].shape[-1]:
+            raise ArgumentError(f"k = {quoted(k)}: there are {place[kind].shape[-1]} of {kind}, counted from 0")
+        if getattr(points, "dtype", np.dtype(float)).kind not in "iu" or np.any(np.abs(points) >= len(place["q"])):
+            raise ArgumentError(f"points = {quoted(points)}: give places of points, as points('node') does")
         if kind == TIME:
             return place["T"] if len(place["T"]) else np.array([-1])
         if kind == "free":
@@ -281,13 +303,24 @@ class Collocation(Shown):
         return place[kind][points if kind in ("q", "u") else slice(None), k]
 
     def points(self, where: str) -> Places:
-        """Return the points of all stages or nodes, or the end."""
+        """Return the points of all stages or nodes, or the end.
+
+        Raises:
+            ArgumentError: `where` is neither "stage", "node" nor "end".
+        """
+        self._check_where(where)
         return {"stage": self.grid.stage, "node": self.grid.node, "end": self.grid.node[-1:]}[where]
 
     # Unknowns at places
 
     def at(self, z: Array, where: str) -> dict[str, Array]:
-        """Return the unknowns at all stages or nodes, or at the end, by kind."""
+        """Return the unknowns at all stages or nodes, or at the end, by kind.
+
+        Raises:
+            ArgumentError: `where` is neither "stage", "node" nor "end".
+        """
+        self._check(z)
+        self._check_where(where)
         place, points = self.place, self._slices[where]
         found = {kind: self._part(z, place[kind])[points] for kind in ("q", "u")}
         if where == "stage":
@@ -297,6 +330,15 @@ class Collocation(Shown):
         found["free"] = z[place["free"]]
         found[TIME] = self.time(z) * self.grid.share[points]
         return found
+
+    def _check(self, z: Array) -> None:
+        """Raise ArgumentError for what are no unknowns."""
+        if getattr(z, "shape", None) != (self.size,) or z.dtype.kind not in "fiuc":
+            raise ArgumentError(f"z = {quoted(z)}: give an array of shape ({self.size},), such as guess")
+
+    def _check_where(self, where: str) -> None:
+        if not isinstance(where, str) or where not in self._slices:
+            raise ArgumentError(f"where = {quoted(where)}: give {', '.join(self._slices)}")
 
     @staticmethod
     def behind(nodes: Mapping[str, Array]) -> dict[str, Array]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments
+from symdyn.arguments import check_arguments, wholes
 from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.emit.code.real import SINGLE
 from symdyn.emit.code.short_sines import find_short_sines
@@ -159,7 +159,7 @@ def certify(
     check_arguments(certify, locals())
     if real not in SINGLE:
         raise VerifyError(f"real type {real!r} is not measured; give {' or '.join(SINGLE)}")
-    asked = targets is not None
+    asked, (seed,) = targets is not None, wholes(seed)
     scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []
     sines = find_short_sines(accuracy, real)

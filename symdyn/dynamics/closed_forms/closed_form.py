@@ -99,8 +99,8 @@ class ClosedForm(Shown):
 
     def form(self, *key: Any) -> Form:
         """Return one coefficient as short as the ring can write it; P with springs; K as Σ k_z,ij q̇_i q̇_j / 2."""
-        if key[:1] == ("k_E",):
-            check_key(key, self.n)
+        check_key(key, self.n)
+        if key[0] == "k_E":
             return self.loads.elastic(self.compactor, key[1])
         value = self[key]
         if key[0] == "P":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from operator import index
 from typing import Any
 
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 
@@ -27,7 +27,7 @@ def check_key(key: object, n: int) -> None:
     if not fits:
         pairs = f"pair in 0..{n * (n - 1) // 2 - 1}" if n > 1 else "no pair, as one coordinate has none"
         raise DerivationError(
-            f"there is no coefficient {key!r}; give ('k_z', i, j), ('k_C', i, pair), ('k_D', i, j), ('k_G', i), "
+            f"there is no coefficient {quoted(key)}; give ('k_z', i, j), ('k_C', i, pair), ('k_D', i, j), ('k_G', i), "
             f"('K',) or ('P',), with i and j in 0..{n - 1} and {pairs}"
         )
 

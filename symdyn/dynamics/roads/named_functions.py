@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
 from symdyn.dynamics.mechanism.row_solve import RowSolve
@@ -100,6 +101,7 @@ class Equations(Shown):
 
     def __getitem__(self, name: str) -> Function:
         """Return the function called `name`, or asked for by it; UnknownNameError if it was not derived."""
+        check_arguments(Equations.__getitem__, locals(), UnknownNameError)
         for function in self.functions:
             if name in (function.name, function.request):
                 return function

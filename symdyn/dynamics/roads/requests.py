@@ -14,7 +14,7 @@ from symdyn.dynamics.roads.operators import WORDS, of_another
 from symdyn.dynamics.roads.output import TREE_NAME, Output
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.state_matrices import STATE_MATRICES, state_matrices
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 
@@ -28,6 +28,8 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     Raises:
         DerivationError: there is no such output, or the scene cannot have it.
     """
+    if not isinstance(request, str):
+        raise DerivationError(f"output {quoted(request)} is no name; give text, such as mass_matrix")
     try:
         return _row(request, scene)
     except DerivationError:
@@ -44,6 +46,8 @@ def name_in_code(row: Output, request: str, scene: Scene) -> str:
 
 def request_of(name: str, scene: Scene) -> str:
     """Return the request of a function that is asked for by its name in code; what is none stays as it is."""
+    if not isinstance(name, str):
+        return name
     places = [one.name for one in scene.bodies] + [one.name for one in scene.points]
     places += [one.name for one in scene.outputs]
     places += [place for _, colon, place in (one.partition(":") for one in OUTPUTS) if colon]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symdyn.arguments import check_arguments
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.printable import Printable, printable
 from symdyn.emit.print.sympy_equations import SympyEquations, sympy_equations
+from symdyn.errors import EmitError
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
@@ -54,6 +56,7 @@ class EquationsOfMotion(Shown):
           & m l^2 \ddot q_1 + m l g \sin q_1 = \tau_1 - b \dot q_1
         \end{align*}
         """
+        check_arguments(EquationsOfMotion.latex, locals(), EmitError)
         return equations_text(self.closed, "latex", group, angles, document)
 
     def text(self, group: str = "equations", angles: str = "long") -> str:
@@ -63,6 +66,7 @@ class EquationsOfMotion(Shown):
         >>> print(symdyn.equations(symdyn.example("pendulum")).text())
         m*l**2*q1_ddot + m*l*g*sin(q1) = tau1 - b*q1_dot
         """
+        check_arguments(EquationsOfMotion.text, locals(), EmitError)
         return equations_text(self.closed, "text", group, angles)
 
     def sympy(self, dynamic: bool = False) -> SympyEquations:
@@ -81,6 +85,7 @@ class EquationsOfMotion(Shown):
         >>> arm.M[1, 1], arm.g[1]
         (h2**2*m2, g*h2*m2*sin(q1 + q2))
         """
+        check_arguments(EquationsOfMotion.sympy, locals(), EmitError)
         return sympy_equations(self.page, dynamic)
 
 

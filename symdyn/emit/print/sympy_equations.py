@@ -12,11 +12,13 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.algebra.form import Form, Number, Symbol, product_of, sum_of, symbols_of
+from symdyn.arguments import check_arguments
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops.constraint_rows import differentiated
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.mechanism.state import state_symbols
 from symdyn.emit.print.printable import Printable
+from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, acceleration_name, express
 from symdyn.scene.values.names import listed
@@ -81,9 +83,10 @@ class SympyEquations(Shown):
         return f"<SympyEquations of {self.scene.name}: M, C, c, g, k_E, tau{rows}, K and P in {coordinates}>"
 
     def __getitem__(self, name: str) -> Any:
-        """Return what stands for a name; KeyError if there is none, with those that there are."""
+        """Return what stands for a name; UnknownNameError if there is none, with those that there are."""
+        check_arguments(SympyEquations.__getitem__, locals(), UnknownNameError)
         if name not in self.symbols:
-            raise KeyError(f"there is no {name!r}; there are {', '.join(self.symbols)}")
+            raise UnknownNameError(f"there is no {name!r}; there are {', '.join(self.symbols)}")
         return self.symbols[name]
 
     @cached_property

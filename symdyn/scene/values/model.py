@@ -15,6 +15,8 @@ from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from typing import TypeAlias
 
+from symdyn.arguments import walked
+from symdyn.errors import SceneError
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.joint import Joint
@@ -134,6 +136,9 @@ class Scene(Shown):
         outputs: what is looked at.
         dimensionless: whether it is without dimensions on purpose, `units = "none"`, so that none is checked.
         source: where it was read from, for messages; not compared.
+
+    Raises:
+        SceneError: a field is not what it holds, such as text among the bodies.
     """
 
     name: str
@@ -148,6 +153,10 @@ class Scene(Shown):
     outputs: tuple[Signal, ...] = ()
     dimensionless: bool = False
     source: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        lists = [one.name for one in fields(self) if not isinstance(getattr(self, one.name), str)]
+        vars(self).update(zip(lists, walked(Scene, vars(self), *lists, error=SceneError), strict=True))
 
     def __repr__(self) -> str:
         free = [one.name for one in self.parameters if one.value is None]

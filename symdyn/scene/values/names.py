@@ -56,12 +56,12 @@ def check_name(name: object) -> str | None:
     return None
 
 
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that `name` was probably meant to be, or None.
+def nearest(name: object, known: Iterable[str]) -> str | None:
+    """Return the known name that `name` was probably meant to be, or None; what is no text meant none.
 
     Of many names only those are compared that begin and end most like it; a name of a line's length is none.
     """
-    if len(name) > LONGEST:
+    if not isinstance(name, str) or len(name) > LONGEST:
         return None
     lowered = {candidate.lower(): candidate for candidate in known}
     meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
@@ -87,14 +87,14 @@ def listed(names: Iterable[str], most: int = 12) -> str:
     return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
+def suggestion(name: object, known: Iterable[str]) -> str:
     """Return "did you mean X?" when something known is near, else the known names."""
     every = list(known)
     near = nearest(name, every)
     return f"did you mean {near}?" if near else f"known are {listed(every)}"
 
 
-def choice(name: str, known: Iterable[str]) -> str:
+def choice(name: object, known: Iterable[str]) -> str:
     """Return all known names, of which a user chooses one, and "did you mean X?" when one of them is near."""
     every = list(known)
     near, all_of_them = nearest(name, every), f"there are {', '.join(every)}"

@@ -8,7 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TypeVar
 
-from symdyn.errors import SceneError, printable
+from symdyn.errors import SceneError, printable, spoken, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, Pose
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
@@ -62,6 +62,7 @@ class Faults:
         self.notes.append(self._line(where, what))
 
     def _line(self, where: str, what: str) -> str:
+        what = without_long_words(what)
         told = (part if len(part) <= LONGEST_PART else f"{part[:LONGEST_PART]}..." for part in (shorten(where), what))
         line = ": ".join(part for part in (self.source, *told) if part)
         return printable(line, keep="")  # no name breaks a line, to begin one that looks like ours
@@ -112,7 +113,7 @@ def show(value: object, depth: int = 0) -> str:
     elif isinstance(value, (list, tuple)):
         text = f"[{', '.join(show(item, depth + 1) for item in value[:9])}]"
     else:
-        text = str(value) if not isinstance(value, int) or abs(value) < 10**80 else "a very long integer"
+        text = spoken(value) if not isinstance(value, int) or abs(value) < 10**80 else "a very long integer"
     return shorten(" ".join(text.split()))
 
 

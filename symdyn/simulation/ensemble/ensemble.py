@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
+from symdyn.arguments import check_arguments
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values.names import listed, suggestion
@@ -87,6 +88,7 @@ class Ensemble(Shown):
         Raises:
             UnknownNameError: there is none; it says what it may have been.
         """
+        check_arguments(Ensemble.__getitem__, locals(), UnknownNameError)
         for known in (self.varied, self.measures, self._ends):
             if name in known:
                 return known[name]

@@ -22,6 +22,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
+from symdyn.errors import quoted
 from symdyn.scene import Quantity, spell
 from symdyn.scene.toml import tables_of
 from symdyn.scene.values.table import Faults, show
@@ -176,7 +177,7 @@ def _dimensions(value: Any) -> int:
 def _spoken(value: Any) -> str:
     """Return what something is, short."""
     kind = type(value).__name__
-    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{kind} {value!r:.60}"
+    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{kind} {quoted(value)}"
 
 
 def _toml(path: Path, table: str, faults: Faults) -> list[tuple[str, str]]:

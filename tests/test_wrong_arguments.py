@@ -1,0 +1,52 @@
+"""No argument of a door, or of a method of what doors return, ends in a traceback from inside, whatever is given.
+
+A hundred wrong values (`wrong_values.py`) for each of some three hundred arguments: each is taken, or refused in words
+that say which argument it is about.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from called_wrongly import DOORS, NOUNS, Called, every_argument, fault
+from wrong_values import WRONG
+
+import symdyn
+
+SHARE = 33
+"""Of so many pairs of an argument and a value, one is tried always."""
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let what is written by the way be written to a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+
+def faults_of(pairs: list[tuple[Called, str]]) -> list[str]:
+    found = [(called, wrong, fault(called, wrong)) for called, wrong in pairs]
+    return [f"{called}: {wrong}: {told}" for called, wrong, told in found if told]
+
+
+def test_every_door_and_every_noun_is_called() -> None:
+    assert set(DOORS) == set(symdyn.__all__)
+    assert len(WRONG) >= 100
+    arguments = every_argument()
+    assert len(arguments) > 250
+    assert {one.name.partition(".")[0] for one in arguments if "." in one.name} <= {kind.__name__ for kind in NOUNS}
+
+
+@pytest.mark.long(0)
+@pytest.mark.runs("cc")
+@pytest.mark.mends("30.attacks.8")
+def test_wrong_values_of_any_argument_are_taken_or_refused_in_words() -> None:
+    every = [(called, wrong) for called in every_argument() for wrong in WRONG]
+    assert faults_of(every[::SHARE]) == []
+
+
+@pytest.mark.slow
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("called", every_argument(), ids=str)
+def test_every_wrong_value_of_an_argument_is_taken_or_refused_in_words(called: Called) -> None:
+    assert faults_of([(called, wrong) for wrong in WRONG]) == []
