@@ -11,7 +11,7 @@ from symdyn.emit.code.identifiers import is_device
 from symdyn.errors import EmitError, SceneError
 from symdyn.scene.examples import example_text, examples
 from symdyn.scene.starters import STARTERS, starter
-from symdyn.scene.values.names import check_name
+from symdyn.scene.values.names import check_scene_name
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -54,6 +54,6 @@ def _example(options: argparse.Namespace, name: str) -> str:
         raise SceneError(f"new: --example {options.example} is a whole scene; leave {' and '.join(beside)} out")
     example = options.example.replace("-", "_")
     text = example_text(example)
-    if fault := check_name(name):
+    if fault := check_scene_name(name):
         raise SceneError(f'the name "{name}" {fault}')
     return text.replace(f'name = "{example}"', f'name = "{name}"', 1)

@@ -44,9 +44,12 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 TITLE = "Scene of symdyn"
 
-NAME = name_shape()
-NAMES: Shape = {"anyOf": [NAME, {"type": "array", "items": NAME}]}
-DRIVE: Shape = {"anyOf": [NAME, FLAG, {"type": "array", "items": {"anyOf": [NAME, FLAG]}}]}
+NAME, LETTER = name_shape(), name_shape(letter=True)
+LETTERS: Shape = {"anyOf": [LETTER, {"type": "array", "items": LETTER}]}
+DRIVE: Shape = {"anyOf": [LETTER, FLAG, {"type": "array", "items": {"anyOf": [LETTER, FLAG]}}]}
+OF_LETTERS = ("parameters", "inputs", "outputs")
+"""Tables whose names formulas or columns have."""
+
 TOLERANCE: Shape = {
     "anyOf": [
         {"type": "number", "exclusiveMinimum": 0},
@@ -56,7 +59,8 @@ TOLERANCE: Shape = {
 EACH: Shape = {"anyOf": [NUMBER, {"type": "array", "items": NUMBER}]}
 
 WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; "table.word" where it differs there
-    "name": ("its name; of a scene that of files and functions, too", NAME),
+    "name": ("its name", NAME),
+    "scene.name": ("its name, of files and functions too", name_shape(None)),
     "value": ("its value; without one it is an argument of generated functions", NUMBER),
     "inputs.value": ("what it is where nobody gives it; zero when left out", NUMBER),
     "positive": ("whether it is above zero whatever its value, so that forms get shorter", FLAG),
@@ -121,8 +125,8 @@ WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; 
     "at": ("placement in the frame of the body", PLACEMENT),
     "origin": ("from the frame of the parent to that of the joint", PLACEMENT),
     "tip": ("from the moved frame of the joint to that of the child", PLACEMENT),
-    "coordinate": ("name of q; q1, q2, ... when left out", NAMES),
-    "coordinates": ("names of q of a joint that has several", NAMES),
+    "coordinate": ("name of q; q1, q2, ... when left out", LETTERS),
+    "coordinates": ("names of q of a joint that has several", LETTERS),
     "drive": ("name of the driving force or torque, false for a passive joint", DRIVE),
     "drives": ("names of the driving forces, false where it is passive", DRIVE),
     "force": ("generalized force beside the drive, N m or N, in what moves, inputs and t", EACH),
@@ -191,7 +195,7 @@ def schema() -> dict[str, Any]:
     loop = _joint(("name", *loop_keys()), ("type", "parent", "child"), tree=False)
     loop["properties"]["drive"] = {"description": "false, as of every joint that nothing drives", "const": False}
     words = {
-        "name": _word("", "name"),
+        "name": _word("scene", "name"),
         "gravity": {
             "description": 'acceleration of free fall in the ground frame, m/s^2; "none" for none',
             "anyOf": [VECTOR, {"enum": [False, "none"]}],
@@ -216,14 +220,15 @@ def _told(word: str, shape: Shape) -> Shape:
     return shape if "description" in shape else {"description": WORDS.get(word, ("",))[0], **shape}
 
 
-def _named(table: Shape) -> dict[str, Any]:
+def _named(table: Shape, name: Shape = NAME) -> dict[str, Any]:
     """Return a table of tables by name."""
-    return {"type": "object", "propertyNames": NAME, "additionalProperties": table}
+    return {"type": "object", "propertyNames": name, "additionalProperties": table}
 
 
 def _tables(section: str, keys: Sequence[str]) -> dict[str, Any]:
     """Return the tables of a section."""
-    return _named(table_shape({key: _word(section, key) for key in keys}, REQUIRED.get(section, ())))
+    table = table_shape({key: _word(section, key) for key in keys}, REQUIRED.get(section, ()))
+    return _named(table, LETTER if section in OF_LETTERS else NAME)
 
 
 def _twice(keys: Sequence[str]) -> list[dict[str, Any]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symdyn.errors import SceneError
 from symdyn.resources import template_folder
-from symdyn.scene.values.names import check_name, choice
+from symdyn.scene.values.names import check_scene_name, choice
 
 STARTERS: dict[str, str] = {
     "rr": "planar arm, two revolute joints",
@@ -34,7 +34,7 @@ def starter(name: str, template: str, n: int | None = None) -> str:
     Raises:
         SceneError: the name or the template will not do, or n does not fit.
     """
-    fault = check_name(name)
+    fault = check_scene_name(name)
     if fault:
         raise SceneError(f'the name "{name}" {fault}')
     if template not in STARTERS:

@@ -16,7 +16,7 @@ from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, assemble
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import check_name, suggestion
+from symdyn.scene.values.names import check_scene_name, suggestion
 from symdyn.scene.values.table import Entry, Faults, shorten, show
 
 SHORT = {"parameters": "value", "inputs": "value", "outputs": "formula"}
@@ -209,4 +209,4 @@ def _loops(root: Mapping[str, object], faults: Faults) -> tuple[Entry, ...]:
 def _default_name(source: str) -> str:
     """Return the stem of a file as a name: two-link.toml is the scene two_link."""
     stem = re.sub(r"[^A-Za-z0-9_]+", "_", Path(source).stem).strip("_")
-    return stem if check_name(stem) is None else f"scene_{stem}".rstrip("_")[:60]
+    return stem if check_scene_name(stem) is None else f"scene_{stem}".rstrip("_")[:60]

@@ -5,11 +5,10 @@ from __future__ import annotations
 from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, CLOSED_DERIVATIVES, MOTION_RESIDUAL, RESIDUAL
 from symdyn.dynamics.roads.closed_parameters import SOLVED, by_parameters
 from symdyn.dynamics.roads.closed_products import CLOSED_PRODUCTS
-from symdyn.dynamics.roads.operators import BY, of_another, words_of
+from symdyn.dynamics.roads.operators import BY, MOTION, of_another, words_of
 from symdyn.dynamics.roads.output import Output
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.errors import DerivationError
-from symdyn.scene.values.names import GENERATED_NAMES
 
 CLOSED: dict[str, Output] = {**CLOSED_DERIVATIVES, **CLOSED_PRODUCTS}
 """Rows of closed scenes, by what is asked; beside them derivatives by parameters, NAME_by_PARAMETER."""
@@ -27,7 +26,7 @@ def of_closed(name: str) -> Output | None:
     if name in CLOSED:
         return CLOSED[name]
     output, by, parameter = name.partition(BY)
-    if by and output in SOLVED and parameter not in GENERATED_NAMES:
+    if by and output in SOLVED and parameter not in MOTION:
         return by_parameters(output, "" if parameter == "parameters" else parameter)
     of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
     if of is None:

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from symdyn.dynamics.mechanism.prescribed import INPUTS
+from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME
 from symdyn.dynamics.roads.derivative_outputs import BESIDE, COLUMNS, by_parameters, derivatives, differentiable
 from symdyn.dynamics.roads.directional_outputs import ALONG_ONE
 from symdyn.dynamics.roads.output import Output
-from symdyn.scene.values.names import GENERATED_NAMES
 
 BY = "_by_"
 """Behind the name of an output, before that of an argument or a parameter."""
 
+MOTION = ("q", "qd", "qdd", "tau", TIME)
+"""What is an argument behind `BY`, though a parameter may be called so: NAME_by_parameters has its column."""
+
 
 def _by(name: str, row: Output, only: str) -> Output:
     """Return the row of derivatives by an argument; by a parameter where that has the name and no argument has."""
-    argument = only in row.arguments or only in (*GENERATED_NAMES, INPUTS)
+    argument = only in row.arguments or only in (*MOTION, INPUTS)
     return derivatives(name, row, only) if argument else by_parameters(name, row, only)
 
 

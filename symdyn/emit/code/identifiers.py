@@ -6,12 +6,17 @@ import keyword
 import re
 import sys
 from collections.abc import Collection, Sequence
+from functools import cache
 
 from symdyn.errors import EmitError
 from symdyn.program import identifier
+from symdyn.resources import template_folder
+from symdyn.scene.values.names import C_KEYWORDS, FORMULA_NAMES
 
-C_HEADERS = """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool
-stddef stdint stdio stdlib string tgmath time wchar wctype"""
+C_HEADERS = """alloca assert complex ctype endian errno features fenv float inttypes iso646 limits locale math pthread
+sched setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings syslimits
+tgmath threads time uchar unistd wchar wctype"""
+"""Headers of C, and those that they open, without .h."""
 
 MATLAB = """case catch classdef elseif end endfor endfunction endif endparfor endswitch endwhile function otherwise
 parfor persistent spmd until unwind_protect"""
@@ -23,14 +28,25 @@ DEVICES = re.compile(r"(con|prn|aux|nul|(com|lpt)\d)\Z", re.IGNORECASE)
 def stem(scene: str) -> str:
     """Return the file name of a scene without its ending, which also opens the names of its C functions.
 
-    A scene called numpy or math would hide the module or header that its own code needs, a package of MATLAB is not
-    called end, and Windows writes no file called CON.c; each gets an underscore.
+    A scene called numpy or math would hide the module or header that its own code needs, sin the function; a package
+    of MATLAB is not called end, and Windows writes no file called CON.c; each gets an underscore.
     """
     name = identifier(scene) or "scene"
     if not name[0].isalpha():
         name = f"m{name}"
     module = name == "numpy" or keyword.iskeyword(name) or name in sys.stdlib_module_names
-    return f"{name}_" if module or name in (*C_HEADERS.split(), *MATLAB.split()) or is_device(name) else name
+    words = (*C_HEADERS.split(), *MATLAB.split(), *C_KEYWORDS, *FORMULA_NAMES)
+    return f"{name}_" if module or name in words or is_device(name) else name
+
+
+@cache
+def names_of_c() -> frozenset[str]:
+    """Return what headers of C and POSIX call theirs outside of functions: functions, types, constants, macros.
+
+    `python -m tests.names_of_headers` made the list.
+    """
+    lines = (template_folder() / "c" / "names_of_headers.txt").read_text(encoding="utf-8").splitlines()
+    return frozenset(name for line in lines if not line.startswith("#") for name in line.split())
 
 
 def page_stem(scene: str) -> str:
@@ -43,16 +59,22 @@ def is_device(name: str) -> bool:
     return DEVICES.match(name) is not None
 
 
-def function_names(names: Sequence[str], keywords: Collection[str] = ()) -> list[str]:
+def function_names(names: Sequence[str], keywords: Collection[str] = (), begin: str = "") -> list[str]:
     """Return legal names for functions, in order; one of the target's keywords gets an underscore.
+
+    Args:
+        names: what they were asked for as.
+        keywords: of the target.
+        begin: what stands in front of every name in C; one that headers have, such as sem_wait, gets one, too.
 
     Raises:
         EmitError: two of them become one.
     """
     legal: dict[str, str] = {}
+    taken = names_of_c() if begin else frozenset[str]()
     for name in names:
         plain = identifier(name)
-        plain = f"{plain}_" if plain in keywords else plain
+        plain = f"{plain}_" if plain in keywords or f"{begin}{plain}" in taken else plain
         if plain in legal:
             raise EmitError(f"functions {legal[plain]} and {name} would both be called {plain}; rename one of them")
         legal[plain] = name

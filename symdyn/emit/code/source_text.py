@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.count import count_loop
 from symdyn.dynamics.roads.named_functions import Argument
-from symdyn.emit.code.identifiers import function_names
+from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.operators import Printer
 from symdyn.graph import Op
 from symdyn.program import Program, Routine
@@ -125,7 +125,7 @@ def compose(
     program: Program, printer: Printer, command: str, first: int, keywords: frozenset[str], loops: bool = False
 ) -> Page:
     """Return the page of `program` with its code in the printer's language; as to the rest see `Target`."""
-    names = function_names([routine.function.name for routine in program.routines], keywords)
+    names = function_names([one.function.name for one in program.routines], keywords, f"{stem(program.scene.name)}_")
     functions = tuple(
         _loop(routine, routine.function.loop, name, first)
         if loops and routine.function.loop

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.identifiers import names_of_c, stem
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
@@ -67,8 +67,8 @@ xor_eq Eigen HUGE_VAL INFINITY NAN NULL T linux own raw std unix"""
 
 
 def namespace(name: str) -> str:
-    """Return the namespace of the header `<name>.hpp`."""
-    return f"{name}_" if name in KEYWORDS.split() else name
+    """Return the namespace of the header `<name>.hpp`, which no header of C calls anything by."""
+    return f"{name}_" if name in CPP.keywords else name
 
 
 def _write(draft: Draft) -> dict[str, str]:
@@ -118,7 +118,7 @@ CPP = Target(
     options={BATCH: "functions over many states too, fit for vector code"},
     files={"{stem}.hpp": str},
     first=0,
-    keywords=frozenset(KEYWORDS.split()),
+    keywords=frozenset(KEYWORDS.split()) | names_of_c(),
     lacks={},
     functions=None,
     tunes=False,

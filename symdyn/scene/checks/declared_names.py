@@ -7,7 +7,7 @@ from symdyn.scene.forces import FORCES
 from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import GROUND
-from symdyn.scene.values.names import check_name, nearest, suggestion
+from symdyn.scene.values.names import check_name, check_scene_name, nearest, suggestion
 from symdyn.scene.values.signals import is_column
 from symdyn.scene.values.table import Faults, show, shown
 
@@ -19,14 +19,14 @@ FAMILIES |= {"inputs": "symbol", "outputs": "symbol"}
 def check_names(draft: Draft, faults: Faults) -> None:
     """Report names that no target can print, and those that two things have."""
     scene = draft.scene
-    fault = check_name(scene.name)
+    fault = check_scene_name(scene.name)
     if fault:
         faults.add("", f"name = {show(scene.name)} {fault}")
     taken: dict[str, dict[str, str]] = {}
     for kind in KINDS:
         for where, one in zip(draft.where[kind], getattr(scene, kind), strict=True):
             family = FAMILIES.get(kind) or FORCES[one.kind].section
-            _claim(faults, taken.setdefault(family, {}), where, "", one.name)
+            _claim(faults, taken.setdefault(family, {}), where, "", one.name, family == "symbol")
             if family == "frame" and one.name == GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
     declared = [one.latex for one in scene.parameters] + [one.latex for one in scene.inputs]
@@ -44,11 +44,11 @@ def check_names(draft: Draft, faults: Faults) -> None:
         own += [("velocity", name) for name in joint.velocities if not name.endswith("_dot")]
         own += [("drive", name) for name in joint.drives if name]
         for key, name in own:
-            _claim(faults, symbols, where, f"{key} = ", name)
+            _claim(faults, symbols, where, f"{key} = ", name, letter=True)
 
 
-def _claim(faults: Faults, taken: dict[str, str], where: str, key: str, name: str) -> None:
-    fault = check_name(name)
+def _claim(faults: Faults, taken: dict[str, str], where: str, key: str, name: str, letter: bool) -> None:
+    fault = check_name(name, letter)
     if fault:
         faults.add(where, f"{key}{show(name)} {fault}")
     elif name in taken:

@@ -15,11 +15,9 @@ from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import MOTION, PARAMETERS, TIME, Key
 from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import CLOCK
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.signals import letters
-
-CLOCK = "t"
-"""Name of the time in formulas."""
 
 KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs")
 

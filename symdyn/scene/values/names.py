@@ -12,7 +12,8 @@ FORMULA_NAMES = (
     "pi", "deg", "sin", "cos", "tan", "sqrt", "exp", "log", "tanh", "abs", "sign", "atan2",
 )  # fmt: skip
 
-GENERATED_NAMES = ("q", "qd", "qdd", "tau", "params", "out", "t", "np")
+CLOCK = "t"
+"""The time of formulas, which no letter can be called."""
 
 C_KEYWORDS = (
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
@@ -29,8 +30,26 @@ MOST_KNOWN, MOST_COMPARED = 5000, 50
 """Known names that are looked at for one that a wrong one may have meant, and those that are compared with it."""
 
 
-def check_name(name: object) -> str | None:
-    """Return what is wrong with a name and what would work, or None for a good one."""
+def check_name(name: object, letter: bool = False) -> str | None:
+    """Return what is wrong with a name and what would work, or None for a good one; a `letter` is one of formulas."""
+    fault = check_scene_name(name)
+    if fault or not isinstance(name, str):
+        return fault
+    if keyword.iskeyword(name):
+        return f"is a keyword of Python; try {name}1"
+    if name in C_KEYWORDS:
+        return f"is a keyword of C; try {name}1"
+    if name in FORMULA_NAMES:
+        return f"is a function or constant of formulas; try {name}1"
+    if letter and name == CLOCK:
+        return f"is the time in formulas; try {name}1"
+    if name.endswith(("_dot", "_ddot")):
+        return "ends like a velocity or an acceleration; leave _dot and _ddot to the coordinates"
+    return None
+
+
+def check_scene_name(name: object) -> str | None:
+    """Return what is wrong with the name of a scene; it stands in no formula, and may be a word of any language."""
     if not isinstance(name, str):
         return f"is not text but of type {type(name).__name__}; give a name such as m1"
     if not name:
@@ -39,20 +58,10 @@ def check_name(name: object) -> str | None:
         return f"has {len(name)} characters; {LONGEST} are enough"
     if not _IDENTIFIER.match(name):
         better = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
-        hint = better if better and better[0].isalpha() and check_name(better) is None else "link_1"
+        hint = better if better and better[0].isalpha() and check_name(better, letter=True) is None else "link_1"
         return f"is not a plain identifier; use ASCII letters, digits and _ and begin with a letter, such as {hint}"
     if name.startswith("_"):
         return "begins with _, as only names inside generated code do; begin with a letter"
-    if keyword.iskeyword(name):
-        return f"is a keyword of Python; try {name}1"
-    if name in C_KEYWORDS:
-        return f"is a keyword of C; try {name}1"
-    if name in FORMULA_NAMES:
-        return f"is a function or constant of formulas; try {name}1"
-    if name in GENERATED_NAMES:
-        return f"is used by generated code; try {name}1"
-    if name.endswith(("_dot", "_ddot")):
-        return "ends like a velocity or an acceleration; leave _dot and _ddot to the coordinates"
     return None
 
 

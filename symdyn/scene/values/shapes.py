@@ -12,7 +12,7 @@ from typing import Any
 
 from symdyn.scene.values.body import ELEMENTARY
 from symdyn.scene.values.grammar import LONGEST_WORDS
-from symdyn.scene.values.names import C_KEYWORDS, FORMULA_NAMES, GENERATED_NAMES, LONGEST
+from symdyn.scene.values.names import C_KEYWORDS, CLOCK, FORMULA_NAMES, LONGEST
 
 Shape = Mapping[str, Any]
 
@@ -81,8 +81,10 @@ def not_both(pairs: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:
     return [{"not": {"required": [one, other]}} for one, other in pairs]
 
 
-def name_shape() -> Shape:
-    """Return a name that every target can print, as `check_name` judges it."""
-    taken = [*kwlist, *C_KEYWORDS, *FORMULA_NAMES, *GENERATED_NAMES]
+def name_shape(letter: bool | None = False) -> Shape:
+    """Return a name as `check_name` judges it, or `check_scene_name` for None."""
+    taken = [*kwlist, *C_KEYWORDS, *FORMULA_NAMES, *[CLOCK] * letter]
     spelled = {"pattern": rf"^[A-Za-z][A-Za-z0-9_]{{0,{LONGEST - 1}}}$"}
+    if letter is None:
+        return {"type": "string", **spelled}
     return {"type": "string", "allOf": [spelled, {"not": {"pattern": r"_d?dot$"}}, {"not": {"enum": taken}}]}

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from functools import partial
 from math import prod
 
+from symdyn.emit.code.identifiers import names_of_c
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
@@ -80,7 +81,7 @@ CASADI = Target(
     options={EXTERNAL: "our C too, compiled for casadi.external"},
     files={"{stem}_casadi.py": str, "{stem}_external.c": str},
     first=0,
-    keywords=KEYWORDS,
+    keywords=KEYWORDS | names_of_c(),
     lacks={},
     functions=None,
     tunes=False,
