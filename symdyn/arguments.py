@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
 from dataclasses import dataclass
 from functools import cache
 from operator import index
-from types import GenericAlias, UnionType
-from typing import Any
+from types import UnionType
+from typing import Any, get_origin
 
 from symdyn.errors import ArgumentError, SymdynError, quoted
 
@@ -244,8 +244,8 @@ def _kind(node: ast.expr, known: Mapping[str, object]) -> Kind | None:
         return OF_KINDS[name](entries, known) if name in OF_KINDS else KINDS.get(name)
     name = _last(node)
     named = known.get(name)
-    if name not in KINDS and isinstance(named, UnionType | GenericAlias):  # a name for such as `str | Path`
-        return _kind(ast.parse(str(named), mode="eval").body, known)
+    if name not in KINDS and (isinstance(named, UnionType) or get_origin(named) in (tuple, Callable)):
+        return _kind(ast.parse(str(named), mode="eval").body, known)  # a name for such as `str | Path`
     if name not in KINDS and isinstance(named, type) and named is not Any and not getattr(named, "_is_protocol", False):
         return Kind((f"a {named.__name__}", named.__name__), lambda value: isinstance(value, named))
     return KINDS.get(name)

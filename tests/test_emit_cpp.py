@@ -114,8 +114,8 @@ def test_words_of_a_stranger_are_clean(tmp_path: Path) -> None:
     functions = tuple(replace(f, text=nasty, units="*/") for f in equations.functions)
     sources = emit(lower(Equations(equations.scene, equations.graph, functions)), "cpp", command=nasty)
     write(sources, tmp_path)
-    assert "namespace double_ {" in sources["double.hpp"]
-    compiled('#include "double.hpp"\n', tmp_path)
+    assert "namespace double_ {" in sources["double_.hpp"]
+    compiled('#include "double_.hpp"\n', tmp_path)
 
 
 def test_doubles_are_those_of_c(tmp_path: Path) -> None:

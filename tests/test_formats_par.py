@@ -165,7 +165,7 @@ def test_words_of_both_programs_are_understood() -> None:
 def test_symbols_that_cannot_be_printed_are_renamed_with_a_note() -> None:
     reading = par.read_text(SMALL.replace("t1", "lambda").replace("M = {2}", "M = {q}"), "small.par")
     assert reading.scene.coordinates == ("lambda_symbol",)
-    assert [p.name for p in reading.scene.parameters] == ["q_symbol"]
+    assert [p.name for p in reading.scene.parameters] == ["q"]
     assert "small.par: the symbol lambda is called lambda_symbol" in reading.notes
 
 

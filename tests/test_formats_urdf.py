@@ -337,7 +337,7 @@ def test_names_become_printable_and_stay_apart():
 
     assert found["good"] == "good"
     assert found["left_arm"] == "left_arm"
-    assert (found["left-arm"], found["left arm"], found["q"]) == ("left_arm_2", "left_arm_3", "q_link")
+    assert (found["left-arm"], found["left arm"], found["q"]) == ("left_arm_2", "left_arm_3", "q")
     assert (found["1st"], found["ground"], found["x_dot"]) == ("link_1st", "ground_link", "x_dot_link")
     assert len(set(found.values())) == len(found)
     assert all(check_name(name) is None and name != GROUND for name in found.values())

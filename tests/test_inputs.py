@@ -55,7 +55,7 @@ def test_python_declares_the_same(cart):
         ),
         ("k*u - b", "k*v - b", "joints.slide: .* uses the undefined symbol v"),
         ("[inputs.u]", "[inputs.x]", '"x" is already the name of inputs.x'),
-        ("[inputs.u]", "[inputs.t]", '"t" is used by generated code'),
+        ("[inputs.u]", "[inputs.t]", '"t" is the time in formulas'),
         ("[outputs.way]", "[outputs.theta]", '"theta" is already the name of outputs.theta'),
         ("[outputs.way]", "[outputs.work]", '"work" is called like a column of runs'),
         ('"point_tip_x"', '"point_tio_x"', "undefined symbol point_tio_x; .*did you mean point_tip_x"),

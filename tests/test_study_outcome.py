@@ -120,7 +120,7 @@ def test_other_designs_and_names_are_refused_in_words() -> None:
     drawn = study(OVER_ISHIGAMI, "random", 32, ishigami)
     with pytest.raises(SimulateError, match="need runs of the design saltelli, and these are of random"):
         drawn.indices("y")
-    with pytest.raises(UnknownNameError, match="no column z"):
+    with pytest.raises(UnknownNameError, match="no measure z"):
         study(OVER_ISHIGAMI, "saltelli", 8, ishigami).indices("z")
     with pytest.raises(SimulateError, match=r"heat shows two varied names; 3 vary here; of this .* are tornado"):
         draw(drawn, "svg", kind="heat")

@@ -34,6 +34,7 @@ from symdyn.scene.values.shapes import (
     choice_of,
     name_shape,
     not_both,
+    scene_name_shape,
     several,
     table_shape,
 )
@@ -60,7 +61,7 @@ EACH: Shape = {"anyOf": [NUMBER, {"type": "array", "items": NUMBER}]}
 
 WORDS: Mapping[str, tuple[str, Shape]] = {  # what a word means, and its shape; "table.word" where it differs there
     "name": ("its name", NAME),
-    "scene.name": ("its name, of files and functions too", name_shape(None)),
+    "scene.name": ("its name, of files and functions too", scene_name_shape()),
     "value": ("its value; without one it is an argument of generated functions", NUMBER),
     "inputs.value": ("what it is where nobody gives it; zero when left out", NUMBER),
     "positive": ("whether it is above zero whatever its value, so that forms get shorter", FLAG),

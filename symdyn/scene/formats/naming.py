@@ -10,6 +10,9 @@ from symdyn.scene.values.names import check_name
 
 LONGEST_CORE = 40
 
+SYMBOL = "symbol"
+"""The kind of what formulas name."""
+
 
 def printable_names(names: Iterable[str], kind: str) -> dict[str, str]:
     """Return a printable name for each name; good ones stay, the others come as near as they can and stay unique.
@@ -19,7 +22,7 @@ def printable_names(names: Iterable[str], kind: str) -> dict[str, str]:
         kind: such as "link"; helps where a name has no letters, or is one that something else needs.
     """
     every = dict.fromkeys(names)
-    chosen = {name: name for name in every if _good(name)}
+    chosen = {name: name for name in every if _good(name, kind)}
     taken = dict.fromkeys(chosen)
     for name in every:
         if name not in chosen:
@@ -28,15 +31,15 @@ def printable_names(names: Iterable[str], kind: str) -> dict[str, str]:
     return chosen
 
 
-def _good(name: str) -> bool:
-    return check_name(name) is None and name != GROUND
+def _good(name: str, kind: str) -> bool:
+    return check_name(name, letter=kind == SYMBOL) is None and name != GROUND
 
 
 def _near(name: str, kind: str, taken: dict[str, None]) -> str:
     core = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")[:LONGEST_CORE].rstrip("_")
-    if not _good(core):
+    if not _good(core, kind):
         core = f"{core}_{kind}" if core[:1].isalpha() else f"{kind}_{core}".rstrip("_")
     found, k = core, 2
-    while found in taken or not _good(found):
+    while found in taken or not _good(found, kind):
         found, k = f"{core}_{k}", k + 1
     return found

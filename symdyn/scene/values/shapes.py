@@ -81,10 +81,13 @@ def not_both(pairs: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:
     return [{"not": {"required": [one, other]}} for one, other in pairs]
 
 
-def name_shape(letter: bool | None = False) -> Shape:
-    """Return a name as `check_name` judges it, or `check_scene_name` for None."""
-    taken = [*kwlist, *C_KEYWORDS, *FORMULA_NAMES, *[CLOCK] * letter]
-    spelled = {"pattern": rf"^[A-Za-z][A-Za-z0-9_]{{0,{LONGEST - 1}}}$"}
-    if letter is None:
-        return {"type": "string", **spelled}
+def scene_name_shape() -> Shape:
+    """Return the name of a scene, as `check_scene_name` judges it."""
+    return {"type": "string", "pattern": rf"^[A-Za-z][A-Za-z0-9_]{{0,{LONGEST - 1}}}$"}
+
+
+def name_shape(letter: bool = False) -> Shape:
+    """Return a name that every target can print, as `check_name` judges it; a `letter` is one of formulas."""
+    taken = [*kwlist, *C_KEYWORDS, *FORMULA_NAMES, *([CLOCK] if letter else [])]
+    spelled = {"pattern": scene_name_shape()["pattern"]}
     return {"type": "string", "allOf": [spelled, {"not": {"pattern": r"_d?dot$"}}, {"not": {"enum": taken}}]}
