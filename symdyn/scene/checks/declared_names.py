@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from symdyn.scene.checks.draft import CLOCK, KINDS, Draft, Use, uses
+from symdyn.scene.checks.draft import KINDS, Draft, Use, uses
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import GROUND
-from symdyn.scene.values.names import check_name, check_scene_name, nearest, suggestion
+from symdyn.scene.values.names import CLOCK, check_name, check_scene_name, nearest, suggestion
 from symdyn.scene.values.signals import is_column
 from symdyn.scene.values.table import Faults, show, shown
 
