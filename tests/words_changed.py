@@ -18,7 +18,8 @@ import symdyn
 from symdyn.scene import read_text, starting_position, starting_velocity
 from symdyn.scene.schema import schema
 
-PIN: dict[str, Any] = {"type": "revolute", "parent": "cart", "child": "arm", "axis": [1, 2, 2], "drive": False}
+PIN: dict[str, Any] = {"type": "revolute", "parent": "cart", "child": "arm", "axis": [1, 2, 2], "origin": [0.1, 0, 0.2]}
+PIN["drive"] = False
 TURNING = {"inertia": [0.3, 0.2, 0.1], "inertia_about": "com"}
 
 BASE: dict[str, Any] = {
@@ -55,7 +56,7 @@ TIP = {"points__tip": {"body": "arm", "at": [0.2, 0.3, 0.1]}}
 COIL = {"springs__coil": {"from": "tip", "to": "ground", "stiffness": 5, "free": 0.3}, **TIP}
 SHOCK = {"dampers__shock": {"from": "tip", "to": "ground", "damping": 5}, **TIP}
 PUSH = {"loads__push": {"body": "arm", "at": [0, 0, 1], "force": [1, 2, 3]}, **TIP}
-FREE = of("free", parent="ground", start_rates=[0.1, 0.2, 0, 0.1, 1, 0.3])
+FREE = of("free", parent="ground", start_rates=[0.5, 0, 0, 0, 1, 0.3])
 WHEEL = {
     **FREE,
     "rows__wheel": {"type": "rolling", "body": "arm", "axis": [0, 1, 0], "radius": 0.5},
