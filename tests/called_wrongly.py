@@ -113,6 +113,7 @@ NOUNS: dict[type, Callable[[], Any]] = {
 OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Collocation.at": lambda: {"z": noun(Collocation).guess, "where": "node"},
     "Collocation.column": lambda: {"kind": "q", "k": 0, "points": np.arange(2)},
+    "Linearization.without": lambda: {"positions": ()},
     "Trajectory.animate": lambda: {"file": "run.svg"},
     "Study.indices": lambda: {"measure": "max(abs(x))"},
     "Study.quantiles": lambda: {"name": "mc"},
@@ -256,7 +257,8 @@ def fault(called: Called, wrong: str) -> str:
     except BaseException as error:  # whatever comes from inside is the fault that is looked for
         if wrong in FAILING and isinstance(error, FAILING[wrong]):
             return ""
-        place = [one for one in traceback.extract_tb(error.__traceback__) if "symdyn" in one.filename][-1]
+        places = traceback.extract_tb(error.__traceback__)
+        place = [one for one in places if "symdyn" in one.filename or one is places[0]][-1]
         return f"{type(error).__name__} at {os.path.basename(place.filename)}:{place.lineno}"
     return ""
 

@@ -127,12 +127,16 @@ class Linearization(Shown):
         Raises:
             LinearizeError: what is no place of a position.
         """
-        (positions,) = walked(Linearization.without, locals(), "positions", error=LinearizeError)
-        positions = wholes(*positions)
+        given = ("positions",) if moving is None else ("positions", "moving")
+        positions, *told = (
+            wholes(*one) for one in walked(Linearization.without, locals(), *given, error=LinearizeError)
+        )
         if strange := [k for k in positions if not 0 <= k < self.positions]:
             raise LinearizeError(f"positions: there is no {strange[0]}; give some of 0 to {self.positions - 1}")
         states = [k for k in range(len(self.states)) if k not in positions]
-        if moving is None:
+        if told:
+            (moving,) = told
+        else:
             moving = np.flatnonzero(self.C[:, list(positions)].any(axis=1)).tolist()
         outputs = [k for k in range(len(self.outputs)) if k not in moving]
         p = [k for k in range(self.positions) if k not in positions]
