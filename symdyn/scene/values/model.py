@@ -155,7 +155,7 @@ class Scene(Shown):
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        lists = [one.name for one in fields(self) if not isinstance(getattr(self, one.name), str)]
+        lists = [one.name for one in fields(self) if one.type not in ("str", "bool")]
         vars(self).update(zip(lists, walked(Scene, vars(self), *lists, error=SceneError), strict=True))
 
     def __repr__(self) -> str:
