@@ -51,11 +51,13 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_all_roads_of_all_outputs_are_proved_equal(one):
     claims = agreements(workspace(one), [*expected(one, Unasked.NEVER), *kinematics(one)])
-    findings = prove(on_unit_sphere(one, claims))[1]
+    empty = {claim.name for claim in claims if not claim.left}  # k_C of one coordinate
+    findings = prove(on_unit_sphere(one, [claim for claim in claims if claim.left]))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert empty <= {"k_C"}
     several = {name for name, row in OUTPUTS.items() if row.exists_in(one) and len(row.roads) > 1}
-    assert {finding.claim.split(":")[0] for finding in findings} == several
+    assert {finding.claim.split(":")[0] for finding in findings} == several - empty
 
 
 @pytest.mark.parametrize("seed", [3, 11, 15, 22, 25, 35])
