@@ -66,7 +66,7 @@ class Finding:
         degree: bound of the degree of the differences; 0 when numerical.
         error_log10: log10 of the probability that a false claim would pass; 0 when not proved.
         where: index of the first entry that differs, -1 if none.
-        why: nothing could be compared; "" where something was.
+        why: nothing could be compared, or it fails by more than an entry that differs; "" elsewhere.
     """
 
     claim: str

@@ -10,6 +10,7 @@ functions are compared with equations that nobody has solved beforehand:
 
 Where these equations lose rank themselves (a change point, angles that are singular, a wheel that lies flat) forward
 dynamics does not exist, which is told with the rank. Where that is so at every one, random closed positions are taken.
+Nor does it where independent velocities do not determine the others. Anywhere else what is not finite is wrong.
 """
 
 from __future__ import annotations
@@ -68,14 +69,14 @@ class _State:
 def forward_findings(w: Workspace) -> Looked:
     """Return how forward dynamics and its reactions stand at natural positions, and where they do not exist."""
     states, lost = _states(w, {})
-    finding, undefined = _forward(w, states)
+    finding, undetermined = _forward(w, states)
     findings = [finding]
-    absent = _grouped("forward dynamics", lost | {one.where: _undetermined(w, one) for one in undefined})
+    absent = _grouped("forward dynamics", lost | undetermined)
     if why := why_no_reactions(w.scene):
         absent.append(Unclaimed("forward_reactions", why))
     elif w.hanging.cuts:
-        where = {one.where for one in undefined}
-        finding, others = _reactions(w, "forward_reactions", [one for one in states if one.where not in where])
+        there = [one for one in states if one.where not in undetermined]
+        finding, others = _reactions(w, "forward_reactions", there)
         findings, absent = [*findings, finding], absent + others
     return findings, absent
 
@@ -105,15 +106,17 @@ def reaction_findings(w: Workspace) -> Looked:
 
 
 def _undetermined(w: Workspace, state: _State) -> str:
-    """Return why forward dynamics does not exist at a state whose equations have a solution."""
+    """Return why forward dynamics does not exist at a state whose equations have a solution, "" where it does."""
     decisions = w.loops.decisions
     free, names = decisions.partition.independent, w.scene.velocities
     q = np.array([state.values[symbol] for symbol in w.state.q])
     G = w.loops.numbers.jacobian(q)[list(decisions.kept)].reshape(-1, w.state.n)
     rest = np.delete(G, list(free), axis=1)
+    if (rank := _rank(rest)) == rest.shape[1]:
+        return ""
     return (
         f"there {', '.join(names[k] for k in free)} do not determine the other velocities: the columns of these have "
-        f"rank {_rank(rest)} of {rest.shape[1]}; choose others with --independent"
+        f"rank {rank} of {rest.shape[1]}; choose others with --independent"
     )
 
 
@@ -238,21 +241,26 @@ def _at(entries: Sequence[Expr], values: Mapping[Expr, float]) -> Array | None:
 # What is compared
 
 
-def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[_State]]:
-    """Return how forward dynamics and multipliers stand, and at which states they do not exist."""
+def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, dict[str, str]]:
+    """Return how forward dynamics and multipliers stand, and at which positions they do not exist, with the reason."""
     moved, multipliers = derive_one(w, "forward_dynamics").entries, derive_one(w, "multipliers").entries
     pulled = w.loops.constraint_forces(multipliers)
     compared: list[str] = []
-    undefined, wrong = [], []
+    undetermined: dict[str, str] = {}
+    wrong, holes = [], []
     for state in states:
         found = _at([*moved, *pulled], state.values)
-        if found is None:
-            undefined.append(state)
+        if found is None and (why := _undetermined(w, state)):
+            undetermined[state.where] = why
             continue
         compared.append(state.where)
-        apart = [_apart(found[: w.state.n], state.moved), _apart(found[w.state.n :], state.pulled)]
-        wrong += [state.where] if max(apart) > SAME else []
-    return _finding("forward dynamics", "M qdd + h = tau + G^T lambda in numbers", compared, wrong), undefined
+        if found is None:
+            holes.append(state.where)
+        elif max(_apart(found[: w.state.n], state.moved), _apart(found[w.state.n :], state.pulled)) <= SAME:
+            continue
+        wrong.append(state.where)
+    name, other = "forward dynamics", "M qdd + h = tau + G^T lambda in numbers"
+    return _finding(name, other, compared, wrong, holes), undetermined
 
 
 def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Finding, list[Unclaimed]]:
@@ -268,7 +276,7 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Findi
     system = InNumbers(equilibrium(w.hanging, tau=drives if given else None, whole=True))
     compared: list[str] = []
     lost: dict[str, str] = {}
-    wrong, general = [], 0
+    wrong, holes, general = [], [], 0
     for place in decisions.assembly.places if states else ():
         values = states[0].values | dict(zip(w.state.q, place, strict=True))
         general = max(general, system.least(values, length).rank)
@@ -279,9 +287,10 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Findi
             continue
         found = _at(derived.entries, state.values)
         compared.append(state.where)
+        holes += [state.where] if found is None else []
         off = found is None or system.missed(state.values, found, length) > SAME
         wrong += [state.where] if off else []
-    return _finding(name, "equilibrium (5.18) in numbers", compared, wrong), _grouped(name, lost)
+    return _finding(name, "equilibrium (5.18) in numbers", compared, wrong, holes), _grouped(name, lost)
 
 
 def _apart(found: Array, expected: Array) -> float:
@@ -289,10 +298,12 @@ def _apart(found: Array, expected: Array) -> float:
     return float(np.abs(found - expected).max(initial=0.0)) / (1.0 + float(np.abs(expected).max(initial=0.0)))
 
 
-def _finding(name: str, other: str, compared: Sequence[str], wrong: Sequence[str]) -> Finding:
-    """Return a finding about positions, by name: those that were compared, and at which of them something is off."""
+def _finding(name: str, other: str, compared: Sequence[str], wrong: Sequence[str], holes: Sequence[str]) -> Finding:
+    """Return a finding about positions, by name: those compared, those that are off, and those not finite."""
     where = compared.index(wrong[0]) if wrong else -1
     title = f"{name}: at {', '.join(wrong) or 'natural positions'} = {other}"
     said = verdict(len(compared), bool(wrong))
     why = "" if compared else "there is no closed position where it exists and was compared"
+    if holes:
+        why = f"at {', '.join(holes)} derived entries are not finite where the equations have a solution"
     return Finding(title, said, len(compared), 0, 0.0, where, why)
