@@ -22,7 +22,7 @@ from symdyn.bench.stress.scenes import arm, chain, gimbal, heavier, two_link
 from symdyn.bench.stress.solving import BESIDE, FORWARD, states
 from symdyn.bench.stress.traps import _in_numpy
 from symdyn.cli import main
-from symdyn.errors import SimulateError
+from symdyn.errors import MethodError, SimulateError
 from symdyn.scene import body, prismatic, read, scene
 
 pytestmark = pytest.mark.runs()
@@ -136,6 +136,45 @@ def test_exceptions_are_not_run_without_a_compiler_and_not_shown_where_asked_for
     assert one.what.startswith("traps: exceptions that C functions raise")
 
 
+UNREAL = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="2*log(-1 - 3*q1**2)")
+
+
+def unreal():
+    """Return a scene whose force has a real value nowhere."""
+    return scene("unreal", bodies=[body("slab", mass=1)], joints=[UNREAL])
+
+
+@pytest.mark.mends("30.class.verdicts")
+def test_a_scene_without_a_real_value_at_its_start_is_not_shown(monkeypatch):
+    monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {name: FAMILIES[name] for name in ("numbers", "chaos")})
+    found = stress(unreal())
+
+    assert not found.passed
+    assert not found.not_run
+    (one,) = found.not_shown
+    assert one.what == "chaos"
+    assert "has no real value there; give another start" in one.why
+
+
+@pytest.mark.runs("cc")
+def test_where_the_equations_have_no_value_nothing_is_compared_and_nothing_fails():
+    found = stress(unreal(), ["solving", "traps"])
+    verdicts = {case.family: {one.verdict for one in found.cases if one.family == case.family} for case in found.cases}
+
+    assert verdicts == {"solving": {"not shown"}, "traps": {"agrees in numbers"}}
+    assert {one.why for one in found.not_shown} == {"the equations are not finite"}
+
+
+def test_a_method_that_this_machine_lacks_is_not_run(monkeypatch):
+    def lacks(_):
+        raise MethodError("method taylor needs heyoka")
+
+    monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {"chaos": replace(FAMILIES["chaos"], of_scene=lacks)})
+
+    assert [one.what for one in stress(unreal()).not_run] == ["chaos"]
+    assert [one.what for one in stress(unreal(), ["chaos"]).not_shown] == ["chaos"]
+
+
 @pytest.mark.parametrize("family", ["angles", "traps", "stiff"])
 def test_the_built_in_cases_hold(family):
     found = stress(families=[family])
@@ -178,7 +217,7 @@ def test_closed_mechanisms_solve_with_small_backward_errors_and_take_minus_zero(
 
 def test_a_scene_whose_forces_name_time_is_solved_at_times():
     slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="3*sin(t)")
-    found = stress(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab]), ["solving"])
+    found = stress(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab], units="none"), ["solving"])
 
     assert found.cases
     assert found.passed, [case for case in found.cases if not case.passed]

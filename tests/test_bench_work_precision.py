@@ -53,6 +53,17 @@ def test_finer_tolerances_take_more_work_and_leave_less_error() -> None:
     assert html(report).count("<svg") == 2
 
 
+def test_a_start_without_accelerations_is_told_at_once() -> None:
+    """An integrator in steps of no number would never end."""
+    from symdyn.scene import body, prismatic, scene
+
+    slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="2*log(-1 - 3*q1**2)")
+    unreal = scene("unreal", bodies=[body("slab", mass=1)], joints=[slab])
+
+    with pytest.raises(SimulateError, match=r"unreal: start: the force of joint slide, .*, has no real value there"):
+        motion(unreal)
+
+
 def test_the_truth_has_more_digits_than_a_double() -> None:
     """A pendulum from rest in Jacobi's elliptic functions: sin(q/2) = k sn(K - w t), k = sin(q0/2), w^2 = g/l."""
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")

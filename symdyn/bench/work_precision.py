@@ -22,6 +22,7 @@ from symdyn.scene.units import coordinate_units
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
+from symdyn.simulation.forward import ready
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
 from symdyn.simulation.monitors import observe
@@ -52,13 +53,14 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         progress: told what is being done.
 
     Raises:
-        SimulateError: the scene cannot be simulated, or has parameters without values.
+        SimulateError: the scene cannot be simulated, has parameters without values, or no accelerations at its start.
         DerivationError: there is no forward dynamics.
     """
     progress("a reference of the motion")
     system = state_equations(scene)
     begin = read_start(scene, lively(scene))
     runs = Runs(system, np.concatenate([begin.q, begin.u, np.zeros(int(system.works))]))
+    ready(system, runs.x)
     known = truth(system, runs.x, UNTIL, lambda name, tolerance: runs.run(name, tolerance, UNTIL).x[-1])
     if known.distance(runs.x) == 0:
         raise SimulateError(f"{scene.name}: nothing moves from its start; give joints start or start_rates")

@@ -10,7 +10,7 @@ from symdyn.bench.stress import chains, chaos, solving, spin, stiff, traps
 from symdyn.bench.stress import change_points as loops
 from symdyn.bench.stress import huge_angles as angles
 from symdyn.bench.stress import odd_numbers as numbers
-from symdyn.errors import DerivationError, SimulateError
+from symdyn.errors import DerivationError, MethodError, MissingProgram, SimulateError
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
 
@@ -82,8 +82,11 @@ def stress(
         except DerivationError as fault:
             absent.append(Unclaimed(name, str(fault)))
             continue
-        except SimulateError as fault:
+        except (MissingProgram, MethodError) as fault:  # this machine lacks something
             cannot.append(Unclaimed(name, str(fault)))
+            continue
+        except SimulateError as fault:  # the scene has no value, or none that is real
+            unshown.append(Unclaimed(name, str(fault)))
             continue
         cases += (replace(one, family=name) for one in found if isinstance(one, Case))
         cannot += (replace(one, what=f"{name}: {one.what}") for one in found if isinstance(one, Unclaimed))

@@ -141,7 +141,7 @@ EPSILON = 2.0**-52
 
 
 def solved(made: Calls, states: Mapping[str, Array], epsilon: float = EPSILON) -> list[Solved]:
-    """Return how well every implementation of forward dynamics solves at every state.
+    """Return how well every implementation of forward dynamics solves at every state where M and h are finite.
 
     Args:
         made: has forward_dynamics, mass_matrix and inverse_dynamics.
@@ -156,6 +156,8 @@ def solved(made: Calls, states: Mapping[str, Array], epsilon: float = EPSILON) -
     found = []
     with Balls(SINGULAR_BITS) as algebra:
         for k in range(count):
+            if not all(ball.is_finite() for ball in (*M[k], *h[k])):
+                continue  # there is nothing to solve
             matrix, force = arb_mat(n, n, M[k]), arb_mat(n, 1, h[k])
             inverse = norm(matrix.inv())
             tau = column(states["tau"][k], algebra)

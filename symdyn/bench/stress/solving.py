@@ -33,6 +33,7 @@ C = 10.0
 FORWARD = ("forward_dynamics",)
 BESIDE = row_of(*FORWARD)[0].solves
 STATES = 12
+NOT_FINITE = "the equations are not finite"
 SMALL, LARGE = Fraction(1, 10**12), 10**12
 
 
@@ -89,8 +90,8 @@ def _roads(scene: Scene) -> list[str]:
 def cases(name: str, made: Calls, given: Mapping[str, Array], epsilon: float = EPSILON) -> Iterator[Case]:
     """Yield both errors of a scene's forward dynamics at states."""
     found = solved(made, given, epsilon)
-    forward = worst([(one.forward, one.where) for one in found])
-    backward = worst([(one.backward, one.where) for one in found])
+    forward = worst([(one.forward, one.where) for one in found], NOT_FINITE)
+    backward = worst([(one.backward, one.where) for one in found], NOT_FINITE)
     yield Case(name, "forward error / (n eps |M^-1| (|M||qdd| + |h| + |tau|))", C, *forward)
     yield Case(name, "backward error / eps", 10.0, *backward)
 
@@ -104,7 +105,7 @@ def _closed(name: str, one: Scene, made: Calls, given: Mapping[str, Array]) -> C
             errors = solve.backward(computed, given["tau"], np.arange(STATES), EPSILON)
             found += [(error, f"{way}, state {k}") for k, error in enumerate(errors)]
     metric = "backward error of accelerations and of loops / eps"
-    return Case(name, metric, 10.0, *worst(found, "the equations are not finite"))
+    return Case(name, metric, 10.0, *worst(found, NOT_FINITE))
 
 
 def states(positions: Positions, n: int, seed: int = 1) -> dict[str, Array]:

@@ -10,7 +10,7 @@ import ctypes
 import ctypes.util
 import platform
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from symdyn.bench.case import Case, worst
 from symdyn.bench.stress.calls import Calls, calls, looked_at
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
+from symdyn.dynamics import Function
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
 
@@ -30,6 +31,7 @@ FLAGS = {  # invalid, division by zero, overflow, underflow
     "aarch64": (1, 2, 4, 8),
     "arm64": (1, 2, 4, 8),
 }
+NOWHERE = "no function has a value at all of the states"
 NAMES = ("invalid", "division by zero", "overflow", "underflow")
 
 
@@ -59,7 +61,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case | Unclaimed]:
         ("a NaN", np.nan, ()),
         ("angles of 1e-160", 1e-160, ("underflow",)),
     ):
-        found = []
+        found: list[tuple[float | None, str]] = []
         for routine in made.program.routines:
             function = routine.function
             rng = np.random.default_rng(6)
@@ -72,9 +74,18 @@ def _of(kind: str, one: Scene) -> Iterator[Case | Unclaimed]:
                 call(*given) if count > 1 else call(*[x[0] for x in given])
                 raised = library.fetestexcept(sum(masks))
                 words = [name for name, mask in zip(NAMES, masks, strict=True) if raised & mask and name not in allowed]
-                found.append((float(len(words)), f"{function.name}, {count} states: {', '.join(words) or 'none'}"))
-        yield Case(f"{text}, {kind}", "exceptions that C functions raise", 0.0, *worst(found))
+                wrong = None if words and _undefined(made, function, given) else float(len(words))
+                found.append((wrong, f"{function.name}, {count} states: {', '.join(words) or 'none'}"))
+        yield Case(f"{text}, {kind}", "exceptions that C functions raise", 0.0, *worst(found, NOWHERE))
     yield Case(f"a NaN and ordinary states, {kind}", "exceptions in NumPy", 0.0, *worst(_in_numpy(made)))
+
+
+def _undefined(made: Calls, function: Function, given: Sequence[Array]) -> bool:
+    """Return whether numbers are given at which the function has no value: there, C may raise what it likes."""
+    if not all(np.isfinite(x).all() for x in given):
+        return False
+    states = {argument.name: x for argument, x in zip(function.arguments, given, strict=True)}
+    return len(made.truth(function.name, states).kept) < len(given[0])
 
 
 def _in_numpy(made: Calls) -> list[tuple[float, str]]:
