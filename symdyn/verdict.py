@@ -6,7 +6,8 @@
     not shown           it was claimed, and nothing could be compared
 
 Whoever makes a claim counts what was compared: nothing compared is never a claim that holds. What is no claim at all
-stands apart with its reason: what does not exist there, and what cannot be run on this machine.
+stands apart with its reason: what does not exist there, what cannot be run on this machine, and what is looked at
+nowhere.
 """
 
 from __future__ import annotations
@@ -82,10 +83,12 @@ class Claims:
     Attributes:
         absent: what does not exist there.
         not_run: what cannot be run on this machine, and nobody asked for by name.
+        not_looked_at: what we look at on no machine, beside what was shown.
     """
 
     absent: tuple[Unclaimed, ...]
     not_run: tuple[Unclaimed, ...]
+    not_looked_at: tuple[Unclaimed, ...] = ()
 
     @property
     def claims(self) -> tuple[Judged, ...]:
@@ -121,6 +124,7 @@ class Claims:
             NOT_SHOWN: [(one.what, one.why) for one in self.not_shown],
             "does not exist here": [(one.what, one.why) for one in self.absent],
             "not run": [(one.what, one.why) for one in self.not_run],
+            "not looked at": [(one.what, one.why) for one in self.not_looked_at],
         }
 
     @property

@@ -153,8 +153,9 @@ def test_a_private_function_that_hides_one_of_matlab_is_found(tmp_path: Path, ca
     assert not found["passed"]
 
 
+@pytest.mark.mends("30.class.verdicts")
 @pytest.mark.parametrize(("target", "file"), [("json", "two_link.json"), ("ufunc", "two_link_f32.c")])
-def test_files_that_are_not_read_back_are_told_and_leave_the_others_in_peace(
+def test_files_that_are_not_read_back_are_not_shown_and_leave_the_others_in_peace(
     target: str, file: str, tmp_path: Path, capsys: Capture
 ) -> None:
     asked = ["generate", TWO_LINK, "--functions", "mass_matrix", "-o", str(tmp_path)]
@@ -165,11 +166,13 @@ def test_files_that_are_not_read_back_are_told_and_leave_the_others_in_peace(
     assert main([*asked, "--target", "numpy"]) == 0
     capsys.readouterr()
     found = certificate(tmp_path, capsys)
-    assert found["passed"]
-    assert set(written(found)) == {"two_link.py"}
-    (left,) = found["absent"]
+    assert not found["passed"]
+    assert {name: one["verdict"] for name, one in written(found).items()} == {"two_link.py": "proved"}
+    (left,) = found["not_shown"]
     assert file in left["what"]
     assert left["why"].startswith(f"files of target {target} (")
+    assert "give a folder of files for numpy or " in left["why"]
+    assert left["why"].endswith(f"or verify the scene with --targets {target}, which measures it")
 
 
 @pytest.mark.parametrize("line", ["\n", " ", "*\n", "symdyn generate ", "symdyn generate" + " " * 9999 + "x\n"])

@@ -18,6 +18,7 @@ from closed_mechanisms import slider_crank
 
 import symdyn
 from symdyn.cli import main
+from symdyn.emit import TARGETS
 from symdyn.errors import MissingProgram
 from symdyn.scene import read_text
 from symdyn.verify import Claim, Law, certify, measure, prove, rigorous
@@ -148,6 +149,30 @@ def test_closed_mechanisms_without_one_position_to_compare_at_are_not_passed(mon
 
     assert not found.passed
     assert {one.partition(":")[0] for one in words(found)} == {"forward dynamics", "forward_reactions", "reactions"}
+
+
+@numpy_alone
+@pytest.mark.mends("30.class.verdicts")
+def test_a_derived_entry_that_is_not_finite_where_the_equations_have_a_solution_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A crank determines its slider everywhere: a hole of the code is not forward dynamics that does not exist."""
+    natural = import_module("symdyn.verify.natural")
+    scene, real, holes = slider_crank(), natural._at, [True]
+
+    def with_a_hole(entries: Any, values: Any) -> Any:
+        of_forward_dynamics = len(entries) == 2 * len(scene.velocities)
+        return None if of_forward_dynamics and holes and holes.pop() else real(entries, values)
+
+    monkeypatch.setattr(natural, "_at", with_a_hole)
+    found = certify(scene, ["forward_dynamics", "multipliers"])
+
+    assert not holes
+    assert not found.passed
+    assert found.verdict == "fails"
+    (failed,) = found.failed
+    assert failed.what.startswith("forward dynamics: at the start = ")
+    assert failed.why == "at the start derived entries are not finite where the equations have a solution"
 
 
 @numpy_alone
@@ -388,7 +413,26 @@ def test_a_language_that_nothing_runs_is_proved_by_its_text() -> None:
     found = certify(PENDULUM, ["mass_matrix"], targets=["julia"])
 
     assert found.passed
-    assert "the error of Julia: nothing runs it here" in map(str, found.absent)
+    assert found.lines == ["Not looked at: the error of Julia: not measured: symdyn runs no Julia"]
+    assert [one["what"] for one in found.as_dict()["not_looked_at"]] == ["the error of Julia"]
+    assert "not looked at" in found._repr_mimebundle_()["text/html"]
+
+
+@pytest.mark.runs
+def test_a_target_that_nothing_reads_back_is_measured_alone() -> None:
+    found = certify(PENDULUM, ["mass_matrix"], targets=["json"])
+
+    assert found.passed
+    assert [one.what for one in found.not_looked_at] == [f"the text of {TARGETS['json'].title}"]
+    assert not certify(PENDULUM, ["mass_matrix"], targets=["numpy"]).not_looked_at
+
+
+@pytest.mark.mends("30.class.verdicts")
+def test_an_empty_list_of_targets_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["verify", str(EXAMPLES / "pendulum.toml"), "--functions", "mass_matrix"]
+
+    assert main([*asked, "--targets", ""]) == 1
+    assert "no target is asked for" in capsys.readouterr().err
 
 
 # What does not exist there

@@ -17,6 +17,7 @@ from typing import NoReturn
 
 from symdyn.algebra.finite_field import Redraw
 from symdyn.bounds import BOUNDS
+from symdyn.build import RUNNERS
 from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
@@ -27,7 +28,7 @@ from symdyn.program import lower, prepare
 from symdyn.verdict import DIFFERENT, Unclaimed
 from symdyn.verify import Certificate
 from symdyn.verify.certificate import of_files
-from symdyn.verify.texts import NOWHERE, files_of
+from symdyn.verify.texts import NOWHERE, files_of, not_read_back
 from symdyn.verify.written import READERS, Written, languages, printed, prove_texts, unshown
 from symdyn.verify.written.beside import taken_first
 
@@ -65,7 +66,7 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     read = [command for command in commands if wanted[command].target in READERS]
     if not read:
         target, (file, *_) = next(iter(wanted.values())).target, next(iter(commands.values()))
-        raise VerifyError(f"{folder / file}: {_not_read_back(target)}")
+        raise VerifyError(f"{folder / file}: {_unreadable(target)}")
     parts = [_of_command(options, folder, command, wanted[command], progress) for command in read]
     first, *rest = parts
     written = tuple(one for part in parts for one in part.written)
@@ -91,8 +92,8 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     others = ", ".join(printable(one, "") for one in left if one not in ours)
     told += [f"not read, nothing there says it is ours: {others}"]
     told = told if len(left) > len(ours) else told[:-1]
-    absent = [
-        Unclaimed(f"proof of {', '.join(one for one in unread if unread[one] == target)}", _not_read_back(target))
+    unreadable = [
+        Unclaimed(f"the text of {', '.join(one for one in unread if unread[one] == target)}", _unreadable(target))
         for target in dict.fromkeys(unread.values())
     ]
     return Certificate(
@@ -103,12 +104,15 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         tuple(dict.fromkeys([note for part in (first, *rest) for note in part.notes] + told)),
         "",
         written,
-        absent=tuple(absent),
+        absent=tuple(dict.fromkeys(one for part in parts for one in part.absent)),
+        unshown=tuple(unreadable),
     )
 
 
-def _not_read_back(target: str) -> str:
-    return f"files of target {target} ({TARGETS[target].text}) are not read back"
+def _unreadable(target: str) -> str:
+    """Return that files of a target are not read back, and what would work."""
+    measured = f", or verify the scene with --targets {target}, which measures it" if target in RUNNERS else ""
+    return f"{not_read_back(target)}; give a folder of files for {' or '.join(READERS)}{measured}"
 
 
 def _hiding(folder: Path, name: str, file: Written) -> Written:

@@ -135,6 +135,8 @@ def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "")
         quick = {name for name, runner in RUNNERS.items() if not runner.asked}
         having = {name for name, row in TARGETS.items() if real in row.reals and (row.shortens or not accuracy)}
         return tuple(name for name in TARGETS if name in quick & having)
+    if not targets:
+        raise EmitError("no target is asked for: the list is empty; name some, or leave targets out")
     for name in targets:
         if name not in TARGETS:
             raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
@@ -147,13 +149,10 @@ def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "")
     return tuple(dict.fromkeys(targets))
 
 
-def unrunnable(targets: Sequence[str]) -> list[Unclaimed]:
-    """Return the targets that no machine runs for a certificate, whose numbers are claimed nowhere."""
-    return [
-        Unclaimed(f"the error of {TARGETS[name].title}", "nothing runs it here")
-        for name in targets
-        if name not in RUNNERS
-    ]
+def unmeasured(targets: Sequence[str]) -> list[Unclaimed]:
+    """Return the errors that we measure on no machine: of these targets nothing is claimed in numbers."""
+    titles = [TARGETS[name].title for name in targets if name not in RUNNERS]
+    return [Unclaimed(f"the error of {title}", f"not measured: symdyn runs no {title}") for title in titles]
 
 
 def run_nowhere(program: Program, targets: Sequence[str], measured: Container[str]) -> list[Unclaimed]:

@@ -23,7 +23,7 @@ from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed
 from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
-from symdyn.verify.building import Building, run_nowhere, unrunnable, wanted_targets
+from symdyn.verify.building import Building, run_nowhere, unmeasured, wanted_targets
 from symdyn.verify.claims import claims_of, compared, taken
 from symdyn.verify.equality import Fields, Finding, prove
 from symdyn.verify.in_rows import InRows
@@ -31,7 +31,7 @@ from symdyn.verify.law import Seen
 from symdyn.verify.laws_in_numbers import look
 from symdyn.verify.program_claims import composed_claims, loop_claim, program_claims
 from symdyn.verify.quaternions import on_unit_sphere
-from symdyn.verify.texts import texts_of
+from symdyn.verify.texts import texts_of, unread
 from symdyn.verify.written import Written
 
 Progress = Callable[[str], None]
@@ -52,6 +52,7 @@ class Certificate(Shown, Claims):
         blocks: code for many states that was run at every length, of targets that were asked for.
         absent: what does not exist there, of which nothing is claimed.
         not_run: what this machine cannot run, and nobody asked for by name.
+        not_looked_at: what no machine runs or reads back of targets that were asked for.
         unshown: what was asked for and cannot be looked at, or has no value anywhere.
     """
 
@@ -66,6 +67,7 @@ class Certificate(Shown, Claims):
     absent: tuple[Unclaimed, ...] = ()
     not_run: tuple[Unclaimed, ...] = ()
     unshown: tuple[Unclaimed, ...] = ()
+    not_looked_at: tuple[Unclaimed, ...] = ()
 
     def __repr__(self) -> str:
         verdicts = Counter(one.verdict for one in self.findings)
@@ -97,7 +99,7 @@ class Certificate(Shown, Claims):
 
 
 def _of_finding(one: Finding) -> Judged:
-    return Judged(one.claim, one.verdict, f"entry {one.where} differs" if one.verdict == DIFFERENT else one.why)
+    return Judged(one.claim, one.verdict, one.why or (f"entry {one.where} differs" if one.verdict == DIFFERENT else ""))
 
 
 def _of_accuracy(one: Accuracy) -> Judged:
@@ -179,7 +181,7 @@ def certify(
         progress("deriving once more, by other roads")
         claims, lacking = claims_of(workspace, outputs, preferred, program)
         claims, empty = compared(claims + composed_claims(program, code), preferred)
-        absent += [*unrunnable(targets), *lacking, *empty]
+        absent += [*lacking, *empty]
         claims = on_unit_sphere(scene, claims)
         progress("proving over finite fields")
         fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
@@ -211,6 +213,7 @@ def certify(
         (*absent, *nowhere),
         () if asked else missing,
         (*(missing if asked else ()), *texts.unshown, *unrun),
+        (*unmeasured(targets), *(unread(targets) if asked else ())),
     )
 
 

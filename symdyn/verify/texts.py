@@ -62,6 +62,16 @@ def texts_of(building: Building, targets: Sequence[str], asked: bool, seed: int)
     return Texts(tuple(found), tuple(missing))
 
 
+def unread(targets: Sequence[str]) -> list[Unclaimed]:
+    """Return the texts that nothing reads back: of these targets nothing is claimed but numbers."""
+    return [Unclaimed(_text_of(name), not_read_back(name)) for name in targets if name not in READERS]
+
+
+def not_read_back(target: str) -> str:
+    """Return that files of a target are not read back, in words."""
+    return f"files of target {target} ({TARGETS[target].text}) are not read back"
+
+
 def _text_of(target: str) -> str:
     return f"the text of {TARGETS[target].title}"
 
