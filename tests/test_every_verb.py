@@ -30,7 +30,7 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
     "sweep": [("--bind F=1 --until 0.02 --over swing_dot=[0,1] --measure max(abs(swing))", 0)],
     "linearize": [("--bind F=1", 1), ("--bind F=1 --anywhere", 0), ("--bind F=1 --anywhere --json", 0)],  # it moves
     "bench": [("--quick", 0)],
-    "stress": [("", 0)],
+    "stress": [("", 1)],  # F has no value: what needs one is not shown
     "info": [("", 0), ("--json", 0), ("--frames", 0), ("--base-parameters", 0)],
     "draw": [
         ("-o whole.svg", 0),
