@@ -53,6 +53,39 @@ def test_a_rod_that_is_free_to_turn_about_itself_has_no_forward_dynamics(formula
         symdyn.derive(tree, ["forward_dynamics"], road=formulation)
 
 
+MASSLESS = """
+name = "crank"
+gravity = "none"
+[bodies.a]
+[joints.j1]
+type = "revolute"
+parent = "ground"
+child = "a"
+axis = [0, 0, 1]
+coordinate = "q1"
+[bodies.b]
+particles = [{ mass = 1, at = [1, 0, 0] }]
+[joints.j2]
+type = "revolute"
+parent = "a"
+child = "b"
+axis = [0, 0, 1]
+origin = [1, 0, 0]
+coordinate = "q2"
+start = 0.5
+[rows.r]
+formula = "cos(q1)*q1_dot + sin(q1)*q2_dot"
+acts_in = "joints"
+"""
+
+
+def test_a_mass_matrix_that_is_singular_at_zeros_alone_leaves_no_hole_there():
+    """At zeros the row holds q1 alone, and q2 turns with the inertia 1 about its joint: q2'' = tau2."""
+    module = run_python(emit(lower(symdyn.derive(read_text(MASSLESS), ["forward_dynamics"]))))
+    found = module.forward_dynamics(np.zeros(2), np.zeros(2), np.array([0.3, 0.7]))
+    assert found == pytest.approx([0.0, 0.7], abs=1e-14)
+
+
 @pytest.mark.parametrize("path", [*PINNED, *EXAMPLES], ids=lambda path: path.stem)
 def test_no_divisor_is_zero_everywhere(path):
     from symdyn.algebra.vanishing import vanishes

@@ -22,8 +22,9 @@ from symdyn.dynamics.loops.reduction import (
     with_multipliers,
 )
 from symdyn.dynamics.mechanism.ldl import Factored, factored
+from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, evaluate, substitute
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from symdyn.dynamics.roads.workspace import Workspace
 
 Matrix = list[list[Expr]]
+
+SINGULAR = 1e-13
+"""Eigenvalues of a mass matrix over the largest that are zero."""
 
 
 class LoopWorkspace:
@@ -87,6 +91,25 @@ class LoopWorkspace:
         """The coordinate whose rate each velocity is, shape (nv,); the velocity itself where it is none."""
         by_rate = {rate: q for q, rate in zip(self.w.state.q, self.w.state.rates, strict=True)}
         return tuple(by_rate.get(qd, qd) for qd in self.w.state.qd)
+
+    @cached_property
+    def singular_somewhere(self) -> bool:
+        """Whether M of the spanning tree is singular at zeros, at the start or at a generic position."""
+        import numpy as np
+
+        from symdyn.algebra.numeric import Floats
+
+        w, assembly = self.w, self.decisions.assembly
+        entries = [x for row in w.composite_mass for x in row]
+        zeros = self.numbers.normalised(np.zeros(len(w.state.q)))
+        for q in (zeros, assembly.q, assembly.typical, *assembly.places):
+            found = np.array(evaluate(entries, Floats(), self.values(q) | at_time(w.scene, w.graph)), dtype=float)
+            if not np.isfinite(found).all():
+                continue
+            size = np.linalg.eigvalsh(found.reshape(w.state.n, w.state.n))
+            if not size[0] > SINGULAR * abs(size[-1]):
+                return True
+        return False
 
     # Rows, by recursion and by differentiation
 
@@ -202,7 +225,7 @@ class LoopWorkspace:
         one, zero = w.graph.one, w.graph.zero
         units = [[one if i == k else zero for i in range(w.state.n)] for k in given.place]
         gamma = [*self.gamma(rows), *(-a for a in given.acceleration)]
-        return with_multipliers(M, [*self.G(rows), *units], gamma, rest)
+        return with_multipliers(M, [*self.G(rows), *units], gamma, rest, self.singular_somewhere)
 
     # What follows from M x = rest + Gᵀ λ and G x = -gamma, as accelerations do and all that they change by
 
@@ -217,7 +240,7 @@ class LoopWorkspace:
         """M, the kept rows and those of prescribed motions, factored once."""
         w = self.w
         units = [[w.graph.one if i == k else w.graph.zero for i in range(w.state.n)] for k in w.prescribed.place]
-        return all_rows(w.composite_mass, [*self.G(self.recursive), *units])
+        return all_rows(w.composite_mass, [*self.G(self.recursive), *units], self.singular_somewhere)
 
     @cached_property
     def partitioned(self) -> Partitioned:

@@ -10,8 +10,9 @@ coupler) as long as Tᵀ M T is not. *With multipliers*, the other road: A = M +
 
     G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
 
-where A = M and no Gᵀ γ will do if M is regular. The identity of both holds off the constraint manifold too. Where rows
-without loops have no partition that will do at every position, the first road takes all rows at once as well.
+where A = M and no Gᵀ γ will do if M is regular, also at natural positions. The identity of both holds off the
+constraint manifold too. Where rows without loops have no partition that will do at every position, the first road takes
+all rows at once as well.
 
 Blocks of G_d up to six rows are solved by Cramer's rule with shared minors: a block is singular where the dependent
 velocities are undetermined and nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those
@@ -25,11 +26,11 @@ Stabilization of constraints and integrals of motion in dynamical systems (1972)
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.mechanism.ldl import Factored, factored, solve
-from symdyn.errors import DerivationError
+from symdyn.dynamics.mechanism.ldl import Factored, Singular, factored, solve
 from symdyn.graph import Expr, Graph
 
 Matrix = Sequence[Sequence[Expr]]
@@ -240,16 +241,21 @@ def squared(B: Matrix) -> Factored:
 
 
 def with_multipliers(
-    M: Matrix, G: Matrix, gamma: Sequence[Expr], rest: Sequence[Expr]
+    M: Matrix, G: Matrix, gamma: Sequence[Expr], rest: Sequence[Expr], singular: bool
 ) -> tuple[list[Expr], list[Expr]]:
-    """Return u̇ and λ for `rest` = τ - h, by elimination of u̇."""
-    try:
-        return _schur([list(row) for row in M], G, gamma, list(rest))
-    except DerivationError:
-        n, graph = range(len(M)), M[0][0].graph
-        A = [[M[i][j] + graph.total(row[i] * row[j] for row in G) for j in n] for i in n]
-        shifted = [x - graph.total(row[i] * c for row, c in zip(G, gamma, strict=True)) for i, x in enumerate(rest)]
-        return _schur(A, G, gamma, shifted)
+    """Return u̇ and λ for `rest` = τ - h, by elimination of u̇; `singular` tells whether M is so at some position."""
+    if not singular:
+        with suppress(Singular):  # everywhere
+            return _schur([list(row) for row in M], G, gamma, list(rest))
+    graph = M[0][0].graph
+    shifted = [x - graph.total(row[i] * c for row, c in zip(G, gamma, strict=True)) for i, x in enumerate(rest)]
+    return _schur(_shifted(M, G), G, gamma, shifted)
+
+
+def _shifted(M: Matrix, G: Matrix) -> list[list[Expr]]:
+    """Return M + Gᵀ G."""
+    n, graph = range(len(M)), M[0][0].graph
+    return [[M[i][j] + graph.total(row[i] * row[j] for row in G) for j in n] for i in n]
 
 
 def _schur(A: list[list[Expr]], G: Matrix, gamma: Sequence[Expr], rest: list[Expr]) -> tuple[list[Expr], list[Expr]]:
@@ -287,8 +293,11 @@ class AllRows:
         return x, found
 
 
-def all_rows(M: Matrix, G: Matrix) -> AllRows:
-    """Return M and G factored; Singular where even all rows leave something undetermined."""
+def all_rows(M: Matrix, G: Matrix, singular: bool) -> AllRows:
+    """Return M and G factored; Singular where even all rows leave something undetermined.
+
+    `singular` tells whether M is so at some position.
+    """
     n, graph = range(len(M)), M[0][0].graph
 
     def tried(A: list[list[Expr]], shifts: bool) -> AllRows:
@@ -298,10 +307,10 @@ def all_rows(M: Matrix, G: Matrix) -> AllRows:
         S = factored(graph, range(-1, len(G)), [[_product(row, one) for one in pulled] for row in G])
         return AllRows(of_A, G, pulled, S, shifts)
 
-    try:
-        return tried([list(row) for row in M], False)
-    except DerivationError:
-        return tried([[M[i][j] + graph.total(row[i] * row[j] for row in G) for j in n] for i in n], True)
+    if not singular:
+        with suppress(Singular):  # everywhere
+            return tried([list(row) for row in M], False)
+    return tried(_shifted(M, G), True)
 
 
 def _product(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
