@@ -13,6 +13,7 @@ from symdyn.cli import main
 from symdyn.scene import Scene, read_text
 from symdyn.simulation import METHODS
 from symdyn.simulation.integrate import importable
+from symdyn.simulation.trajectory import Trajectory
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -201,3 +202,109 @@ def test_every_zero_of_a_formula_in_time_alone_is_reported(method: str) -> None:
     run = simulate(block(), FORCE, 8.0, {"x": 0}, {"x_dot": 0}, method, reports="sin(2*pi*t) - 0.5", say=str)
     known = sorted([k + part for k in range(8) for part in (1 / 12, 5 / 12)])
     assert [event.t for event in run.events] == pytest.approx(known, abs=1e-9)
+
+
+DISC = """
+name = "disc"
+gravity = [0, 0, 0]
+[bodies.b]
+mass = 1
+inertia = [0.05, 0.05, 0.011]
+inertia_about = "com"
+[joints.j]
+type = "revolute"
+parent = "ground"
+child = "b"
+axis = [0, 0, 1]
+coordinate = "phi"
+"""
+
+ROUNDING = "phi**3 - 3*phi**2 + 3*phi - 1 - 1e-18"
+"""Near phi = 1 it is rounding alone, of either sign."""
+
+
+def turning(method: str, until: float, rate: float, phi: float = 0.0, **events: str) -> Trajectory:
+    return simulate(
+        read_text(DISC), {}, until, {"phi": phi}, {"phi_dot": rate}, method, say=str, **events
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_thousands_of_zeros_in_one_step_are_all_told(method: str) -> None:
+    """Without a force a step of Taylor's method is the whole run."""
+    run = turning(method, 100.0, 60.0, reports="cos(phi)")
+    known = (np.arange(1910) + 0.5) * math.pi / 60
+    assert [event.t for event in run.events] == pytest.approx(known, abs=1e-9)
+    run = turning(method, 100.0, 60.0, stops="sin(phi) + t/50 - 2.0001")
+    assert run.t[-1] == pytest.approx(50.081302008239, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_zeros_of_third_order_are_all_told(method: str) -> None:
+    run = turning(method, 20.0, 6.0, 0.5, reports="sin(phi)**3")
+    known = (np.arange(1, 39) * math.pi - 0.5) / 6
+    assert run.complete
+    assert [event.t for event in run.events] == pytest.approx(known, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_a_search_that_rounding_ends_says_from_when_on(method: str) -> None:
+    run = turning(method, 100.0, 1e-9, 1.000001, reports=ROUNDING)
+    assert run.complete
+    assert [ROUNDING in note and "events of it may be missing" in note for note in run.notes].count(True) == 1
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_an_event_is_told_whose_run_ends_by_what_doubles_hold(method: str) -> None:
+    """The steps of such a run are taken twice."""
+    values = {name: 9.0 for name in COEFFICIENTS} | {"c": 0.0, "kx": 1e4 + 9}
+    run = simulate(
+        block(), FORCE, 20.0, {"x": 1}, {"x_dot": 0.5}, method, values=values, reports=("x - 1e138", "1e138 - x"), say=str
+    )  # fmt: skip
+    known = (138 * math.log(10) - math.log((1 + 0.005) / 2)) / 100
+    assert [event.t for event in run.events] == pytest.approx([known, known], abs=1e-7)
+
+
+UNREAL = {
+    "from below, past": ("sqrt(x) - 1", Flight(-1.0, 1.0, 0.0, None, until=4.0), [2.0]),
+    "from below, late": ("sqrt(x) - 2", Flight(-1.0, 1.0, 0.0, None, until=8.0), [5.0]),
+    "from below, never": ("sqrt(x) + 1", Flight(-1.0, 1.0, 0.0, None, until=4.0), []),
+    "to and fro": (
+        "sqrt(x) - 0.5",
+        Flight(0.0, 1.0, 0.0, None, until=10.0, forces={"kx": -1.0}),
+        [turn * math.pi + way * math.asin(0.25) for turn, way in ((0, 1), (1, -1), (2, 1), (3, -1))],
+    ),
+    "ends to be": ("sqrt(1 - x) - 0.5", Flight(0.0, 1.0, 0.0, None, until=4.0), [0.75]),
+    "a pole": ("1/(x - 1)", Flight(0.0, 1.0, 0.0, None, until=2.0), []),
+    "a pole elsewhere": ("1/(x - 1)", Flight(0.3, 1.1, 0.0, None, until=2.0), []),
+    "a zero at a pole": ("(x - 0.7)/(x - 0.701)", Flight(0.0, 1.0, 0.0, None, until=2.0), [0.7]),
+}
+"""Formulas that are not real for a while, or not finite: what they are, the motion, and when they pass zero."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", UNREAL)
+def test_a_formula_without_a_real_value_for_a_while_passes_zero_where_it_has_one(name: str) -> None:
+    formula, one, known = UNREAL[name]
+    for method in LOOKING:
+        begin = {"start": {"x": one.x0}, "start_rates": {"x_dot": one.v}, "values": one.values}
+        run = simulate(block(), FORCE, one.until, method=method, reports=formula, say=str, **begin)
+        assert [e.t for e in run.events] == pytest.approx(known, abs=10 * COARSE.get(method, 1e-10)), method
+        run = simulate(block(), FORCE, one.until, method=method, stops=formula, say=str, **begin)
+        assert run.t[-1] == pytest.approx([*known, one.until][0], abs=10 * COARSE.get(method, 1e-10)), method
+
+
+@pytest.mark.parametrize("method", [None, "dop853", "taylor"])
+def test_ensembles_end_their_runs_where_a_formula_has_a_real_value(method: str | None) -> None:
+    for formula, known in (
+        ("sqrt(x) - 1", [2.0, 1.5, 3.0]),
+        ("sqrt(x) + 1", [4.0] * 3),
+        ("1/(x - 1)", [4.0] * 3),
+        ("cos(20*pi*t) + t/2 - 2.0001", [2.09507807413] * 3),
+    ):
+        values = {name: np.full(3, 9.0) for name in COEFFICIENTS}
+        runs = ensemble(
+            block(), FORCE, 4.0, {"x": np.array([-1.0, -0.5, -2.0])}, {"x_dot": np.ones(3)}, values, method=method,
+            stops=formula,
+        )  # fmt: skip
+        assert runs.t == pytest.approx(np.array(known), abs=1e-7), formula

@@ -32,7 +32,7 @@ from symdyn.simulation.prescribed.formulas_in_time import close, noted, paramete
 from symdyn.simulation.prescribed.numbers_in_time import sample_times
 from symdyn.simulation.reaction_columns import axes_of
 from symdyn.simulation.run import STOPPED, Run, integrated
-from symdyn.simulation.told_run import trajectory_of
+from symdyn.simulation.told_run import overlooked, trajectory_of
 from symdyn.simulation.trajectory import END, INTERRUPTED, Trajectory
 from symdyn.simulation.valueless import valueless
 
@@ -162,6 +162,7 @@ def simulate(
         run, problem, others = attempt(choice)
     found = outside.told(trajectory_of(system, run, formulas, flags, reactions), given, system.loop)
     seen = (*found.notes, *on_the_way(system, run.t, run.x, run.hits, limits))
+    seen += (*overlooked(problem.unsure, formulas),)
     for note in seen:
         _tell(say, note)
     found = replace(

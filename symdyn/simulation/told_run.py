@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -61,6 +61,16 @@ def _events(system: StateEquations, run: Run, formulas: Sequence[str], flags: Se
     if run.stopped == STOPPED and (limit := _limit(system, run.hits[-1], formulas)) is not None:
         told.append((run.hits[-1], named(limit, system.scene), True))
     return tuple(Event(text, hit.t, hit.x[:nq], hit.x[nq : nq + nv], stops) for hit, text, stops in told)
+
+
+def overlooked(unsure: Mapping[int, float], formulas: Sequence[str]) -> list[str]:
+    """Return what is said of formulas whose passages of zero may not all have been found, from times by event."""
+    return [
+        f"{formulas[k]}: it moves to and fro about zero from t = {t:.9g} s on, more often than is looked at in one step; "
+        "events of it may be missing there"
+        for k, t in sorted(unsure.items())
+        if k < len(formulas)
+    ]
 
 
 def _limit(system: StateEquations, hit: Hit, formulas: Sequence[str]) -> Limit | None:

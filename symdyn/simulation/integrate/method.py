@@ -7,7 +7,7 @@ can show progress, and stop between any two with all before them in hand.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class Problem:
         stops: whether the event of each of the system's formulas ends the run.
         project: brings states back to their constraints.
         low: what the state is beyond its doubles, shape (nx,); None for nothing.
+        unsure: from when on in a step passages of an event may have been overlooked, s, by event; the search fills it.
     """
 
     system: StateEquations
@@ -44,6 +45,7 @@ class Problem:
     stops: tuple[bool, ...]
     project: Projection
     low: Array | None = None
+    unsure: dict[int, float] = field(default_factory=dict)
 
     @property
     def until(self) -> float:

@@ -2,8 +2,8 @@
 
 An event happens where its formula changes its sign. One that is zero at the start is armed by the sign that it takes
 right behind, which is that of its first derivative there that is not zero; what touches zero and turns back has not
-crossed it. A stretch is divided until its looks are sure (see `looks`), so that a formula that rises and falls again
-between two of them is seen.
+crossed it. A stretch is divided until its looks are sure (see `looks` and `passages`), so that a formula that rises and
+falls again between two of them is seen.
 
 A limit is passed where it is left behind by more than `SLACK`, for a joint that rests on it rounds; the time and the
 place are those at which the limit itself was passed.
@@ -14,7 +14,6 @@ Reference: Shampine, Gladwell and Brankin, Reliable solution of special event lo
 from __future__ import annotations
 
 import copy
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -22,22 +21,15 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.crossings import SLACK
-from symdyn.simulation.integrate.looks import CLOSER, FIRST
+from symdyn.simulation.integrate.looks import FIRST
 from symdyn.simulation.integrate.method import Hit, Problem
-
-EPS = float(np.finfo(np.float64).eps)
+from symdyn.simulation.integrate.passages import DIVISIONS, EPS, MOST, Search, jumps, zero
 
 ROUNDING = 8 * EPS
 """How far coordinates, over their size, may be off where a formula at the start is said to be zero."""
 
 SOON = 0.25 ** np.arange(26.0, 0.0, -1.0)
 """Parts of the first step, ascending, at which the sign is looked for that a formula takes behind its zero."""
-
-DIVISIONS = 400
-"""Stretches of a step that are divided for one event: what rounds to and fro at zero would take them without end."""
-
-MONOTONE = 4.0
-"""Between nodes whose values differ by so many times what a formula can bend there it has one zero at most."""
 
 BEHIND = 64
 """Parts of a stretch that are looked at for where a limit was passed, whose slack was passed at its end."""
@@ -72,7 +64,8 @@ class Watch:
 
     Attributes:
         values: of the formulas where it stands, those of limits less their slack.
-        armed: the signs that they had last, 0 of those that have been zero since the start.
+        armed: the signs that they had last, 0 of those that have been zero since the start, NaN where there was no real
+            value.
         entered: since when and where a limit has been passed, but not by its slack, by event.
     """
 
@@ -91,6 +84,8 @@ class Watch:
         """Return one that stands where this one does."""
         found = copy.copy(self)
         found.entered = dict(self.entered)
+        if self.problem.stops:
+            found.armed = self.armed.copy()
         return found
 
     def restart(self, t: float, x: Array) -> list[Hit]:
@@ -133,11 +128,16 @@ class Watch:
             first = float(values[told[0]])
             begin = float(np.append(times, step.t1)[told[0]])
             self.armed[k] = np.sign(first)
-        for low, high, sign in _passages(look, (begin, first), (step.t1, last), float(self.armed[k])):
-            self.armed[k] = sign
-            if self._counts(k):
-                t = _zero(look, low, high)
+        most = DIVISIONS if k in self.problem.unsure else MOST
+        search = Search(look, (begin, first), (step.t1, last), float(self.armed[k]), most)
+        for low, high in search.passages():
+            self.armed[k] = search.armed
+            t = zero(look, low, high)
+            if self._counts(k) and not jumps(look, t, step.t0, step.t1):
                 yield self._of_limit(step, k, t) if k >= self.problem.outward else Hit(k, t, self._at(step, t))
+        self.armed[k] = search.armed
+        if search.given_up is not None:
+            self.problem.unsure.setdefault(k, search.given_up)
 
     def _counts(self, k: int) -> bool:
         """Tell whether a passage to the sign that an event has now is one: of limits, those outwards are."""
@@ -155,7 +155,7 @@ class Watch:
         if not len(kept):
             return Hit(k, *self.entered.get(k, (step.t0, self._at(step, step.t0))))
         low = int(kept[-1])
-        t = _zero(look, (float(times[low]), beyond[low]), (float(times[low + 1]), beyond[low + 1]))
+        t = zero(look, (float(times[low]), beyond[low]), (float(times[low + 1]), beyond[low + 1]))
         return Hit(k, t, self._at(step, t))
 
     def _enter(self, step: Step) -> None:
@@ -186,47 +186,3 @@ class Watch:
         moved = np.vstack([x, x + np.diag(ROUNDING * x)])
         values = self._look(np.full(len(moved), t), moved)
         return np.asarray(np.abs(values[1:] - values[0]).sum(axis=0))
-
-
-Place = tuple[float, float]
-"""A time, and a value there."""
-
-
-def _passages(
-    look: Callable[[Array], Array], begin: Place, end: Place, armed: float
-) -> Iterator[tuple[Place, Place, float]]:
-    """Yield stretches in which a formula passes zero once, in order, and its sign behind; `armed` is the one before."""
-    left = DIVISIONS
-    waiting = [(begin, end, math.inf)]
-    while waiting:
-        low, high, bend = waiting.pop()
-        if not (math.isfinite(low[1]) and math.isfinite(high[1])):
-            armed = float(np.sign(high[1])) if math.isfinite(high[1]) else armed
-            continue
-        sign = float(np.sign(high[1])) or armed
-        far = min(abs(low[1]), abs(high[1])) if sign == armed else abs(high[1] - low[1]) / MONOTONE
-        whole = math.isnan(bend) or high[0] - low[0] <= 4 * EPS * abs(high[0])
-        if not (far > bend or whole) and left > 0:
-            left -= 1
-            times = CLOSER.times(low[0], high[0])
-            values = np.concatenate([[low[1]], look(times[1:-1]), [high[1]]])
-            bend = float(CLOSER.bend(values))
-            places = [*zip(times.tolist(), values.tolist(), strict=True)]
-            waiting += [(a, b, bend) for a, b in zip(places[-2::-1], places[:0:-1], strict=True)]
-        elif sign != armed:
-            armed = sign
-            yield low, high, sign
-
-
-def _zero(look: Callable[[Array], Array], low: Place, high: Place) -> float:
-    """Return the time between two at which a formula vanishes that changes its sign there."""
-    from scipy.optimize import brentq
-
-    if low[1] * high[1] >= 0:  # it vanishes at the first of them
-        return low[0]
-    known = dict((low, high))
-
-    def value(t: float) -> float:
-        return known[t] if t in known else float(look(np.array([t]))[0])
-
-    return float(brentq(value, low[0], high[0], xtol=1e-24, rtol=4 * EPS))
