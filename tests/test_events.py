@@ -224,9 +224,7 @@ ROUNDING = "phi**3 - 3*phi**2 + 3*phi - 1 - 1e-18"
 
 
 def turning(method: str, until: float, rate: float, phi: float = 0.0, **events: str) -> Trajectory:
-    return simulate(
-        read_text(DISC), {}, until, {"phi": phi}, {"phi_dot": rate}, method, say=str, **events
-    )  # fmt: skip
+    return simulate(read_text(DISC), {}, until, {"phi": phi}, {"phi_dot": rate}, method, say=str, **events)
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
@@ -257,9 +255,10 @@ def test_a_search_that_rounding_ends_says_from_when_on(method: str) -> None:
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_an_event_is_told_whose_run_ends_by_what_doubles_hold(method: str) -> None:
     """The steps of such a run are taken twice."""
-    values = {name: 9.0 for name in COEFFICIENTS} | {"c": 0.0, "kx": 1e4 + 9}
+    values = dict.fromkeys(COEFFICIENTS, 9.0) | {"c": 0.0, "kx": 1e4 + 9}
     run = simulate(
-        block(), FORCE, 20.0, {"x": 1}, {"x_dot": 0.5}, method, values=values, reports=("x - 1e138", "1e138 - x"), say=str
+        block(), FORCE, 20.0, {"x": 1}, {"x_dot": 0.5}, method, values=values, say=str,
+        reports=("x - 1e138", "1e138 - x"),
     )  # fmt: skip
     known = (138 * math.log(10) - math.log((1 + 0.005) / 2)) / 100
     assert [event.t for event in run.events] == pytest.approx([known, known], abs=1e-7)
@@ -277,7 +276,7 @@ UNREAL = {
     "ends to be": ("sqrt(1 - x) - 0.5", Flight(0.0, 1.0, 0.0, None, until=4.0), [0.75]),
     "a pole": ("1/(x - 1)", Flight(0.0, 1.0, 0.0, None, until=2.0), []),
     "a pole elsewhere": ("1/(x - 1)", Flight(0.3, 1.1, 0.0, None, until=2.0), []),
-    "a zero at a pole": ("(x - 0.7)/(x - 0.701)", Flight(0.0, 1.0, 0.0, None, until=2.0), [0.7]),
+    "a zero at a pole": ("(x - 0.7)/(x - 0.9)", Flight(0.0, 1.0, 0.0, None, until=2.0), [0.7]),
 }
 """Formulas that are not real for a while, or not finite: what they are, the motion, and when they pass zero."""
 

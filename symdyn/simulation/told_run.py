@@ -66,8 +66,8 @@ def _events(system: StateEquations, run: Run, formulas: Sequence[str], flags: Se
 def overlooked(unsure: Mapping[int, float], formulas: Sequence[str]) -> list[str]:
     """Return what is said of formulas whose passages of zero may not all have been found, from times by event."""
     return [
-        f"{formulas[k]}: it moves to and fro about zero from t = {t:.9g} s on, more often than is looked at in one step; "
-        "events of it may be missing there"
+        f"{formulas[k]}: it moves to and fro about zero from t = {t:.9g} s on, more often than is looked at in one "
+        "step; events of it may be missing from there on"
         for k, t in sorted(unsure.items())
         if k < len(formulas)
     ]

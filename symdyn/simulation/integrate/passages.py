@@ -120,14 +120,12 @@ def zero(look: Look, low: Place, high: Place) -> float:
         found = known[t] if t in known else float(look(np.array([t]))[0])
         return 0.0 if math.isnan(found) else found
 
-    found, _ = brentq(
-        value, low[0], high[0], xtol=1e-24, rtol=4 * EPS, maxiter=HALVINGS, full_output=True, disp=False
-    )
+    found, _ = brentq(value, low[0], high[0], xtol=1e-24, rtol=4 * EPS, maxiter=HALVINGS, full_output=True, disp=False)
     return float(found)
 
 
 def jumps(look: Look, t: float, begin: float, end: float) -> bool:
-    """Tell whether a formula that changes its sign at t, in a step from begin to end, passes infinity or has no value."""
+    """Tell whether a formula passes infinity where it changes its sign, at t in a step, or has no value there."""
     near = max(NARROW * (end - begin), 1e3 * EPS * abs(t))
     before, there, behind = np.abs(look(np.array([max(begin, t - near), t, min(end, t + near)])))
     return bool(np.isnan(there) or there > POLE * np.fmax(before, behind))
