@@ -31,7 +31,7 @@ from symdyn.program.prepare import is_prepared
 from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, spell
 from symdyn.scene.declaration.value_in_unit import as_written
 from symdyn.scene.robot_words import leaves
-from symdyn.scene.units import mistakable, output_units, told_units
+from symdyn.scene.units import doubtful, mistakable, output_units, told_units
 from symdyn.scene.values.model import Letter
 
 MEASURED = 50
@@ -95,6 +95,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
             for p in scene.parameters
         ],
         **({"values_with_units": list(said)} if (said := mistakable(scene)) else {}),
+        **({"doubtful_units": list(said)} if (said := doubtful(scene)) else {}),
         **_signals(scene),
         **counted,
     }

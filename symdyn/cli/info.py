@@ -121,7 +121,7 @@ def show(facts: dict[str, Any]) -> None:
     if facts["parameters"]:
         rows = [(p["name"], _value(p), p["unit"], p["text"]) for p in facts["parameters"]]
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
-    for said in facts.get("values_with_units", ()):
+    for said in (*facts.get("values_with_units", ()), *facts.get("doubtful_units", ())):
         print(f"{said}\n")
     columns = ("function", "shape", "road", "mul ", "add ", "div ", "sin/cos ", "other ")
     rows = []

@@ -7,7 +7,7 @@ from typing import Any
 from symdyn.cli.talk import print_table
 from symdyn.scene import Scene, spell
 from symdyn.scene.checks.dimensions import place_words
-from symdyn.scene.units import dimensions, letter_units, output_units
+from symdyn.scene.units import dimensions, doubtful, letter_units, output_units
 from symdyn.scene.values.model import Letter
 from symdyn.scene.values.signals import point_names
 
@@ -25,7 +25,10 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
             letters.append({"name": name, "unit": unit, "known": how})
         elif not scene.dimensionless and (told := known.letter(name)) is not None:
             origin = known.origins[name]
-            beside = "" if name in known.certain else ", by a number that is taken as plain"
+            two = any(name in dict(pair.ratio.letters) for pair in known.disagreeing)
+            beside = (
+                "" if name in known.certain else ", and another elsewhere" if two else ", by a number taken as plain"
+            )
             letters.append({"name": name, "unit": unit or told.text, "known": f"{place_words(origin.place)}{beside}"})
         else:
             letters.append({"name": name, "unit": unit, "known": "nothing tells it"})
@@ -41,6 +44,7 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
         "letters": letters,
         "columns": columns,
         "numbers": [one for k, one in enumerate(numbers) if one not in numbers[:k]],
+        "doubtful": list(doubtful(scene)),
     }
 
 
@@ -54,3 +58,5 @@ def show_units(facts: dict[str, Any]) -> None:
         print_table("Outputs and points", ("column", "unit"), [tuple(one.values()) for one in facts["columns"]])
     for one in facts["numbers"]:
         print(f"{one['number']} in {one['where']} would have to be {one['unit']}")
+    for said in facts["doubtful"]:
+        print(said)

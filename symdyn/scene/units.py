@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from symdyn.graph import Op
-from symdyn.scene.checks.dimensions import ADVICE, analysed, dimension_of, words
+from symdyn.scene.checks.dimensions import ADVICE, analysed, dimension_of, doubts, words
 from symdyn.scene.checks.draft import Use, draft_of, uses
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
@@ -142,11 +142,18 @@ def check_formula(
     """Report terms of letters alone that do not measure the same, in a formula that looks at a scene."""
     if scene.dimensionless or not formula.symbols:
         return
-    known = _in_columns(letter_units(scene) | dict(columns or {}))
+    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    silent = {one.name: "" for one in letters if not one.unit}
+    known = _in_columns(letter_units(scene) | silent | dict(columns or {}))
     found = analysed(scene, [Use("", "", formula)], known)
     for pair in found.wrong:
         told = words(pair, found).removeprefix(" = ")
         faults.add(where, f"{told}; {ADVICE}, or {Faults(scene.source).unchecked}")
+
+
+def doubtful(scene: Scene) -> tuple[str, ...]:
+    """Return what is to be said of dimensions that are no fault: letters of two, and sines of cycles."""
+    return () if scene.dimensionless else tuple(dict.fromkeys(doubts(scene, dimensions(scene))))
 
 
 def mistakable(scene: Scene) -> tuple[str, ...]:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 
+from symdyn.graph import Op
 from symdyn.scene.checks.draft import CLOCK, Use
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, TIME, TORQUE, Dimension
-from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, Place
+from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, Place, terms
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.signals import MULTIPLIER, REACTION
+from symdyn.scene.values.folding import fraction
+from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.spelling import spell_fraction
 from symdyn.scene.values.table import Faults, shown
-from symdyn.scene.values.unit import read_unit
+from symdyn.scene.values.unit import misfit, out_of_si, read_unit
 
 ADVICE = "correct it, write the factor that is left out as a parameter with its unit"
 """What to do about a term that does not fit; a factor of one cannot be told from none."""
@@ -64,7 +68,7 @@ def analysed(scene: Scene, asked: Iterable[Use], more: Mapping[str, Dimension] |
     """Return what formulas of a scene tell of dimensions."""
     found = Analysis(known_in(scene, more))
     for use in asked:
-        wanted = dimension_of(use.unit) if use.unit else None
+        wanted = dimension_of(use.unit) if use.unit and not use.other else None
         found.add(Place(use.where, use.key, use.quantity, use.unit, wanted))
     found.solve()
     return found
@@ -72,9 +76,66 @@ def analysed(scene: Scene, asked: Iterable[Use], more: Mapping[str, Dimension] |
 
 def check_dimensions(scene: Scene, asked: Iterable[Use], faults: Faults) -> None:
     """Report terms of letters alone that measure something else than what is asked for, or than each other."""
+    asked = tuple(asked)
     found = analysed(scene, asked)
     for pair in found.wrong:
         faults.add(pair.place.where, f"{words(pair, found)}; {ADVICE}, or {faults.unchecked}")
+    for use in (one for one in asked if one.other):
+        own = found.of(use.quantity)
+        if not (own.letters or own.numbers) and own.dimension not in (dimension_of(use.unit), dimension_of(use.other)):
+            told = f"{use.key} = {shown(use.quantity)} is {_unit(own)}, and {use.unit} or {use.other} is asked for"
+            faults.add(use.where, f"{told}; {ADVICE}, or {faults.unchecked}")
+    for use, why in _cycles(scene, asked):
+        faults.add(use.where, f"{use.key} = {shown(use.quantity)} {why}")
+
+
+def _cycles(scene: Scene, asked: Iterable[Use]) -> Iterator[tuple[Use, str]]:
+    """Yield where a letter in cycles a second stands alone, its sign apart, and rad/s is asked for, and both readings."""
+    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    own = {one.name: (one, read_unit(one.written or one.unit)) for one in letters if one.unit}
+    for use in asked:
+        name = alone(use.quantity)
+        if name not in own or not use.unit or not own[name][1].cycles:
+            continue
+        letter, unit = own[name]
+        value = None if letter.value is None else fraction(out_of_si(letter.value, unit))
+        if why := misfit(unit, read_unit(use.unit), "" if value is None else spell_fraction(value)):
+            yield use, why
+
+
+def alone(formula: Quantity) -> str:
+    """Return the letter that a formula is, its sign apart; "" where it is more."""
+    while formula.op is Op.NEG:
+        (formula,) = formula.args
+    return str(formula.value) if formula.op is Op.SYMBOL else ""
+
+
+def doubts(scene: Scene, found: Analysis) -> Iterator[str]:
+    """Yield what is right in SI and may be meant otherwise: letters of two dimensions, and sines of cycles."""
+    told: dict[str, list[str]] = {}
+    for pair in found.disagreeing:
+        for name, _ in pair.ratio.letters:
+            where = f"{pair.place.where}: " if pair.place.where else ""
+            told.setdefault(name, []).append(f"{where}{words(pair, found)}")
+    for name, places in told.items():
+        yield f"{name} says no unit and stands in places of two dimensions: {'; '.join(dict.fromkeys(places))}"
+    letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
+    cyclic = {one.name for one in letters if one.unit and read_unit(one.unit).cycles}
+    for pair in found.pairs if cyclic else ():
+        if pair.function not in ("sin", "cos"):
+            continue
+        for term in terms(pair.one):
+            names = cyclic.intersection(term.symbols)
+            if names and CLOCK in term.symbols and not _has_number(term):
+                name = min(names)
+                yield (
+                    f"{place_words(pair.place)}: {pair.function}({shown(pair.one)}) has {name} in cycles a second, and "
+                    f"is of radians: 2*pi*{name} is the angular frequency of {name}"
+                )
+
+
+def _has_number(formula: Quantity) -> bool:
+    return formula.op in (Op.CONSTANT, Op.PI) or any(map(_has_number, formula.args))
 
 
 def words(pair: Pair, found: Analysis) -> str:

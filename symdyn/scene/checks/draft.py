@@ -42,13 +42,18 @@ def draft_of(scene: Scene) -> Draft:
 
 
 class Use(NamedTuple):
-    """A quantity of the scene, where it stands, what it may name beside parameters, and its unit of SI or ""."""
+    """A quantity of the scene, where it stands, what it may name beside parameters, and its unit of SI or "".
+
+    Of a number of a joint that both slides and turns there is an `other` unit: it acts along, in the one, and about, in
+    the other one.
+    """
 
     where: str
     key: str
     quantity: Quantity
     allowed: frozenset[str] = frozenset()
     unit: str = ""
+    other: str = ""
 
 
 def uses(draft: Draft) -> Iterator[Use]:
@@ -102,7 +107,17 @@ def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
 def _numbers(where: str, joint: Joint, led: Mapping[str, str] = MappingProxyType({})) -> Iterator[Use]:
     """Return what a joint says in numbers; `led` has the units of coordinates that others follow."""
     kind = JOINTS[joint.type]
-    places, speeds, straight = kind.coordinates(joint), kind.velocities(joint), kind.slides(joint)
+    if set(kind.velocities(joint)) == {"m", "rad"}:
+        for one, other in zip(*(_numbers_of(where, joint, led, straight) for straight in (False, True)), strict=True):
+            yield one if one.unit == other.unit else one._replace(other=other.unit)
+    else:
+        yield from _numbers_of(where, joint, led, kind.slides(joint))
+
+
+def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool) -> Iterator[Use]:
+    """Return what a joint says in numbers, as of one that only slides or only turns."""
+    kind = JOINTS[joint.type]
+    places, speeds = kind.coordinates(joint), kind.velocities(joint)
     way, force, inertia = ("m", "N", "kg") if straight else ("rad", "N m", "kg m^2")
     plain = frozenset[str]()
     if joint.coupling is not None:

@@ -15,7 +15,7 @@ from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import mass_faults
 from symdyn.scene.values.quantity import Quantity, express
 from symdyn.scene.values.table import Faults, shown
-from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.scene.values.unit import UnitError, misfit, read_unit
 from symdyn.scene.values.value import Value, value_of
 from symdyn.scene.values.with_unit import fits, with_unit
 
@@ -94,9 +94,11 @@ def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
             formulas += [use] if parameters.union(use.allowed).issuperset(use.quantity.symbols) else []
         elif use.quantity.unit and use.unit:
             try:
-                fits(use.quantity, read_unit(use.unit))
+                if not (use.other and misfit(read_unit(use.quantity.unit), read_unit(use.other)) is None):
+                    fits(use.quantity, read_unit(use.unit))
             except UnitError as error:
-                faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {error}')
+                why = str(error).replace(use.unit, f"{use.unit} or {use.other}") if use.other else error
+                faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {why}')
     if formulas and dimensions:
         check_dimensions(draft.scene, formulas, faults)
 

@@ -3,8 +3,9 @@
 A formula is walked term by term. What is added has one dimension, what a sine takes is a plain number, and what stands
 where metres are asked for is in metres: each of these is an equation between products of powers of letters. A letter
 whose dimension is not known is an unknown of these equations, which are linear in the exponents, so that elimination
-tells it. A number that stands as a factor may carry a dimension: an equation with such a number is taken last, tells
-letters as if the number were plain, and where that cannot be it tells what the number would have to be.
+tells it. A number that stands as a factor, pi among them, may carry a dimension: an equation with such a number is
+taken last, tells letters as if the number were plain, and where that cannot be it tells what the number would have to
+be. Where a letter that says no unit stands in places of two dimensions, nothing is refused: they are told.
 
 Reference: Buckingham, On physically similar systems, Physical Review 4 (1914); Kennedy, Dimension types (1994), for
 unknown dimensions by elimination.
@@ -18,6 +19,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from symdyn.graph import Op
+from symdyn.scene.values import folding
 from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 
@@ -124,7 +126,8 @@ class Analysis:
         pairs: all of them, as `add` found them.
         told: unknown letters in terms of others.
         origins: which place told each letter.
-        wrong: pairs of letters alone that do not measure the same.
+        wrong: pairs of letters alone, the units of which are said, that do not measure the same.
+        disagreeing: such pairs with letters that say no unit, so that these stand in places of two dimensions.
         carried: numbers that have to carry a dimension.
     """
 
@@ -134,6 +137,7 @@ class Analysis:
     told: dict[str, Measure] = field(default_factory=dict)
     origins: dict[str, Origin] = field(default_factory=dict)
     wrong: list[Pair] = field(default_factory=list)
+    disagreeing: list[Pair] = field(default_factory=list)
     carried: list[Carried] = field(default_factory=list)
 
     def add(self, place: Place) -> None:
@@ -155,28 +159,50 @@ class Analysis:
             self.pairs.append(Pair(place, whole, None, alone[1], wanted))
 
     def solve(self) -> None:
-        """Work out the letters: by terms of letters alone, in order, then by those in which numbers are factors."""
-        loose = []
-        for pair in self.pairs:
-            if (ratio := pair.ratio).numbers:
-                loose.append((pair, ratio))
-            else:
+        """Work out the letters: by terms of letters alone, in order, then by those with pi, then by those with numbers."""
+        ratios = [(pair, pair.ratio) for pair in self.pairs]
+        for pair, ratio in ratios:
+            if not ratio.numbers:
                 self._take(pair, ratio)
-        self.certain = {name: found for name in self.told if (found := self.letter(name)) is not None}
-        for pair, ratio in loose:
-            self._take(pair, ratio)
+        for pair, ratio in ratios:
+            if ratio.numbers and _only_pi(ratio):
+                self._take(pair, ratio)
+        doubted = {name for pair in self.disagreeing for name, _ in pair.ratio.letters}
+        self.certain = {
+            name: found for name in self.told if name not in doubted and (found := self.letter(name)) is not None
+        }
+        for pair, ratio in ratios:
+            if not _only_pi(ratio):
+                self._take(pair, ratio)
 
     def resolved(self, measure: Measure) -> Measure:
         """Return what something measures, by all that is told by now."""
-        found = measure
-        while any(name in self.told for name, _ in found.letters):
-            for name, power in found.letters:
-                if name in self.told:
-                    found = Measure(found.dimension, tuple(one for one in found.letters if one[0] != name)).times(
-                        self.told[name], power
-                    )
-                    break
+        for name, _ in measure.letters:
+            if name in self.told:
+                self._shorten(name)
+        return self._put_in(measure)
+
+    def _put_in(self, measure: Measure) -> Measure:
+        """Return something with letters that are told replaced by what they are told to be, once."""
+        if not any(name in self.told for name, _ in measure.letters):
+            return measure
+        found = Measure(measure.dimension, tuple(one for one in measure.letters if one[0] not in self.told))
+        for name, power in measure.letters:
+            if name in self.told:
+                found = found.times(self.told[name], power)
         return found
+
+    def _shorten(self, name: str) -> None:
+        """Write a told letter in terms of letters that are not told, and so those on the way, each way walked once."""
+        way = [name]
+        while way:
+            letters = [one for one, _ in self.told[way[-1]].letters if one in self.told]
+            longer = [one for one in letters if any(x in self.told for x, _ in self.told[one].letters)]
+            if longer:
+                way.append(longer[0])
+            else:
+                last = way.pop()
+                self.told[last] = self._put_in(self.told[last])
 
     def of(self, formula: Quantity) -> Measure:
         """Return what a formula that was added measures as a whole."""
@@ -193,28 +219,26 @@ class Analysis:
 
     def _take(self, pair: Pair, ratio: Measure) -> None:
         left = self.resolved(ratio)
-        number, own = ratio.numbers[0] if ratio.numbers else (None, 1)
+        number, own = _number(ratio) if ratio.numbers else (None, 1)
         if left.letters:
             name, power = left.letters[0]
             others = tuple(one for one in left.letters if one[0] != name)
             self.told[name] = Measure().times(Measure(left.dimension, others), Fraction(-1) / power)
             self.origins[name] = Origin(pair.place, number)
         elif left.dimension != NUMBER and number is None:
-            self.wrong.append(pair)
+            (self.disagreeing if ratio.letters else self.wrong).append(pair)
         elif left.dimension != NUMBER and number is not None:
             self.carried.append(Carried(pair.place, number, left.dimension ** (Fraction(-1) / own)))
 
     def _measure(self, q: Quantity, place: Place | None) -> Measure:
         """Return what an expression measures; of a place, equations of its parts are written down."""
         op = q.op
-        if op is Op.CONSTANT:
+        if op in (Op.CONSTANT, Op.PI) or (op in (*PLAIN, Op.ATAN2) and not q.symbols):
             return Measure(numbers=((q, 1),))
         if op is Op.SYMBOL:
             name = str(q.value)
             dimension = self.known(name)
             return Measure(letters=((name, 1),)) if dimension is None else Measure(dimension)
-        if op is Op.PI:
-            return Measure()
         if op in (Op.NEG, Op.ABS):
             return self._measure(q.args[0], place)
         if op in (Op.MUL, Op.DIV):
@@ -225,7 +249,7 @@ class Analysis:
             return Measure().times(inner, Fraction(1, 2))
         if op in PLAIN:
             inner = self._measure(q.args[0], place)
-            if place is not None and q.args[0].symbols:
+            if place is not None:
                 self.pairs.append(Pair(place, q.args[0], None, inner, Measure(), PLAIN[op]))
             return Measure()
         if op is Op.SIGN:
@@ -248,6 +272,19 @@ class Analysis:
                 if k != first
             ]
         return measures[first]
+
+
+def _only_pi(measure: Measure) -> bool:
+    """Tell whether all numbers in something, if there are any, are pi."""
+    return all(number.op is Op.PI for number, _ in measure.numbers)
+
+
+def _number(measure: Measure) -> tuple[Quantity, Exponent]:
+    """Return the number in something that may carry a dimension, and its power: the product of those of one power."""
+    first, power = measure.numbers[0]
+    for number, own in measure.numbers[1:]:
+        first = folding.mul(first, number) if own == power else first
+    return first, power
 
 
 def terms(q: Quantity) -> Iterator[Quantity]:

@@ -84,6 +84,15 @@ def div(a: Quantity, b: Quantity) -> Quantity:
     return _scaled(x / y, rest_a if rest_b == ONE else Quantity(Op.DIV, (rest_a, rest_b)))
 
 
+def in_words(exponent: Fraction | None) -> str:
+    """Return what to write for a power that no integer, or nobody, tells: roots, or exponentials of plain numbers."""
+    if exponent is not None and exponent.denominator == 2 and 0 < exponent < LARGEST_POWER:
+        whole = int(exponent)
+        return f"write {'x' if whole == 1 else f'x**{whole}'}*sqrt(x) for x**({exponent})"
+    y = "y" if exponent is None else f"({exponent})"
+    return f"write exp({y}*log(x/x0)) for (x/x0)**{y}, with a parameter x0 of the unit of x, since log takes a plain number"
+
+
 def power(base: Quantity, exponent: Fraction) -> Quantity:
     """Return base to an integer power, or its square root for an exponent of one half (1 / sqrt for minus one half).
 
@@ -95,7 +104,7 @@ def power(base: Quantity, exponent: Fraction) -> Quantity:
         return root if exponent > 0 else div(ONE, root)
     if exponent.denominator != 1 or abs(exponent) > LARGEST_POWER:
         raise FormulaError(
-            f"the exponent {exponent} is neither an integer up to {LARGEST_POWER} nor 1/2; write exp(y*log(x)) for x**y"
+            f"the exponent {exponent} is neither an integer up to {LARGEST_POWER} nor 1/2; {in_words(exponent)}"
         )
     n = int(exponent)
     if n < 0:

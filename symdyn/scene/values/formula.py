@@ -212,7 +212,7 @@ class _Reader:
         if isinstance(node.op, ast.Pow):
             exponent = folding.fraction(right)
             if exponent is None:
-                raise FormulaError("an exponent must be a number; write exp(y*log(x)) for x**y")
+                raise FormulaError(f"an exponent must be a number; {folding.in_words(None)}")
             self.spend(left, min(int(abs(exponent)), folding.LARGEST_POWER))
             return folding.power(left, exponent)
         if type(node.op) not in BINARY:
