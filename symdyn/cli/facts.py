@@ -31,7 +31,7 @@ from symdyn.program.prepare import is_prepared
 from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, spell
 from symdyn.scene.declaration.value_in_unit import as_written
 from symdyn.scene.robot_words import leaves
-from symdyn.scene.units import doubtful, mistakable, output_units, told_units
+from symdyn.scene.units import doubtful, mistakable, output_units, shown_unit, told_units
 from symdyn.scene.values.model import Letter
 
 MEASURED = 50
@@ -66,10 +66,12 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
                 "parent": joint.parent,
                 "child": joint.child,
                 "coordinate": joint.coordinate,
-                "unit": "".join(JOINTS[joint.type].coordinates(joint)) if joint.moves else "",
+                "unit": "".join(shown_unit(scene, x) for x in JOINTS[joint.type].coordinates(joint))
+                if joint.moves
+                else "",
                 "drive": joint.drive,
-                "coordinates": _with_units(joint.coordinates, JOINTS[joint.type].coordinates(joint)),
-                "velocities": _with_units(joint.rates, JOINTS[joint.type].velocities(joint), per="s"),
+                "coordinates": _with_units(scene, joint.coordinates, JOINTS[joint.type].coordinates(joint)),
+                "velocities": _with_units(scene, joint.rates, JOINTS[joint.type].velocities(joint), per="s"),
                 "drives": list(joint.drives),
                 **_beside(joint),
             }
@@ -194,10 +196,12 @@ def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
     return found
 
 
-def _with_units(names: tuple[str, ...], units: Sequence[str], per: str = "") -> list[dict[str, str]]:
+def _with_units(scene: Scene, names: tuple[str, ...], units: Sequence[str], per: str = "") -> list[dict[str, str]]:
     """Return names of coordinates or velocities with their units; none where a joint follows another one."""
     behind = f"/{per}" if per else ""
-    return [{"name": name, "unit": f"{unit}{behind}"} for name, unit in zip(names, units, strict=False)]
+    return [
+        {"name": name, "unit": shown_unit(scene, f"{unit}{behind}")} for name, unit in zip(names, units, strict=False)
+    ]
 
 
 def _beside(joint: Joint) -> dict[str, Any]:

@@ -198,14 +198,14 @@ def _saving(counts: dict[str, int] | None) -> str:
 def _several(named: list[dict[str, str]]) -> str:
     """Return names with units, those of one unit together: "x y z in m, e0 e1 e2 e3 in 1"."""
     parts = [(unit, [one["name"] for one in group]) for unit, group in groupby(named, key=itemgetter("unit"))]
-    return ", ".join(f"{' '.join(names)} in {unit}" for unit, names in parts)
+    return ", ".join(f"{' '.join(names)}{unit and f' in {unit}'}" for unit, names in parts)
 
 
 def _label(joint: dict[str, Any]) -> str:
     """Return one line about a joint and the body that it carries."""
     words = [f"{joint['name']}: {joint['type']}"]
     if joint["coordinate"]:
-        words.append(f"{joint['coordinate']} in {joint['unit']}")
+        words.append(_several([{"name": joint["coordinate"], "unit": joint["unit"]}]))
     elif joint["coordinates"]:
         words.append(_several(joint["coordinates"]))
         words.append(f"velocities {_several(joint['velocities'])}")

@@ -7,7 +7,7 @@ from typing import Any
 from symdyn.cli.talk import print_table
 from symdyn.scene import Scene, spell
 from symdyn.scene.checks.dimensions import place_words
-from symdyn.scene.units import dimensions, doubtful, letter_units, output_units
+from symdyn.scene.units import dimensions, doubtful, letter_units, output_units, shown_unit
 from symdyn.scene.values.model import Letter
 from symdyn.scene.values.signals import point_names
 
@@ -22,7 +22,8 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
     for name, unit in units.items():
         if name in said or name not in names:
             how = "it says so" if name in said else f"joint {joints[name]}" if name in joints else ""
-            letters.append({"name": name, "unit": unit, "known": how})
+            told_unit = unit if name in said else shown_unit(scene, unit)
+            letters.append({"name": name, "unit": told_unit, "known": how})
         elif not scene.dimensionless and (told := known.letter(name)) is not None:
             origin = known.origins[name]
             two = any(name in dict(pair.ratio.letters) for pair in known.disagreeing)
@@ -33,7 +34,7 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
         else:
             letters.append({"name": name, "unit": unit, "known": "nothing tells it"})
     columns = [{"name": name, "unit": unit} for name, unit in output_units(scene).items()]
-    columns += [{"name": name, "unit": "m"} for name in point_names(scene)]
+    columns += [{"name": name, "unit": shown_unit(scene, "m")} for name in point_names(scene)]
     numbers = [
         {"number": spell(one.number), "where": place_words(one.place), "unit": one.dimension.text}
         for one in ([] if scene.dimensionless else known.carried)

@@ -7,7 +7,7 @@ from symdyn.emit.print.formula_text import value_text
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Cell, Markup, beside, head, note, picture, table, together
 from symdyn.scene import Scene, spell
-from symdyn.scene.units import coordinate_units, drives_with_units, output_units, told_units
+from symdyn.scene.units import coordinate_units, drives_with_units, output_units, shown_unit, told_units
 
 
 def scene(found: Scene) -> list[Markup]:
@@ -36,9 +36,15 @@ def _tables(found: Scene) -> list[Markup]:
     units = dict(zip(found.coordinates, coordinate_units(found), strict=True))
     drives: dict[str, list[str]] = {}
     for joint, drive, unit in drives_with_units(found):
-        drives.setdefault(joint.name, []).append(f"{drive}, {unit}")
+        drives.setdefault(joint.name, []).append(", ".join(filter(None, (drive, shown_unit(found, unit)))))
     rows = [
-        (q, units[q], joint.name, joint.type.replace("_", " "), "; ".join(drives.pop(joint.name, ())))
+        (
+            q,
+            shown_unit(found, units[q]),
+            joint.name,
+            joint.type.replace("_", " "),
+            "; ".join(drives.pop(joint.name, ())),
+        )
         for joint in found.moving
         for q in joint.coordinates
     ]

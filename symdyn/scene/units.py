@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from fractions import Fraction
 from functools import lru_cache
 
 from symdyn.graph import Op
@@ -21,10 +22,18 @@ from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, quantities_in
 from symdyn.scene.values.model import Letter, Scene
-from symdyn.scene.values.quantity import Quantity, symbol
+from symdyn.scene.values.quantity import PI, Quantity, number, symbol
 from symdyn.scene.values.table import Faults
 from symdyn.scene.values.unit import UnitError
 from symdyn.scene.values.with_unit import with_unit
+
+PLAIN_NUMBERS = (number(2), number(Fraction(1, 2)), PI)
+"""Factors of areas, energies and circles, which carry no dimension where the unit of an output is told."""
+
+
+def shown_unit(scene: Scene, unit: str) -> str:
+    """Return the unit that follows from a kind of joint as it is shown: nothing but "rad" without dimensions."""
+    return unit if unit == "rad" or not scene.dimensionless else ""
 
 
 def coordinate_units(scene: Scene) -> tuple[str, ...]:
@@ -101,6 +110,8 @@ def _in_columns(columns: Mapping[str, str]) -> dict[str, Dimension]:
 def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) -> str:
     """Return the unit of what a formula looks at, "" where a number in it may carry one, or nothing tells.
 
+    Factors of 2, 1/2 and pi are taken as plain: m*v**2/2 is in N m.
+
     Args:
         scene: the scene.
         formula: in its letters and in columns of runs.
@@ -116,7 +127,7 @@ def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) ->
     if scene.dimensionless or not formula.symbols:
         return ""
     found = analysed(scene, (), _in_columns(units)).of(formula)
-    return "" if found.letters or found.numbers else found.dimension.text
+    return "" if found.letters or any(one not in PLAIN_NUMBERS for one, _ in found.numbers) else found.dimension.text
 
 
 def output_units(scene: Scene) -> dict[str, str]:
@@ -148,7 +159,9 @@ def check_formula(
     found = analysed(scene, [Use("", "", formula)], known)
     for pair in found.wrong:
         told = words(pair, found).removeprefix(" = ")
-        faults.add(where, f"{told}; {ADVICE}, or {Faults(scene.source).unchecked}")
+        unchecked = Faults(scene.source).unchecked
+        asked = unchecked if "--no-units" in unchecked else f"{unchecked} of the scene, or ask with --no-units"
+        faults.add(where, f"{told}; {ADVICE}, or {asked}")
 
 
 def doubtful(scene: Scene) -> tuple[str, ...]:

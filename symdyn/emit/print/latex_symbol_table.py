@@ -7,17 +7,19 @@ from symdyn.emit.escape import in_latex
 from symdyn.emit.print.formula_text import Latex, value_text
 from symdyn.emit.print.printed_names import latex_unit
 from symdyn.scene import Scene
-from symdyn.scene.units import coordinates_with_units, drives_with_units, told_units
+from symdyn.scene.units import coordinates_with_units, drives_with_units, shown_unit, told_units
 
 
 def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, time, parameters."""
     rows, told = [], told_units(scene)
     for joint, q, unit in coordinates_with_units(scene):
-        rows.append(symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", unit))
+        rows.append(
+            symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", shown_unit(scene, unit))
+        )
     for joint, drive, unit in drives_with_units(scene):
         text = f"driving {'force' if unit == 'N' else 'torque'} of joint {joint.name}"
-        rows.append(symbol_row(write.symbols[drive], text, unit))
+        rows.append(symbol_row(write.symbols[drive], text, shown_unit(scene, unit)))
     if timed:
         rows.append(symbol_row(write.symbols[TIME], "time", "s"))
     for given in scene.inputs:

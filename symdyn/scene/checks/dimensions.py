@@ -8,13 +8,13 @@ from functools import cache
 from symdyn.graph import Op
 from symdyn.scene.checks.draft import CLOCK, Use
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.dimension import FORCE, LENGTH, TIME, TORQUE, Dimension
+from symdyn.scene.values.dimension import FORCE, LENGTH, TORQUE, Dimension
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, Place, terms
+from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import Letter, Scene
-from symdyn.scene.values.signals import MULTIPLIER, REACTION
-from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.signals import MULTIPLIER, REACTION
 from symdyn.scene.values.spelling import spell_fraction
 from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.unit import misfit, out_of_si, read_unit
@@ -29,27 +29,24 @@ def dimension_of(unit: str) -> Dimension:
     return read_unit(unit).dimension
 
 
-def said(scene: Scene) -> dict[str, Dimension]:
-    """Return the dimension of every letter whose unit is said, or is that of a joint."""
-    found = {CLOCK: TIME}
+def said(scene: Scene) -> dict[str, str]:
+    """Return the unit of every letter whose unit is said, or is that of a joint."""
+    found = {CLOCK: "s"}
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    for one in letters:
-        if one.unit:
-            found[one.name] = dimension_of(one.unit)
+    found |= {one.name: one.unit for one in letters if one.unit}
     for joint in scene.joints:
         kind = JOINTS[joint.type]
-        found |= {q: dimension_of(unit) for q, unit in zip(joint.coordinates, kind.coordinates(joint), strict=False)}
+        found |= dict(zip(joint.coordinates, kind.coordinates(joint), strict=False))
         for k, (velocity, unit) in enumerate(zip(joint.rates, kind.velocities(joint), strict=False)):
-            way = dimension_of(unit)
-            found |= {velocity: way / TIME, acceleration_name(velocity): way / TIME**2}
+            found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
             if k < len(joint.drives) and (drive := joint.drives[k]):
-                found[drive] = FORCE if way == LENGTH else TORQUE
+                found[drive] = "N" if unit == "m" else "N m"
     return found
 
 
 def known_in(scene: Scene, more: Mapping[str, Dimension] | None = None) -> Callable[[str], Dimension | None]:
     """Return what tells the dimension of a letter, None where nobody says it."""
-    letters = said(scene) | dict(more or {})
+    letters = {name: dimension_of(unit) for name, unit in said(scene).items()} | dict(more or {})
 
     def known(name: str) -> Dimension | None:
         if name in letters:
@@ -66,7 +63,7 @@ def known_in(scene: Scene, more: Mapping[str, Dimension] | None = None) -> Calla
 
 def analysed(scene: Scene, asked: Iterable[Use], more: Mapping[str, Dimension] | None = None) -> Analysis:
     """Return what formulas of a scene tell of dimensions."""
-    found = Analysis(known_in(scene, more))
+    found = Analysis(known_in(scene, more), said(scene))
     for use in asked:
         wanted = dimension_of(use.unit) if use.unit and not use.other else None
         found.add(Place(use.where, use.key, use.quantity, use.unit, wanted))
@@ -90,7 +87,7 @@ def check_dimensions(scene: Scene, asked: Iterable[Use], faults: Faults) -> None
 
 
 def _cycles(scene: Scene, asked: Iterable[Use]) -> Iterator[tuple[Use, str]]:
-    """Yield where a letter in cycles a second stands alone, its sign apart, and rad/s is asked for, and both readings."""
+    """Yield where a letter in cycles stands alone, its sign apart, and rad/s is asked for, with both readings."""
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
     own = {one.name: (one, read_unit(one.written or one.unit)) for one in letters if one.unit}
     for use in asked:
@@ -142,7 +139,8 @@ def words(pair: Pair, found: Analysis) -> str:
     """Return what is wrong with a pair: what was found and what was asked for."""
     place = pair.place
     front = f"{place.key} = {shown(place.formula)}"
-    one, other = (_unit(found.resolved(measure)) for measure in (pair.first, pair.second))
+    one = _unit(found.resolved(pair.first), pair.one, found)
+    other = _unit(found.resolved(pair.second), pair.other, found)
     if pair.other is not None:
         told = f"{front}: {shown(pair.one)} is {one}, and {shown(pair.other)} is {other}"
     elif pair.function:
@@ -169,5 +167,9 @@ def place_words(place: Place) -> str:
     return ": ".join(part for part in (place.where, f"{place.key} = {shown(place.formula)}") if part)
 
 
-def _unit(measure: Measure) -> str:
+def _unit(measure: Measure, term: Quantity | None = None, found: Analysis | None = None) -> str:
+    """Return what something measures; of a letter in radians a second as it says that itself."""
+    own = found.units.get(alone(term), "") if found and term else ""
+    if "rad/" in own or "/rad" in own:
+        return f"in {own}"
     return "a plain number" if measure.text == "1" else f"in {measure.text}"

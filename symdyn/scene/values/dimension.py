@@ -15,6 +15,9 @@ BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 Exponent = int | Fraction
 """A fraction only where it is no integer: dimensions are multiplied at every factor of a formula."""
 
+LONGEST_POWER = 6
+"""Characters of an exponent that is printed as it is; a longer one is rounded."""
+
 _NONE: tuple[Exponent, ...] = (0,) * len(BASE)
 
 
@@ -68,7 +71,8 @@ def product(powers: Sequence[tuple[str, Exponent]]) -> str:
 
 
 def _power(name: str, power: Exponent) -> str:
-    return name if power == 1 else f"{name}^{power}" if power.denominator == 1 else f"{name}^({power})"
+    told = str(power) if len(str(power)) <= LONGEST_POWER else f"{float(power):.4g}"
+    return name if power == 1 else f"{name}^{told}" if power.denominator == 1 else f"{name}^({told})"
 
 
 MASS, LENGTH, TIME, CURRENT, TEMPERATURE, AMOUNT, BRIGHTNESS = (
@@ -92,15 +96,18 @@ _NAMES = {
     TORQUE * TIME: "N m s",
     TORQUE * TIME**2: "kg m^2",
     FORCE / LENGTH**2: "Pa",
-    CURRENT * TIME: "C",
     VOLTAGE: "V",
     VOLTAGE / CURRENT: "ohm",
     CURRENT * TIME / VOLTAGE: "F",
     VOLTAGE * TIME / CURRENT: "H",
-    VOLTAGE * TIME: "Wb",
     VOLTAGE * TIME / LENGTH**2: "T",
     FORCE / VOLTAGE: "N/V",
+    TORQUE / VOLTAGE: "N m/V",
     FORCE / CURRENT: "N/A",
     TORQUE / CURRENT: "N m/A",
 }
-"""Dimensions that are known by another name than the product of their base units."""
+"""Dimensions that are known by another name than the product of their base units.
+
+A coulomb is a newton metre a volt, and a weber one an ampere: what stands in formulas of mechanisms are the constants
+of motors.
+"""

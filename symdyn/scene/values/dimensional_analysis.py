@@ -13,7 +13,7 @@ unknown dimensions by elimination.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
@@ -122,6 +122,7 @@ class Analysis:
 
     Attributes:
         known: the dimension of a letter, None where no one says it.
+        units: of letters, as they say them, for messages.
         certain: the dimensions that terms of letters alone tell.
         pairs: all of them, as `add` found them.
         told: unknown letters in terms of others.
@@ -132,6 +133,7 @@ class Analysis:
     """
 
     known: Callable[[str], Dimension | None]
+    units: Mapping[str, str] = field(default_factory=dict)
     certain: dict[str, Dimension] = field(default_factory=dict)
     pairs: list[Pair] = field(default_factory=list)
     told: dict[str, Measure] = field(default_factory=dict)
@@ -159,7 +161,7 @@ class Analysis:
             self.pairs.append(Pair(place, whole, None, alone[1], wanted))
 
     def solve(self) -> None:
-        """Work out the letters: by terms of letters alone, in order, then by those with pi, then by those with numbers."""
+        """Work out the letters: by terms of letters alone, in order, then with pi, then with numbers."""
         ratios = [(pair, pair.ratio) for pair in self.pairs]
         for pair, ratio in ratios:
             if not ratio.numbers:

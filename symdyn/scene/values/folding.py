@@ -90,7 +90,7 @@ def in_words(exponent: Fraction | None) -> str:
         whole = int(exponent)
         return f"write {'x' if whole == 1 else f'x**{whole}'}*sqrt(x) for x**({exponent})"
     y = "y" if exponent is None else f"({exponent})"
-    return f"write exp({y}*log(x/x0)) for (x/x0)**{y}, with a parameter x0 of the unit of x, since log takes a plain number"
+    return f"write exp({y}*log(x/x0)) for (x/x0)**{y}, x0 a parameter in the unit of x: log takes a plain number"
 
 
 def power(base: Quantity, exponent: Fraction) -> Quantity:

@@ -23,7 +23,7 @@ from symdyn.scene.units import check_formula
 from symdyn.scene.values.dimension import product
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.signals import COLUMNS, letters
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.unit import UnitError, read_unit
 from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
@@ -179,8 +179,8 @@ def read_measure(
         own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({next(iter(scene.coordinates), "t")}))')
     if found is not None and not own.lines:
         check_formula(scene, found, where, own, fold_units(scene, folds))
-    for letter, fold, _ in folds:
-        own.lines[:] = [line.replace(letter, f"{fold}(...)") for line in own.lines]
+    for letter, fold, inside in folds:
+        own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shown(inside)})", line) for line in own.lines]
     faults.lines += own.lines
     return None if own.lines or found is None else Measure(said, tuple(folds), found)
 
