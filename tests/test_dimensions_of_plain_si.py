@@ -77,7 +77,7 @@ type = "TYPE"
 parent = "ground"
 child = "b"
 """
-MIXED = {"cylindrical": "axis = [0, 0, 1]\n", "planar": "normal = [0, 0, 1]\n", "free": ""}
+MIXED = {"cylindrical": "axis = [0, 0, 1]\n", "planar": "axis = [0, 0, 1]\n", "free": ""}
 
 
 @pytest.mark.parametrize("kind", MIXED)
@@ -194,7 +194,7 @@ def test_long_exponents_are_rounded() -> None:
 
 @pytest.mark.parametrize(
     ("formula", "unit"),
-    [("m*(l*phi_dot)**2/2", "N m"), ("2*m*g", "N"), ("pi*l**2", "m^2"), ("12*u", ""), ("m*g/2 + p", "N")],
+    [("m*(l*phi_dot)**2/2", "N m"), ("2*m*g", "N"), ("pi*l**2", "m^2"), ("12*u", "")],
 )
 def test_halves_and_circles_keep_the_unit_of_an_output(formula: str, unit: str) -> None:
     from symdyn.scene.units import output_units

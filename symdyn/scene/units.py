@@ -13,18 +13,17 @@ from fractions import Fraction
 from functools import lru_cache
 
 from symdyn.graph import Op
-from symdyn.scene.checks.dimensions import ADVICE, analysed, dimension_of, doubts, words
+from symdyn.scene.checks.dimensions import ADVICE, analysed, doubts, words
 from symdyn.scene.checks.draft import Use, draft_of, uses
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.dimension import POWER, Dimension
+from symdyn.scene.values.dimension import POWER
 from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, quantities_in
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import PI, Quantity, number, symbol
 from symdyn.scene.values.table import Faults
-from symdyn.scene.values.unit import UnitError
 from symdyn.scene.values.with_unit import with_unit
 
 PLAIN_NUMBERS = (number(2), number(Fraction(1, 2)), PI)
@@ -96,17 +95,6 @@ def dimensions(scene: Scene) -> Analysis:
     return analysed(scene, (use for use in uses(draft_of(scene)) if use.quantity.symbols))
 
 
-def _in_columns(columns: Mapping[str, str]) -> dict[str, Dimension]:
-    """Return the dimensions of columns whose units are known."""
-    found: dict[str, Dimension] = {}
-    for name, unit in columns.items():
-        try:
-            found |= {name: dimension_of(unit)} if unit else {}
-        except UnitError:  # "m or 1"
-            continue
-    return found
-
-
 def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) -> str:
     """Return the unit of what a formula looks at, "" where a number in it may carry one, or nothing tells.
 
@@ -126,7 +114,7 @@ def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) ->
         return units[name]
     if scene.dimensionless or not formula.symbols:
         return ""
-    found = analysed(scene, (), _in_columns(units)).of(formula)
+    found = analysed(scene, (), units).of(formula)
     return "" if found.letters or any(one not in PLAIN_NUMBERS for one, _ in found.numbers) else found.dimension.text
 
 
@@ -155,7 +143,7 @@ def check_formula(
         return
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
     silent = {one.name: "" for one in letters if not one.unit}
-    known = _in_columns(letter_units(scene) | silent | dict(columns or {}))
+    known = letter_units(scene) | silent | dict(columns or {})
     found = analysed(scene, [Use("", "", formula)], known)
     for pair in found.wrong:
         told = words(pair, found).removeprefix(" = ")

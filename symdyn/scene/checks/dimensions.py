@@ -6,18 +6,19 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 
 from symdyn.graph import Op
-from symdyn.scene.checks.draft import CLOCK, Use
+from symdyn.scene.checks.draft import Use
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, TORQUE, Dimension
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, Place, terms
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import Letter, Scene
+from symdyn.scene.values.names import CLOCK
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.signals import MULTIPLIER, REACTION
 from symdyn.scene.values.spelling import spell_fraction
 from symdyn.scene.values.table import Faults, shown
-from symdyn.scene.values.unit import misfit, out_of_si, read_unit
+from symdyn.scene.values.unit import UnitError, misfit, out_of_si, read_unit
 
 ADVICE = "correct it, write the factor that is left out as a parameter with its unit"
 """What to do about a term that does not fit; a factor of one cannot be told from none."""
@@ -44,9 +45,14 @@ def said(scene: Scene) -> dict[str, str]:
     return found
 
 
-def known_in(scene: Scene, more: Mapping[str, Dimension] | None = None) -> Callable[[str], Dimension | None]:
-    """Return what tells the dimension of a letter, None where nobody says it."""
-    letters = {name: dimension_of(unit) for name, unit in said(scene).items()} | dict(more or {})
+def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
+    """Return what tells the dimension of a letter, None where nobody says it; `units` of letters, "" of silent ones."""
+    letters: dict[str, Dimension] = {}
+    for one, unit in units.items():
+        try:
+            letters |= {one: dimension_of(unit)} if unit else {}
+        except UnitError:  # "m or 1", of a column
+            continue
 
     def known(name: str) -> Dimension | None:
         if name in letters:
@@ -61,9 +67,10 @@ def known_in(scene: Scene, more: Mapping[str, Dimension] | None = None) -> Calla
     return known
 
 
-def analysed(scene: Scene, asked: Iterable[Use], more: Mapping[str, Dimension] | None = None) -> Analysis:
-    """Return what formulas of a scene tell of dimensions."""
-    found = Analysis(known_in(scene, more), said(scene))
+def analysed(scene: Scene, asked: Iterable[Use], more: Mapping[str, str] | None = None) -> Analysis:
+    """Return what formulas of a scene tell of dimensions; with units of `more` letters, such as columns of runs."""
+    units = said(scene) | dict(more or {})
+    found = Analysis(known_in(units), units)
     for use in asked:
         wanted = dimension_of(use.unit) if use.unit and not use.other else None
         found.add(Place(use.where, use.key, use.quantity, use.unit, wanted))

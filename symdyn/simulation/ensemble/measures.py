@@ -179,8 +179,8 @@ def read_measure(
         own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({next(iter(scene.coordinates), "t")}))')
     if found is not None and not own.lines:
         check_formula(scene, found, where, own, fold_units(scene, folds))
-    for letter, fold, inside in folds:
-        own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shown(inside)})", line) for line in own.lines]
+    for letter, fold, folded in folds:
+        own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shown(folded)})", line) for line in own.lines]
     faults.lines += own.lines
     return None if own.lines or found is None else Measure(said, tuple(folds), found)
 
