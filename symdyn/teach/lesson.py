@@ -21,6 +21,7 @@ from symdyn.emit.print.printable import Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import JOINTS, Joint, Scene
+from symdyn.scene.units import shown_unit
 from symdyn.spatial import Transform
 from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
 from symdyn.teach.languages import Language, fill, language_of
@@ -149,12 +150,20 @@ class Prose:
         return Section(key, self.text(f"section.{key}"), tuple(steps))
 
     def table(self, heads: Sequence[str | Symbol], rows: Iterable[Sequence[str | Form | Words]]) -> Values:
-        """Return a table; heads are symbols or keys of words, without "table." before those of all lessons."""
+        """Return a table; heads are symbols or keys of words, without "table." before those of all lessons.
+
+        Its units are shown as the scene has them: of one without dimensions radians alone.
+        """
         shown = [
             Words((head,)) if isinstance(head, Symbol) else self.say(head if "." in head else f"table.{head}")
             for head in heads
         ]
-        cells = (tuple(cell if isinstance(cell, Words) else Words((cell,)) for cell in row) for row in rows)
+        column = heads.index("unit") if "unit" in heads else -1
+        plain = (
+            [shown_unit(self.scene, x) if k == column and isinstance(x, str) else x for k, x in enumerate(row)]
+            for row in rows
+        )
+        cells = (tuple(cell if isinstance(cell, Words) else Words((cell,)) for cell in row) for row in plain)
         return Values(tuple(shown), tuple(cells))
 
 

@@ -9,7 +9,7 @@ from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.emit.print.formula_text import value_text
 from symdyn.graph import Graph
 from symdyn.scene import FORCES, GROUND, Joint, Scene, express
-from symdyn.scene.units import coordinates_with_units, drives_with_units, shown_unit, told_units
+from symdyn.scene.units import coordinates_with_units, drives_with_units, told_units
 from symdyn.scene.values.quantity import ZERO
 from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
@@ -73,11 +73,11 @@ def notation_step(lesson: Prose) -> Step:
     rows: list[tuple[Symbol, str | Words, str, str]] = []
     for (joint, q, unit), rate in zip(coordinates_with_units(scene), scene.velocities, strict=True):
         kind = lesson.say("notation.angle" if unit == "rad" else "notation.way", joint=joint.name)
-        rows.append((Symbol(q), kind, shown_unit(scene, unit), ""))
-        rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), shown_unit(scene, f"{unit}/s"), ""))
+        rows.append((Symbol(q), kind, unit, ""))
+        rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s", ""))
     for joint, drive, unit in drives_with_units(scene):
         key = "notation.force" if unit == "N" else "notation.torque"
-        rows.append((Symbol(drive), lesson.say(key, joint=joint.name), shown_unit(scene, unit), ""))
+        rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
     rows += parameter_rows(lesson)
     table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
     return Step("notation", lesson.say("notation"), (table,), level="full")

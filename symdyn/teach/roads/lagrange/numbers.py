@@ -11,7 +11,7 @@ from symdyn.dynamics.mechanism.state import vector
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, tangents
-from symdyn.scene.units import coordinate_units, told_units, velocity_units
+from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
 from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.masses import Mass
@@ -75,11 +75,11 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
     bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
     slides = [unit == "m" for unit in velocity_units(lesson.scene)]
-    total, unit = _drive(lesson, i), "N" if slides[i] else "N m"
+    total, unit = _drive(lesson, i), shown_unit(lesson.scene, "N" if slides[i] else "N m")
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum_, unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"
-    claim = lesson.say(key, total=total, value=f"{lesson.equals(sum_)} {unit}", q=named(lesson.state.q[i]))
+    claim = lesson.say(key, total=total, value=f"{lesson.equals(sum_)} {unit}".rstrip(), q=named(lesson.state.q[i]))
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
