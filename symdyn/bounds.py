@@ -42,6 +42,7 @@ BOUNDS: Mapping[str, int] = MappingProxyType({
     "characters of a program in JSON": 200_000_000,
     "runs of a sweep": 10**12,
     "blocks of a store": 1_000_000,
+    "bytes of a store's own description": 64 * MB,
     "bytes of a student's file": 1_000_000,
     "bytes of a generated file": 256 * MB,
     "generated files that are read": 2_000,

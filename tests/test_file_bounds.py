@@ -195,6 +195,15 @@ def store(folder: Path) -> Refusal:
     return lambda: opened(path)
 
 
+def described(folder: Path) -> Refusal:
+    pytest.importorskip("zarr")
+    from symdyn.study.opened_store import opened
+
+    (folder / "s.zarr").mkdir()
+    hollow(folder / "s.zarr" / "zarr.json", beyond("bytes of a store's own description"))
+    return lambda: opened(folder / "s.zarr")
+
+
 def runs(folder: Path) -> Refusal:
     import symdyn
 
@@ -280,6 +289,7 @@ FILES: dict[str, Callable[[Path], Refusal]] = {
     "characters of a program in JSON": program,
     "runs of a sweep": runs,
     "blocks of a store": store,
+    "bytes of a store's own description": described,
     "bytes of a student's file": homework,
     "bytes of a generated file": lambda at: generated(at, 1, beyond("bytes of a generated file")),
     "generated files that are read": lambda at: generated(at, beyond("generated files that are read"), 0),

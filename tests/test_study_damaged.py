@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable, Mapping
 from hashlib import sha256
@@ -78,6 +79,7 @@ DAMAGES: Mapping[str, Callable[[Path], None]] = {
 
 FILES = tuple(f"{name}/{file}" for name in ("values", "measures") for file in ("zarr.json", "c/1/0", "c/2/0"))
 FILES += ("zarr.json", "measures/c/0/0", "codes/zarr.json", "codes/c/0", "codes/c/1")
+FILES += ("hashes/zarr.json", "hashes/c/1/0")
 
 
 UNSEEN = ("deleted", "folder", "bit at 0.5", "bit at 0.8", "bit at 1.0")
@@ -177,3 +179,48 @@ def test_a_large_store_is_read_column_by_column_and_says_what_is_spoilt(
     bit(0.5)(tmp_path / "a.zarr" / "measures" / "c" / "1" / "0")
     with pytest.raises(StudyError, match=r"a block cannot be read .* makes what is spoilt again"):
         study["end(q1)"]
+
+
+@pytest.mark.mends("30.attacks.3")
+@pytest.mark.parametrize("name", ["values", "measures", "codes", "all"])
+@pytest.mark.parametrize("other", [False, True])
+def test_a_block_in_the_place_of_another_is_made_again(name: str, other: bool, whole: Path, tmp_path: Path) -> None:
+    """Blocks are whole wherever they are copied to, from their own store or from that of another sweep."""
+    store, source = tmp_path / "a.zarr", whole
+    shutil.copytree(whole, store)
+    if other:
+        source = tmp_path / "b.zarr"
+        symdyn.sweep(
+            symdyn.example("pendulum"), "l=[-1,0.3,0.2,-0.6,0.1,-0.9]", ["max(abs(q1))", "end(q1)"], until=0.1,
+            start="q1=0.3", method="dop853", block=2, output=source,
+        )  # fmt: skip
+    for one in sorted(file.name for file in store.iterdir() if file.is_dir()) if name == "all" else [name]:
+        chunk = "{}" if one == "codes" else "{}/0"
+        shutil.copyfile(
+            source / one / "c" / chunk.format(2 if other else 1), store / one / "c" / chunk.format(2 if other else 0)
+        )
+
+    with pytest.raises(StudyError, match=r"a block cannot be read .* makes what is spoilt again"):
+        symdyn.study.open(store)
+    assert hashed(swept(store)) == hashed(symdyn.study.open(whole))
+
+
+def test_a_pipe_in_a_store_is_refused_in_words(whole: Path, tmp_path: Path) -> None:
+    for number, file in enumerate(("zarr.json", "codes/zarr.json", "codes/c/1", "measures/c/1/0", "hashes/c/1/0")):
+        store = tmp_path / f"{number}.zarr"
+        shutil.copytree(whole, store)
+        (store / file).unlink()
+        os.mkfifo(store / file)
+        for again in (swept, symdyn.study.open):
+            with pytest.raises(SimulateError, match=r"no file|is missing"):
+                again(store)
+
+
+def test_a_chunk_of_gigabytes_is_called_spoilt_unread(whole: Path, tmp_path: Path) -> None:
+    store = tmp_path / "a.zarr"
+    shutil.copytree(whole, store)
+    os.truncate(store / "codes" / "c" / "1", 1 << 40)  # more than any memory holds
+
+    with pytest.raises(StudyError, match=r"codes/c/1 is spoilt: it has 1099511627776 bytes"):
+        symdyn.study.open(store)
+    assert hashed(swept(store)) == hashed(symdyn.study.open(whole))

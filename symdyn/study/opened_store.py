@@ -18,20 +18,22 @@ from symdyn.bounds import BOUNDS
 from symdyn.errors import StudyError
 from symdyn.extras import install
 from symdyn.resources import version
-from symdyn.study.chunks import ALL_FILES, SEAL, seal
+from symdyn.study.chunks import ALL_FILES, HASH, SEAL, seal
 from symdyn.study.job import Job, units_of
-from symdyn.study.store import KINDS, SUFFIX, InMemory, OnDisk, Store
+from symdyn.study.store import HASHED, KINDS, SUFFIX, InMemory, OnDisk, Store
 from symdyn.study.study import NOT_MADE
 
 FORMAT = "symdyn.study"
 
 
-FORMAT_VERSION = 2
-"""1 had no checksums, so that nobody knows whether what is in it is what was put."""
+FORMAT_VERSION = 3
+"""1 had no checksums, and 2 none of places, so that nobody knows whether what is in it is what was put."""
 
 CODECS = ("bytes", "zstd", "crc32c")
 """What a chunk goes through on its way to the disk."""
 
+META = "zarr.json"
+"""Where a group or an array of Zarr says what it is."""
 
 LARGEST_HERE = 5 * 10**8
 """Numbers that a sweep without a store may have; they are held in memory."""
@@ -95,14 +97,10 @@ def _make(job: Job, path: Path) -> None:
         group = zarr().create_group(zarr().storage.LocalStore(aside / path.name))
         codecs = zarr().codecs
         rows, packed = min(job.block, count), (codecs.ZstdCodec(), codecs.Crc32cCodec())
-        for name, shape, kind, fill in (
-            ("values", (count, len(job.design.names)), "f8", np.nan),
-            ("measures", (count, len(job.measures)), "f8", np.nan),
-            ("codes", (count,), "u1", NOT_MADE),
-        ):
-            group.create_array(
-                name, shape=shape, chunks=(rows, *shape[1:]), dtype=kind, fill_value=fill, compressors=packed
-            )
+        shapes = _shapes(count, rows, len(job.design.names), len(job.measures))
+        for name, (shape, chunk) in shapes.items():
+            fill = np.nan if KINDS[name] == "float64" else NOT_MADE
+            group.create_array(name, shape=shape, chunks=chunk, dtype=KINDS[name], fill_value=fill, compressors=packed)
         about = {
             "format": FORMAT,
             "version": FORMAT_VERSION,
@@ -125,6 +123,14 @@ def _make(job: Job, path: Path) -> None:
             shutil.rmtree(aside, ignore_errors=True)
 
 
+def _shapes(count: int, rows: int, names: int, measures: int) -> dict[str, tuple[tuple[int, ...], tuple[int, ...]]]:
+    """Return the shape of every array of so many runs in blocks of so many, and that of its chunks."""
+    columns = {"values": (names,), "measures": (measures,), "codes": ()}
+    found = {name: ((count, *more), (rows, *more)) for name, more in columns.items()}
+    width = HASH * len(HASHED)
+    return found | {"hashes": ((-(-count // rows), width), (1, width))}
+
+
 def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
     """Return the group that stands at a path, and its arrays by name.
 
@@ -133,6 +139,12 @@ def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
     """
     if not path.exists():
         raise StudyError(f"{path}: there is no such store; symdyn sweep ... -o {path.name} makes one")
+    for said in (path / META, *(path / name / META for name in KINDS)):
+        if said.exists() and not said.is_file():
+            raise StudyError(f"{path} is no sweep of symdyn, or a spoilt one ({said} is no file); give another file")
+        if said.exists() and (size := said.stat().st_size) > (most := BOUNDS["bytes of a store's own description"]):
+            told = f"{said} has {size >> 20} MB; {most >> 20} are the most that is read"
+            raise StudyError(f"{path} is a spoilt sweep ({told}); give another file, or delete this one")
     with _told(path), zarr().config.set(ALL_FILES):
         group = zarr().open_group(zarr().storage.LocalStore(path, read_only=mode == "r"), mode=mode, zarr_format=3)
         about = dict(group.attrs)
@@ -141,7 +153,8 @@ def _opened(path: Path, mode: str) -> tuple[Any, dict[str, Any]]:
         if about.get("version") != FORMAT_VERSION:
             raise StudyError(
                 f"{path} is a store of another version of symdyn ({_shown(about.get('symdyn'))}); stores of before "
-                "have no checksums, and nobody knows whether they are whole; give another file, or delete this one"
+                "have no checksums of blocks, and nobody knows whether they are whole; give another file, or delete "
+                "this one"
             )
         arrays = {name: group[name] for name in KINDS}
         if wrong := _wrong(about, arrays):
@@ -171,9 +184,9 @@ def _wrong(about: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
         return "it has no blocks"
     if count > BOUNDS["runs of a sweep"] or count > rows * BOUNDS["blocks of a store"]:
         return f"it says that it has {count} runs in blocks of {rows}; {BOUNDS['blocks of a store']} blocks are read"
-    for name, numbers in KINDS.items():
-        array, columns = arrays[name], {"values": (len(names),), "measures": (len(measures),)}.get(name, ())
-        if str(array.dtype) != numbers or array.shape != (count, *columns) or array.chunks != (rows, *columns):
+    for name, shapes in _shapes(count, rows, len(names), len(measures)).items():
+        array = arrays[name]
+        if str(array.dtype) != KINDS[name] or (array.shape, array.chunks) != shapes:
             return f"{name} has another shape or kind of numbers than its job"
         if tuple(one["name"] for one in array.metadata.to_dict()["codecs"]) != CODECS:
             return f"the chunks of {name} have no checksums"

@@ -1,12 +1,14 @@
 """Where results go, block by block: arrays in memory, or a group of Zarr on disk that a sweep goes on with.
 
-A group has `values` (runs, names), `measures` (runs, measures) and `codes` (runs,), a block a chunk, and says in its
-attributes what decides the numbers. A chunk is written aside and renamed, that of `codes` last; a run without a code
-was not made, and a block counts only when all its chunks are there and read as they were written (`chunks.py`).
+A group has `values` (runs, names), `measures` (runs, measures) and `codes` (runs,), a block a chunk, `hashes` of these
+(blocks, 3 hashes), and says in its attributes what decides the numbers. A chunk is written aside and renamed, that of
+`codes` last; a run without a code was not made, and a block counts only when all its chunks are there, read as they
+were written, and are in the place that they were written to (`chunks.py`).
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,14 +19,17 @@ from numpy.typing import NDArray
 from symdyn.algebra.numeric import Array
 from symdyn.errors import StudyError
 from symdyn.resources import version
-from symdyn.study.chunks import AGAIN, SEAL, Chunks, seal
+from symdyn.study.chunks import AGAIN, HASH, SEAL, Chunks, Hashes, seal
 from symdyn.study.found import Found
 from symdyn.study.job import Job, units_of
 from symdyn.study.study import MOST_TOLD, NOT_MADE, Study
 
 SUFFIX = ".zarr"
 
-KINDS = {"values": "float64", "measures": "float64", "codes": "uint8"}
+HASHED = ("values", "measures", "codes")
+"""Arrays of results, in the order of their hashes."""
+
+KINDS = {"values": "float64", "measures": "float64", "codes": "uint8", "hashes": "uint8"}
 """Arrays of a group, and what they are made of: plain numbers alone, so that nothing read from a disk is executed."""
 
 LARGEST = 2**28
@@ -86,7 +91,12 @@ class OnDisk:
         """Take an open group and its arrays, those of `KINDS`."""
         self.path, self.group, self.arrays = path, group, arrays
         self.about: Mapping[str, Any] = dict(group.attrs)
-        self.values, self.measures, self.codes = (Chunks(path / name, arrays[name]) for name in KINDS)
+        self.hashes = Chunks(path / "hashes", arrays["hashes"])
+        sweep = json.dumps(self.about["job"], sort_keys=True)
+        self.values, self.measures, self.codes = (
+            Chunks(path / name, arrays[name], Hashes(sweep, name, self.hashes, k * HASH))
+            for k, name in enumerate(HASHED)
+        )
         self.block = int(self.codes.array.chunks[0])
         self.told = {int(number): words for number, words in self.about["told"].items()}
 
@@ -101,7 +111,7 @@ class OnDisk:
 
     def _fault(self, k: int) -> str | None:
         """Return what is wrong with a block, "" where it was never made, None where it is whole."""
-        faults = [one.fault(k) for one in (self.codes, self.values, self.measures)]
+        faults = [one.fault(k) for one in (self.hashes, self.codes, self.values, self.measures)]
         if not self.codes.file(k).is_file():  # it is written last
             return ""
         if not any(faults) and NOT_MADE in self.codes[k * self.block : (k + 1) * self.block]:
@@ -116,13 +126,18 @@ class OnDisk:
         """
         first, last = job.span(k)
         try:
-            self.values[first:last] = job.design.values(first, last)
-            self.measures[first:last] = found.measures
+            chunks = (self.values, self.measures, self.codes)
+            came = (job.design.values(first, last), found.measures, found.codes)
+            rows = [np.asarray(numbers, one.array.dtype) for one, numbers in zip(chunks, came, strict=True)]
+            marks = [one.hashes.of(k, numbers) for one, numbers in zip(chunks, rows, strict=True) if one.hashes]
+            self.values.put(k, rows[0])
+            self.measures.put(k, rows[1])
+            self.hashes.put(k, np.concatenate(marks)[None])
             if found.told:
                 self.told = first_of(self.told, found.told)
                 about = dict(self.about) | {"told": {str(number): words for number, words in self.told.items()}}
                 self.group.attrs.update(about | {SEAL: seal(about, self.arrays)})
-            self.codes[first:last] = found.codes
+            self.codes.put(k, rows[2])
         except OSError as fault:
             raise StudyError(
                 f"{self.path}: cannot write there ({fault.strerror or fault}); what is in it stays, and the same "
@@ -139,7 +154,7 @@ class OnDisk:
         told = dict(sorted(self.told.items()))
         codes = self.codes[:]
         made = np.flatnonzero(np.maximum.reduceat(codes, np.arange(0, len(codes), self.block)) != NOT_MADE)
-        for one in (self.values, self.measures):
+        for one in (self.values, self.measures, self.hashes):
             missing = next((k for k in made.tolist() if not one.file(k).is_file()), None)
             if missing is not None:
                 raise StudyError(f"{self.path}: a block cannot be read ({one.shown(missing)} is missing); {AGAIN}")
