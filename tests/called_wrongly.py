@@ -113,6 +113,7 @@ NOUNS: dict[type, Callable[[], Any]] = {
 OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Collocation.at": lambda: {"z": noun(Collocation).guess, "where": "node"},
     "Collocation.column": lambda: {"kind": "q", "k": 0, "points": np.arange(2)},
+    "Scene.order": lambda: {"names": [one.name for one in cart().joints]},
     "Linearization.without": lambda: {"positions": ()},
     "Trajectory.animate": lambda: {"file": "run.svg"},
     "Study.indices": lambda: {"measure": "max(abs(x))"},

@@ -19,7 +19,7 @@ from symdyn.cli import VERBS, main, parser
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
 TWO = str(EXAMPLES / "two_link.toml")
-CART, BAR, DOOR, GRIPPER, CRANK = (
+CART, BAR, DOOR, GRIPPER, CRANK, UNLIKE = (
     str(path)
     for path in (
         EXAMPLES / "cart_pole.toml",
@@ -27,6 +27,7 @@ CART, BAR, DOOR, GRIPPER, CRANK = (
         HERE / "data" / "door.toml",
         HERE / "data" / "gripper_arm.urdf",
         HERE / "data" / "limited.toml",
+        HERE / "data" / "units" / "unlike.toml",
     )
 )
 
@@ -52,6 +53,7 @@ TRIED: dict[str, Verb] = {
     "equations": Verb(
         CART,
         {
+            "--no-units": f"| {UNLIKE}",
             "--symbolic": f"all | {DOOR}",
             "--bind": "mc=2 | --document",
             "--format": "text",
@@ -65,6 +67,7 @@ TRIED: dict[str, Verb] = {
     "walkthrough": Verb(
         f"{CART} -o lesson.md",
         {
+            "--no-units": f"| {UNLIKE}",
             "--detail": "brief",
             "--until": "energies",
             "--format": "latex",
@@ -83,6 +86,7 @@ TRIED: dict[str, Verb] = {
     "generate": Verb(
         f"{CART} -o out --functions mass_matrix,forward_dynamics",
         {
+            "--no-units": f"| {UNLIKE}",
             "--target": "c",
             "--functions": "mass_matrix",
             "--real": "float | --target c",
@@ -103,15 +107,16 @@ TRIED: dict[str, Verb] = {
         },
     ),
     "simulate": Verb(
-        f"{CART} --until 0.4 -o run.csv --method dop853",
+        f"{CART} --until 0.4 --start theta=0.05 -o run.csv --method dop853",
         {
+            "--no-units": f"| {UNLIKE}",
             "--until": "0.5",
             "--forces": "F=t",
             "--feedback": "gains.json",
             "--period": "0.1 | --feedback gains.json",
             "--delay": "0.01 | --feedback gains.json --period 0.1",
             "--limits": "F=0.1 | --feedback gains.json --start theta=0.2",
-            "--ignore-limits": f"| {CRANK}",
+            "--ignore-limits": f"| {CRANK} --start q1=0",
             "--start": "theta=0.5",
             "--start-rates": "theta=0.5",
             "--stop": "theta-0.1",
@@ -137,6 +142,7 @@ TRIED: dict[str, Verb] = {
     "sweep": Verb(
         f"{CART} --over mc=[1,2] --measure max(theta) --until 0.1 --start theta=0.3 --method dop853",
         {
+            "--no-units": f"| {UNLIKE}",
             "--over": "mc=[1,3]",
             "--every": "0.05 | --measure mean(theta)",
             "--method": "radau",
@@ -162,6 +168,7 @@ TRIED: dict[str, Verb] = {
     "inverse": Verb(
         f"{CART} --motion theta=t**2+0.3 --until 0.4 -o forces.csv",
         {
+            "--no-units": f"| {UNLIKE}",
             "--motion": "x=t**2",
             "--start": "x=0.5",
             "--until": "0.5",
@@ -181,6 +188,7 @@ TRIED: dict[str, Verb] = {
     "linearize": Verb(
         CART,
         {
+            "--no-units": f"| {UNLIKE}",
             "--at": "theta=pi",
             "--rates": "theta=1 | --anywhere",
             "--forces": "F=1 | --anywhere",
@@ -211,11 +219,13 @@ TRIED: dict[str, Verb] = {
     "info": Verb(
         CART,
         {
+            "--no-units": f"| {UNLIKE}",
             "--symbolic": f"all | {DOOR}",
             "--bind": "g=1",
             "--formulation": "lagrange",
             "--independent": f"phi | {BAR}",
             "--baumgarte": f"5,5 | {BAR}",
+            "--units": "",
             "--frames": "",
             "--base-parameters": "",
             "--json": "",
@@ -224,6 +234,7 @@ TRIED: dict[str, Verb] = {
     "draw": Verb(
         f"{CART} -o cart.svg",
         {
+            "--no-units": f"| {UNLIKE}",
             "--output": "other.svg",
             "--at": "theta=1",
             "--view": "30,20",
@@ -236,7 +247,7 @@ TRIED: dict[str, Verb] = {
     ),
     "convert": Verb(
         f"{GRIPPER} made.toml",
-        {"--no-snap": "", "--floating-base": "base", "--json": ""},
+        {"--no-snap": "", "--floating-base": "base", "--no-units": f"| {UNLIKE}", "--json": ""},
     ),
     "new": Verb("fresh", {"--template": "rrr", "--example": "arm7", "--n": "5 | --template chain", "--json": ""}),
 }
@@ -276,7 +287,7 @@ def options_of(verb: str) -> set[str]:
 
 
 def outcome(line: str, folder: Path, before: tuple[str, ...] = ()) -> tuple[int, str, str, dict[str, bytes]]:
-    """Return status, answer and files of a command line, after others in the same folder."""
+    """Return status, answer, what is said beside it and files of a line, after others in the same folder, timeless."""
     folder.mkdir()
     told, said, here = io.StringIO(), io.StringIO(), Path.cwd()
     os.chdir(folder)
@@ -298,7 +309,12 @@ def outcome(line: str, folder: Path, before: tuple[str, ...] = ()) -> tuple[int,
     }
     if status == 2:
         raise AssertionError(f"{line}: {said.getvalue()[-300:]}")
-    return status, told.getvalue(), said.getvalue(), files
+    return status, _timeless(told.getvalue()), _timeless(said.getvalue()), files
+
+
+def _timeless(text: str) -> str:
+    """Return what is told without the times that it took, which are others each time."""
+    return re.sub(r"[\d.e-]+ s(?= to prepare|, )", "", text)
 
 
 def lines(verb: str, option: str) -> tuple[str, str]:

@@ -21,7 +21,9 @@ def test_every_option_has_a_row_or_a_reason(verb: str) -> None:
 
 def check(verb: str, option: str, folder: Path) -> None:
     without, given = lines(verb, option)
-    first, second = (outcome(line, folder / name, TRIED[verb].before) for line, name in ((without, "1"), (given, "2")))
+    called = ((without, "1"), (without, "again"), (given, "2"))
+    first, again, second = (outcome(line, folder / name, TRIED[verb].before) for line, name in called)
+    assert first == again, f"{without}: differs each time"
     assert 0 in (first[0], second[0]), second[2]
     assert first != second, f"{given}: nothing differs from {without}"
 

@@ -24,7 +24,12 @@ TURNING = {"inertia": [0.3, 0.2, 0.1], "inertia_about": "com"}
 
 BASE: dict[str, Any] = {
     "name": "base",
-    "parameters": {"k": {"value": 3, "unit": "N/m"}, "r": 0.5},
+    "parameters": {
+        "k": {"value": 3, "unit": "N m s"},
+        "r": 0.5,
+        "M0": {"value": 2, "unit": "N m"},
+        "w": {"value": 1, "unit": "rad/s"},
+    },
     "bodies": {
         "cart": {"mass": 2, "com": [0.1, 0, 0.2], **TURNING},
         "arm": {"mass": 1, "com": [0.1, 0.2, 0.3], **TURNING},
@@ -110,7 +115,7 @@ WORDS: tuple[Row, ...] = (
     row("gravity", [0, 0, -9.81], [0, 0, -1]),
     row("parameters/k/value", 3, 4, joints__pin__damping="k"),
     row("parameters/k/positive", True, False, joints__pin__damping="k"),
-    row("parameters/k/unit", "N/m", "N/mm", joints__pin__damping="k"),
+    row("parameters/k/unit", "N m s", "N mm s", joints__pin__damping="k"),
     row("parameters/k/tolerance", 0.1, 0.2),
     row("parameters/k/latex", r"\kappa", ABSENT, joints__pin__damping="k"),
     row("parameters/k/text", "of a spring", ABSENT),
@@ -131,16 +136,16 @@ WORDS: tuple[Row, ...] = (
     row("joints/pin/orientation", "quaternion", "zyx", **of("spherical")),
     row("joints/pin/length", 0.5, 0.7, **of("rod")),
     row("joints/pin/steps", [["Rz", "u"]], [["Rx", "u"]], **of("custom", units=["rad"], coordinate="u")),
-    row("joints/pin/units", ["rad"], ["m"], **of("custom", steps=[["Tz", "u**2"]], coordinate="u")),
+    row("joints/pin/units", ["rad"], ["m"], **of("custom", steps=[["Tz", "u**2"]], coordinate="u"), units="none"),
     row("joints/pin/coordinate", "phi", "psi"),
     row("joints/pin/coordinates", ["phi"], ["psi"]),
     row("joints/pin/drive", "M", False),
     row("joints/pin/drives", ["M"], [False], joints__pin__drive=None),
-    row("joints/pin/force", "sin(t)", "cos(t)"),
-    row("joints/pin/forces", ["sin(t)"], ["cos(t)"]),
+    row("joints/pin/force", "M0*sin(w*t)", "M0*cos(w*t)"),
+    row("joints/pin/forces", ["M0*sin(w*t)"], ["M0*cos(w*t)"]),
     row("joints/pin/start", 0.5, 0.6),
     row("joints/pin/start_rates", 0.5, 0.6),
-    row("joints/pin/motion", "sin(t)", "cos(t)", joints__pin__drive="M"),
+    row("joints/pin/motion", "sin(w*t)", "cos(w*t)", joints__pin__drive="M"),
     row("joints/pin/mimic", {"coordinate": "q1", "ratio": 2}, {"coordinate": "q1", "ratio": 3}),
     row("joints/pin/mimic/ratio", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
     row("joints/pin/mimic/offset", 2, 3, joints__pin__mimic={"coordinate": "q1"}),
@@ -187,6 +192,7 @@ WORDS: tuple[Row, ...] = (
     row("loads/push/couple", [1, 2, 3], [1, 3, 4], **PUSH),
     row("loads/push/frame", "body", "ground", **PUSH),
     row("rows/tie/formula", "q1_dot - 2*q2_dot", "q1_dot - 3*q2_dot"),
+    row("rows/tie/acts_in", "joints", ABSENT, rows__tie={"formula": "q1_dot - r*q2_dot"}),
     row("rows/wheel/body", "arm", "cart", **WHEEL),
     row("rows/wheel/at", [0, 0.1, 0], [0, 0.2, 0], **WHEEL),
     row("rows/wheel/axis", [0, 1, 0], [0, 1, 1], **WHEEL),
@@ -251,6 +257,7 @@ SILENT: dict[str, str] = {
     "loop/orientation": "a loop has no coordinates, whose angles it would choose; the page of words says so",
     "loop/steps": "a custom joint closes no loop",
     "loop/units": "likewise",
+    "units": "it takes formulas that are refused without it: tests/test_dimensions.py",
     "rows/type": "other types have other keys, each a row by itself",
 }
 """Words that have no row, and why."""
@@ -311,13 +318,22 @@ def _forces(scene: symdyn.Scene) -> object:
     found: list[Any] = [scene.coordinates]
     for name in ["kinetic_energy", "potential_energy", *(ties if scene.is_closed else ["inverse_dynamics"]), *poses]:
         try:
-            arguments = symdyn.derive(scene, [name])[name].arguments
-            given = [0.3 + 0.1 * np.arange(max(1, len(one.symbols))) for one in arguments]
-            given = [one[0] if argument.scalar else one for one, argument in zip(given, arguments, strict=True)]
-            found.append(np.round(symdyn.lambdify(scene, name)(*given), 12).tolist())
+            found.append(_values(scene, name))
         except symdyn.SymdynError:  # rows in velocities alone have no residual
             found.append(None)
     return found
+
+
+def _values(scene: symdyn.Scene, name: str) -> object:
+    arguments = symdyn.derive(scene, [name])[name].arguments
+    given = [0.3 + 0.1 * np.arange(max(1, len(one.symbols))) for one in arguments]
+    given = [one[0] if argument.scalar else one for one, argument in zip(given, arguments, strict=True)]
+    return np.round(symdyn.lambdify(scene, name)(*given), 12).tolist()
+
+
+def _reactions(scene: symdyn.Scene) -> object:
+    """Return the reactions of a scene with formulas in rates; all others are told by their forces."""
+    return _values(scene, "reactions") if scene.rows else None
 
 
 def _facts(scene: symdyn.Scene) -> object:
@@ -349,7 +365,12 @@ def _spread(scene: symdyn.Scene) -> object:
     return str(read_spread(scene, (), None, Faults("")))
 
 
-COMPUTED: dict[str, Callable[[symdyn.Scene], object]] = {"start": _state, "forces": _forces, "run": _run}
+COMPUTED: dict[str, Callable[[symdyn.Scene], object]] = {
+    "start": _state,
+    "forces": _forces,
+    "reactions": _reactions,
+    "run": _run,
+}
 """What is computed, the cheapest first."""
 
 TOLD: dict[str, Callable[[symdyn.Scene], object]] = {
@@ -404,7 +425,7 @@ def _paths(shape: Any) -> Iterator[str]:
 def section_of(one: Row) -> str:
     """Return a word by its section, without the names that a user gives."""
     first, *rest = one[0]
-    names = 0 if first in ("name", "gravity") else 1 if first not in ("dh",) else 0
+    names = 0 if first in ("name", "gravity", "units", "dh") else 1
     return "/".join([first, *(part for part in rest[names:] if not part.isdigit())])
 
 

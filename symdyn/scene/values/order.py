@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.arguments import check_arguments
-from symdyn.errors import SceneError
+from symdyn.arguments import walked
+from symdyn.errors import SceneError, quoted
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.names import listed, suggestion
 
@@ -72,9 +72,9 @@ def order_of(joints: Sequence[Joint], names: Sequence[str], quaternion: str = "w
     Raises:
         SceneError: a name that no joint has or that stands twice, a joint that is missing, no such order.
     """
-    check_arguments(order_of, locals(), SceneError)
     if isinstance(names, str):
-        raise SceneError(f"names = {names!r}: give a list of names, such as [{names!r}]")
+        raise SceneError(f"names = {quoted(names)}: give a list of names, such as [{quoted(names)}]")
+    (names,) = walked(order_of, locals(), "names", error=SceneError)
     if quaternion not in QUATERNIONS:
         raise SceneError(f"quaternion = {quaternion!r} is not known; give {' or '.join(map(repr, QUATERNIONS))}")
     known = {joint.name: joint for joint in joints}
@@ -87,7 +87,7 @@ def order_of(joints: Sequence[Joint], names: Sequence[str], quaternion: str = "w
         near = spelled.get(_plain(given), ())
         name = given if given in known else near[0] if len(near) == 1 else ""
         if not name:
-            faults.append(f"names: there is no joint {given!r}; {suggestion(given, known)}")
+            faults.append(f"names: there is no joint {quoted(given)}; {suggestion(given, known)}")
         elif name in found:
             faults.append(f"names: {given!r} stands there twice; give every joint once")
         else:
