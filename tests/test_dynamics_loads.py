@@ -242,7 +242,8 @@ LOADED = [
 def test_both_roads_and_all_laws_are_proved(one):
     w = Workspace(one)
     asked = [name for name in expected(one) if one.name != "floating_loaded" or not OUTPUTS[name].cubic]
-    findings = prove(on_unit_sphere(one, [*laws(w, asked), *agreements(w, asked)]))[1]
+    claims = [claim for claim in [*laws(w, asked), *agreements(w, asked)] if claim.left or claim.name != "k_C"]
+    findings = prove(on_unit_sphere(one, claims))[1]  # k_C of one coordinate has no entries
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
     assert any("g + k_E" in finding.claim for finding in findings)
@@ -450,7 +451,8 @@ def test_every_load_is_printed():
     one = pendulum(elements=(spring, twist, load, across), dry=dry, motion=parse("sin(t)"))
     text, page = equations_text(one, "text", "coefficients"), equations_text(one, "latex", document=True)
 
-    assert "k_E1 = k*(sqrt(l**2 + h**2 + 2*l*h*sin(q1)) - s0)*l*h*cos(q1)/sqrt(l**2 + h**2 + 2*l*h*sin(q1))" in text
+    assert "k_E1 = k*(s_s - s0)*l*h*cos(q1)/s_s" in text
+    assert "s_s = sqrt(l**2 + h**2 + 2*l*h*sin(q1))" in text
     assert "+ c*(q1 - s0)" in text
     assert r"= \tau_1 - F \tanh\Bigl(\frac{\dot q_1}{c}\Bigr) - F \sin t \, l \sin q_1" in page
     assert r"q_1 &= \sin t" in page

@@ -172,7 +172,7 @@ def test_without_names_a_law_drives_all_drives_but_those_of_prescribed_motions()
     text = (EXAMPLES / "double_pendulum.toml").read_text(encoding="utf-8")
     double = read_text(text)
     head = f"[joints.{double.joints[0].name}]\n"
-    led = read_text(text.replace(head, f'{head}motion = "t**2"\n'))
+    led = read_text(text.replace(head, f'{head}motion = "2*t**2"\n'))
 
     assert placed(double, Feedback(lambda t, q, u: 0), 1.0).places == (0, 1)
     assert placed(led, Feedback(lambda t, q, u: 0), 1.0).places == (1,)
@@ -340,7 +340,7 @@ def test_a_limit_may_be_any_kind_of_number() -> None:
 
 
 def test_what_is_no_controller_and_what_needs_another_method_are_told() -> None:
-    with pytest.raises(SimulateError, match="feedback: 3 is no controller; give a function"):
+    with pytest.raises(SimulateError, match="feedback = 3: give a Feedback or a Gains or a function"):
         simulate(CART, until=1.0, feedback=3)  # type: ignore[arg-type]
     if importable("heyoka"):
         with pytest.raises(SimulateError, match="method taylor does not apply: a controller is no formula"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import sys
 import tomllib
 from collections.abc import Callable
 from functools import partial
@@ -67,9 +68,17 @@ SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 @pytest.fixture
 def units_are_not_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let any text be a unit, which no reader does, so that what escapes units is seen to escape."""
-    from symdyn.scene.values.unit import Unit
+    from symdyn.scene.checks import dimensions  # noqa: F401  reads units too, late
+    from symdyn.scene.values.unit import Unit, UnitError, read_unit
 
-    monkeypatch.setattr("symdyn.scene.declaration.value_in_unit.read_unit", Unit)
+    def any_unit(text: str) -> Unit:
+        try:
+            return read_unit(text)
+        except UnitError:
+            return Unit(text)
+
+    for module in [one for one in sys.modules.values() if vars(one).get("read_unit") is read_unit]:
+        monkeypatch.setattr(module, "read_unit", any_unit)
 
 
 @pytest.fixture(scope="module")
@@ -359,7 +368,7 @@ def test_names_that_were_not_checked_would_still_be_escaped(door: str, tmp_path:
     path = tmp_path / f"{hostile.NAME}.toml"
     path.write_text(scene_with({}).replace("[joints.hinge]", f'[joints."{name}"]'), encoding="utf-8")
 
-    with unescaped("check_name", lambda _: None):
+    with unescaped("check_name", lambda *_: None):
         assert [x for page in write(door, path, tmp_path / "closed") for x in in_browser(browser, page)] == []
         with unescaped("in_html", plainly):
             assert [x for page in write(door, path, tmp_path / "open") for x in in_browser(browser, page)] != []

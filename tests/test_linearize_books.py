@@ -311,7 +311,7 @@ def test_outputs_are_points_reactions_multipliers_and_formulas() -> None:
     assert found.C[[0, 2, 3]] == pytest.approx(np.array([[0.5, 0], [2, 0], [-19.62, -0.04]]))
     assert found.D[[0, 2, 3], 0] == pytest.approx([0, 0, 4])
     assert found.C[1] == pytest.approx([0, -0.02])  # across the rod m (l q̈ + g sin q) = -b q̇/l
-    assert found.outputs.units == ("m", "N", "", "rad/s^2")
+    assert found.outputs.units == ("m", "N", "W", "rad/s^2")
 
 
 @pytest.mark.runs("cc")

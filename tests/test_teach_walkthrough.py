@@ -499,7 +499,7 @@ def test_what_is_driven_in_time_has_no_equilibria(acting: str) -> None:
 
 @pytest.mark.long
 def test_a_force_that_vanishes_at_rest_at_all_times_leaves_the_equilibria() -> None:
-    tables, _ = equilibria(SPRUNG.replace('drive = "M"', 'force = "-phi_dot*t**2"'))
+    tables, _ = equilibria(SPRUNG.replace('drive = "M"', 'force = "-2*phi_dot*t**2"'))
     assert tables == equilibria(SPRUNG)[0]
     assert tables
 
