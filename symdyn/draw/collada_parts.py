@@ -15,9 +15,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from defusedxml.ElementTree import fromstring
 
-from symdyn.bounds import BOUNDS
-
-MOST_PARTS, MOST_TRIANGLES = BOUNDS["parts of a mesh"], BOUNDS["triangles that are shown"]
+from symdyn.draw.mesh_size import too_many
 
 DEEPEST = 100
 
@@ -38,15 +36,7 @@ def too_much(content: bytes) -> str | None:
     parts, triangles = unfolded.whole()
     if unfolded.deep:
         return f"shows nodes in nodes more than {DEEPEST} levels deep"
-    if parts > MOST_PARTS:
-        return f"shows {_shown(parts)} parts; {MOST_PARTS} are the most that is read"
-    if triangles > MOST_TRIANGLES:
-        return f"shows some {_shown(triangles)} triangles; {MOST_TRIANGLES} are the most that is read"
-    return None
-
-
-def _shown(count: int) -> str:
-    return str(count) if count < 10**9 else f"{count:.0e}"
+    return too_many(parts, triangles)
 
 
 class _Unfolded:

@@ -21,12 +21,12 @@ import numpy as np
 from symdyn.bounds import BOUNDS
 from symdyn.draw.canvas import require
 from symdyn.draw.collada_parts import too_much
+from symdyn.draw.mesh_size import obj_too_much, stl_too_much
 from symdyn.draw.places import Array
 from symdyn.draw.solids import Solid, ball, box, cylinder
 from symdyn.errors import DrawError, SceneError
 from symdyn.scene import GROUND, Scene
 from symdyn.scene.declaration.reading import read_bounded
-from symdyn.scene.formats.mesh_faces import long_face
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.xml import Element, parse_xml, read_xml
 from symdyn.scene.values.table import show
@@ -34,7 +34,8 @@ from symdyn.scene.values.table import show
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
 LARGEST_MESH, MOST_IN_ALL = BOUNDS["bytes of a mesh"], BOUNDS["bytes of the meshes that are shown"]
 MOST_TRIANGLES = BOUNDS["triangles that are shown"]  # of all, each time that it is
-TOO_MUCH: dict[str, Callable[[bytes], str | None]] = {"dae": too_much, "obj": long_face}  # before it is unfolded
+TOO_MUCH: dict[str, Callable[[bytes], str | None]] = {"dae": too_much, "obj": obj_too_much, "stl": stl_too_much}
+"""What is wrong with the size of a mesh, by its kind; looked at before it is loaded."""
 PACKAGE, ABOVE = "package.xml", 6  # what marks the folder of a robot, and how far above its file it is looked for
 PLAIN = "#9aa4af"  # where neither file says a colour
 
@@ -268,7 +269,7 @@ def _part(part: Any, coloured: bool) -> Solid:
     if len(normals) != len(corners) or not (np.isfinite(corners).all() and np.isfinite(normals).all()):
         raise NoMeshError("a mesh has corners that are no numbers")
     rows, triangles = np.unique(
-        np.concatenate([corners, normals], axis=1).astype(np.float32), axis=0, return_inverse=True
+        np.concatenate([corners, normals], axis=1, dtype=np.float32, casting="same_kind"), axis=0, return_inverse=True
     )
     red, green, blue, alpha = _rgba(part.visual) if coloured else _rgba(None)
     points, normals = rows[:, :3].astype(np.float64), rows[:, 3:].astype(np.float64)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from zipfile import BadZipFile, ZipFile
+from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
@@ -15,6 +17,11 @@ from symdyn.scene import Scene
 from symdyn.simulation import Trajectory
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.numbers_in_time import read_columns
+
+NUMBERS, NAMES = ("t", "q", "qd", "tau"), ("coordinates", "velocities")
+"""Arrays of a .npz file that simulate writes: those of numbers, and those of names."""
+
+WRITTEN, ENDING = (*NUMBERS, *NAMES), ".npy"
 
 
 def read_run(scene: Scene, path: Path) -> Trajectory:
@@ -52,29 +59,47 @@ def _csv(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]
     return found.t, found.values
 
 
-def check_arrays(path: Path) -> None:
-    """Look how much the arrays of a .npz file are when they are unpacked.
+def check_arrays(path: Path, needed: Sequence[str] = ()) -> None:
+    """Look at the names and sizes of the arrays of a .npz file before any of them is unpacked.
+
+    Args:
+        path: of the file.
+        needed: names of arrays that must be there.
 
     Raises:
         LinearizeError: more than is read.
-        OSError, ValueError: it is no such file.
+        OSError, ValueError: it is no such file, lacks an array, or an array says that it has more than is there.
     """
     most = BOUNDS["bytes of the arrays of a file"]
     try:
         with ZipFile(path) as packed:
-            size = sum(one.file_size for one in packed.infolist())
-    except BadZipFile as fault:
+            inside = {one.filename.removesuffix(ENDING): one for one in packed.infolist()}
+            if (size := sum(one.file_size for one in packed.infolist())) > most:
+                raise LinearizeError(f"{path}: holds arrays of {size >> 20} MB; {most >> 20} are the most that is read")
+            if missing := [name for name in needed if name not in inside]:
+                raise ValueError(f"it has no {', '.join(missing)}")
+            for name, one in inside.items():
+                if one.filename.endswith(ENDING) and _told(packed, one) > one.file_size:
+                    raise ValueError(f"{name} says that it has more numbers than are there")
+    except (BadZipFile, zlib.error, NotImplementedError, RuntimeError) as fault:
         raise ValueError(fault) from None
-    if size > most:
-        raise LinearizeError(f"{path}: holds arrays of {size >> 20} MB; {most >> 20} are the most that is read")
+
+
+def _told(packed: ZipFile, one: ZipInfo) -> int:
+    """Return the bytes that an array of a .npz file says it has."""
+    with packed.open(one) as file:
+        newer = np.lib.format.read_magic(file) != (1, 0)
+        read = np.lib.format.read_array_header_2_0 if newer else np.lib.format.read_array_header_1_0
+        shape, _, kind = read(file)
+    return math.prod(shape) * kind.itemsize
 
 
 def _npz(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
     try:
-        check_arrays(path)
+        check_arrays(path, WRITTEN)
         with np.load(path, allow_pickle=False) as file:
-            arrays = {name: np.asarray(file[name]) for name in ("t", "q", "qd", "tau")}
-            names = [str(name) for key in ("coordinates", "velocities") for name in file[key]]
+            arrays = {name: np.asarray(file[name]) for name in NUMBERS}
+            names = [str(name) for key in NAMES for name in file[key]]
             more = {name: np.asarray(file[name]) for name in inputs if name in file}
     except (OSError, ValueError, KeyError, EOFError) as fault:
         raise LinearizeError(f"{path}: is no run that simulate has written: {fault}") from None
