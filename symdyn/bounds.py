@@ -44,6 +44,7 @@ BOUNDS: Mapping[str, int] = MappingProxyType({
     "blocks of a store": 1_000_000,
     "bytes of a store's own description": 64 * MB,
     "bytes of a student's file": 1_000_000,
+    "lines of a student's file": 1_000,
     "bytes of a generated file": 256 * MB,
     "generated files that are read": 2_000,
 })  # fmt: skip

@@ -250,6 +250,11 @@ def homework(folder: Path) -> Refusal:
     return said("check-derivation", str(path), str(EXAMPLES / "pendulum.toml"))
 
 
+def equal_lines(folder: Path) -> Refusal:
+    (folder / "h.txt").write_text("L = m\n" * beyond("lines of a student's file"), encoding="utf-8")
+    return said("check-derivation", str(folder / "h.txt"), str(EXAMPLES / "pendulum.toml"))
+
+
 FILES: dict[str, Callable[[Path], Refusal]] = {
     "bytes of a TOML file": lambda at: toml(at, "#" * beyond("bytes of a TOML file")),
     "values of a TOML file": lambda at: toml(at, "gravity = [" + "1," * beyond("values of a TOML file") + "]"),
@@ -292,6 +297,7 @@ FILES: dict[str, Callable[[Path], Refusal]] = {
     "blocks of a store": store,
     "bytes of a store's own description": described,
     "bytes of a student's file": homework,
+    "lines of a student's file": equal_lines,
     "bytes of a generated file": lambda at: generated(at, 1, beyond("bytes of a generated file")),
     "generated files that are read": lambda at: generated(at, beyond("generated files that are read"), 0),
 }

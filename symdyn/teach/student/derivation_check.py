@@ -20,8 +20,9 @@ from symdyn.algebra.form import (
     symbols_of,
     terms_of,
 )
+from symdyn.bounds import BOUNDS
 from symdyn.emit.print.printable import Printable, printable
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, TeachError
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values.signals import as_parameters
 from symdyn.teach.student.answer import EMPTY, EQUAL, Answer
@@ -47,9 +48,12 @@ def check_derivation(
         book: k_C and k_D as the textbook prints them, with the minus in front taken out.
 
     Raises:
-        TeachError: the text cannot be read; the message has line, column and a caret.
+        TeachError: the text has too many lines, or cannot be read; the message has line, column and a caret.
         DerivationError: the scene has no closed form to compare with.
     """
+    most = BOUNDS["lines of a student's file"]
+    if (lines := sum(1 for line in text.splitlines() if line.strip())) > most:
+        raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
     scene = as_parameters(scene_of(scene))
     page = printable(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
