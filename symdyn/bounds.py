@@ -34,7 +34,7 @@ BOUNDS: Mapping[str, int] = MappingProxyType({
     "bytes of the meshes that give inertia": 512 * MB,
     "bytes of the meshes that are shown": 256 * MB,
     "corners of a face of a mesh": 1_000,
-    "triangles that are shown": 1_000_000,
+    "triangles that are shown": 800_000,
     "parts of a mesh": 2_000,
     "bytes of a file of numbers or formulas": 64 * MB,
     "numbers of a file of columns": 10_000_000,
