@@ -89,7 +89,7 @@ def test_files_are_read_back_with_the_sines_that_their_header_says(tmp_path, cap
         file.write_text(text.replace(before, after), "utf-8")
         capsys.readouterr()
         assert main(["verify", PUMA, "--files", str(tmp_path)]) == 1
-        assert "fails: fixed text" in " ".join(capsys.readouterr().out.split())
+        assert ": fixed text: " in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize(("function", "told"), [("mass_matrix", True), ("gravity_forces", False)])
