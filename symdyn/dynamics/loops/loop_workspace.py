@@ -102,8 +102,8 @@ class LoopWorkspace:
         w, assembly = self.w, self.decisions.assembly
         entries = [x for row in w.composite_mass for x in row]
         zeros = self.numbers.normalised(np.zeros(len(w.state.q)))
-        for q in (zeros, assembly.q, assembly.typical, *assembly.places):
-            found = np.array(evaluate(entries, Floats(), self.values(q) | at_time(w.scene, w.graph)), dtype=float)
+        for q in map(np.array, (zeros, assembly.q, assembly.typical, *assembly.places)):
+            found = np.array(evaluate(entries, Floats(), self.values(q) | at_time(w.scene, w.graph)), dtype=np.float64)
             if not np.isfinite(found).all():
                 continue
             size = np.linalg.eigvalsh(found.reshape(w.state.n, w.state.n))
