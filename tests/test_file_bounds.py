@@ -395,3 +395,16 @@ def test_a_run_without_coordinates_is_refused_before_its_arrays_are_read(
 
     with pytest.raises(SymdynError, match=r"is no run that simulate has written"):
         read_run(read(EXAMPLES / "pendulum.toml"), path)
+
+
+def test_equal_lines_of_a_student_are_compared_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    from symdyn.teach import check_derivation
+    from symdyn.teach.student import derivation_check
+
+    calls: list[int] = []
+    compare = derivation_check.energy_judged
+    monkeypatch.setattr(derivation_check, "energy_judged", lambda *all: calls.append(1) or compare(*all))
+    answers = check_derivation("L = m\n" * 50, read(EXAMPLES / "pendulum.toml"))
+
+    assert len(calls) == 1
+    assert [one.line for one in answers] == [*range(1, 51)]

@@ -69,8 +69,13 @@ def check_derivation(
         for name, goal in goals.items()
     }
     free = {name: form for name, form in known.items() if name not in names.symbols.values()}
-    answers = []
+    answers: list[Answer] = []
+    known_answers: dict[tuple[tuple[Target, ...], tuple[Form, ...]], list[Answer]] = {}
     for statement in read:
+        key_of, begun = (statement.targets, statement.forms), len(answers)
+        if key_of in known_answers:  # a line that stands there again
+            answers += [replace(one, line=statement.line) for one in known_answers[key_of]]
+            continue
         filled = replace(statement, forms=tuple(in_place(form, free) for form in statement.forms))
         for goal in statement.targets:
             right = known[str(goal)]
@@ -89,6 +94,7 @@ def check_derivation(
             answers += [_diagnosed(one, form, right, key, diagnosis) for one, form in zip(compared, forms, strict=True)]
         if not statement.targets and not _names_only(statement, names, len(read)):
             answers.append(_balanced(untitled(filled, page), filled, diagnosis))
+        known_answers[key_of] = answers[begun:]
     return answers
 
 
