@@ -221,6 +221,60 @@ def test_what_is_no_unit_is_refused_in_words(text: str, words: str) -> None:
         read_unit(text)
 
 
+RATES = {"deg/s": 1, "deg/ms": 1000, "deg/min": Fraction(1, 60)}
+
+
+def test_deg_is_a_factor_before_every_letter_that_is_called_like_a_unit() -> None:
+    from symdyn.scene import parse, symbol
+    from symdyn.scene.values.folding import FormulaError, div, mul
+    from symdyn.scene.values.names import check_name
+    from symdyn.scene.values.unit import units
+
+    apply = {"*": mul, "/": div}
+    for name in units():
+        letter = name.isascii() and check_name(name) is None
+        for sign in "*/":
+            text = f"3 deg{sign}{name}"
+            if sign == "/" and f"deg/{name}" in RATES:
+                assert parse(text) == mul(parse(f"{RATES[f'deg/{name}']}"), parse("pi/60")), text
+            elif letter:
+                assert parse(text) == apply[sign](parse("deg(3)"), symbol(name)), text
+                assert parse(text.replace(" deg", "deg")) == parse(text), text
+                assert not parse(text).unit, text
+            elif name in ("1", "deg"):
+                assert parse(text) == parse(f"deg(3){sign}{name}"), text
+            else:
+                with pytest.raises(FormulaError):
+                    parse(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "formula"),
+    [
+        ("-1/3 deg*t", "-pi/540*t"),
+        ("30 deg*t + 5 deg", "pi/6*t + pi/36"),
+        ("30 deg*t/s", "pi/6*t/s"),
+        ("30 deg/s*t", "pi/6/s*t"),
+        ("30 deg/s2", "pi/6/s2"),
+        ("30 deg*s", "pi/6*s"),
+        ("360 deg/T", "2*pi/T"),
+        ("90 deg/2", "pi/4"),
+        ("2e1deg*m", "pi/9*m"),
+    ],
+)
+def test_a_formula_that_begins_with_degrees_is_one(text: str, formula: str) -> None:
+    from symdyn.scene import parse
+
+    assert (parse(text), parse(text).unit) == (parse(formula), "")
+
+
+@pytest.mark.parametrize("unit", ["deg/s", "deg/s^2", "deg/s**2", "deg / s²", "deg/min", "deg/s/s", "deg/ms", "°/s"])
+def test_rates_in_degrees_are_units(unit: str) -> None:
+    from symdyn.scene import parse
+
+    assert parse(f"30 {unit}").unit == unit
+
+
 @pytest.mark.parametrize("unit", ["mm", "deg", "rpm", "lbf/in", "1/deg"])
 @pytest.mark.parametrize("value", ["500", "pi/4", "sqrt(2)", "54/pi", "1/2 + pi", "pi*sqrt(2)", "2*pi", "pi**2", "0"])
 def test_a_value_goes_into_si_and_back_exactly(value: str, unit: str) -> None:

@@ -7,6 +7,9 @@
     degrees     90 deg   45/2 deg            the same as deg(90): times pi/180
     a value     500 mm   1/3 kN/m   3 rpm    a number and a unit, and nothing else: in SI, exactly (see `unit`)
 
+Behind a number, `deg` is the factor of formulas, so that `30 deg*t` is 30*deg times t and no degree-tonne; it is a unit
+where it stands alone, and in rates: deg/s, deg/ms, deg/min, and deg/s^2 and deg/s^3.
+
 `parse` ends quickly on any text: length, depth and the number of nodes are bounded, and so are the digits of numbers.
 """
 
@@ -76,6 +79,7 @@ _VALUE = re.compile(
     r"(?P<sign>[+-]?)[ ]?(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?:[ ]?/[ ]?(?P<below>[0-9]+))?"
     r"(?:[ ]?(?P<unit>[^\W\d_].*|[°%].*)|[ ](?P<inverse>1[ ]?/.*))"
 )
+_FACTOR = re.compile(r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]")
 _SUM = re.compile(r"[^eE^*(][+-]|,")
 _FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., ]")
 
@@ -141,6 +145,8 @@ def _formula(text: str) -> Quantity:
 
 def _value(found: re.Match[str], text: str) -> Quantity:
     """Return a number with a unit in SI, and a formula that begins like one, such as 90 deg/2."""
+    if found["unit"] and _FACTOR.match(found["unit"]):
+        return _formula(f"{text[: found.start('unit')].rstrip()} {found['unit']}")
     try:
         unit = read_unit(found["unit"] or found["inverse"])
     except UnitError as error:
