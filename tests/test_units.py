@@ -178,6 +178,9 @@ def test_every_unit_is_what_the_brochure_says() -> None:
         ("mN m/deg", "9/50", -1, "N m/rad", "N m"),
         ("µm", "1/1000000", 0, "m", "m"),
         ("%", "1/100", 0, "1", "1"),
+        ("(km/h)^2", "25/324", 0, "m^2/s^2", "m^2/s^2"),
+        ("kg/(mm s)^2", "1000000", 0, "kg/(m^2 s^2)", "kg/(m^2 s^2)"),
+        ("(N m/rad)**(-1)", "1", 0, "(N m/rad)**(-1)", "s^2/(kg m^2)"),
     ],
 )
 def test_products_powers_and_quotients_are_read(text: str, scale: str, turns: int, si: str, dimension: str) -> None:
@@ -212,6 +215,28 @@ def test_products_powers_and_quotients_are_read(text: str, scale: str, turns: in
         ("m " * 40, "is no unit"),
         ("10", "is no unit"),
         ("m 2", "is no unit"),
+        ("N.m", "write N m$"),
+        ("kg.m^2", r"write kg m\^2$"),
+        ("N-m", "write N m$"),
+        ("[N m]", "write N m$"),
+        ("kgm2", r"did you mean kg m\^2\?"),
+        ("kgm^2", r"did you mean kg m\^2\?"),
+        ("NM", r"did you mean N m\?"),
+        ("Kg", r"did you mean kg\?"),
+        ("mph", r"1 mph is 1.609344 km/h"),
+        ("RPM", r"did you mean rpm\?"),
+        ("Ohm", r"did you mean ohm\?"),
+        ("milimeter", r"did you mean mm\?"),
+        ("lbs", r"did you mean lb\?"),
+        ("-", "write 1, or leave it out"),
+        ("[-]", "write 1, or leave it out"),
+        ("none", "write 1, or leave it out"),
+        ("dimensionless", "write 1, or leave it out"),
+        ("m^12", "beyond 9"),
+        ("m^1000", "beyond 9"),
+        ("(m/s)^12", "beyond 9"),
+        ("m^1.5", "no whole number, 1.5"),
+        ("N*" * 30 + "m", "has 61 characters"),
     ],
 )
 def test_what_is_no_unit_is_refused_in_words(text: str, words: str) -> None:
@@ -273,6 +298,41 @@ def test_rates_in_degrees_are_units(unit: str) -> None:
     from symdyn.scene import parse
 
     assert parse(f"30 {unit}").unit == unit
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("3 m^12", "beyond 9"),
+        ("3 m^1000", "beyond 9"),
+        ("2 m^1.5", "no whole number"),
+        ("3 kg.m^2", r"write kg m\^2$"),
+        ("3 kgm^2", r"did you mean kg m\^2\?"),
+        ("3 " + "m^2 " * 20, "has 79 characters"),
+        ("2*x^2", r"write \*\*"),
+        ("5 deg + x^2", r"write \*\*"),
+    ],
+)
+def test_a_value_is_told_what_is_wrong_with_its_unit(text: str, words: str) -> None:
+    from symdyn.scene import parse
+    from symdyn.scene.values.folding import FormulaError
+
+    with pytest.raises(FormulaError, match=words):
+        parse(text)
+
+
+def test_a_value_may_have_a_power_of_a_bracket() -> None:
+    from symdyn.scene import parse
+
+    assert parse("3 (km/h)^2") == parse("3 km^2/h^2") == parse("75/324")
+
+
+def test_every_unit_that_a_word_stands_for_is_one() -> None:
+    from symdyn.scene.values.unit import read_unit
+    from symdyn.scene.values.unit_words import SPELLED
+
+    for word, unit in SPELLED.items():
+        assert read_unit(unit.partition(" (")[0]), word
 
 
 @pytest.mark.parametrize("unit", ["mm", "deg", "rpm", "lbf/in", "1/deg"])

@@ -336,7 +336,7 @@ def test_editors_take_every_value_that_a_scene_may_say() -> None:
     from symdyn.scene.schema import schema
 
     judge = jsonschema.Draft202012Validator(schema())
-    for said in ("500 mm", "3 m²", "1/3 kN/m", "-90°", "5 %", "3 µm", "8 Ω", "3 N·m", "+.5 kg*m^2/(s^2 rad)", "3 1/s"):
+    for said in ("500 mm", "3 m²", "1/3 kN/m", "-90°", "5 %", "3 µm", "8 Ω", "3 N·m", "+.5 kg*m^2/(s^2 rad)", "3 1/s", "3 (m/s)^2"):
         assert judge.is_valid(tomllib.loads(f'[parameters]\np = "{said}"\n{BODY}')), said
         assert by_file(f'"{said}"').parameters[0].value is not None
 
@@ -345,6 +345,22 @@ def said_in(text: str) -> list[str]:
     """Return a text with each of its values with units in turn, but those of parameters, in candelas."""
     found = [one for one in re.finditer(r'"-?[0-9./]+ [^"]+"', text) if not text[: one.start()].endswith(" = \n")]
     return [f'{text[: one.start()]}"3 cd"{text[one.end() :]}' for one in found]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ('mass = "m"', 'mass = { value = 3, unit = "g" }', '"3 g"'),
+        ('damping = "3 mN m s/rad"', 'damping = { value = "1/3", unit = "N m s" }', '"1/3 N m s"'),
+        ('com = [0, "-20 cm", 0]', 'com = [0, { value = -20, unit = "cm" }, 0]', '"-20 cm"'),
+        ('stiffness = "18 kN/m"', "stiffness = { value = 18 }", '"18"'),
+    ],
+)
+def test_a_table_where_a_value_is_text_is_told_the_text(old: str, new: str, text: str) -> None:
+    assert old in WHOLE
+    with pytest.raises(SceneError, match=f"is a table; here a value and its unit are text: write {text}"):
+        read_text(WHOLE.replace(old, new))
+    read_text(WHOLE.replace(old, new.replace(new[new.index("{") : new.index("}") + 1], text)))
 
 
 @pytest.mark.parametrize("k", range(len(said_in(WHOLE))))

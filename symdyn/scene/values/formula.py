@@ -77,7 +77,7 @@ _DEGREES = re.compile(r"(?<=[\w.)])[ ]+deg\b(?![ ]*\()")
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\Z")
 _VALUE = re.compile(
     r"(?P<sign>[+-]?)[ ]?(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?:[ ]?/[ ]?(?P<below>[0-9]+))?"
-    r"(?:[ ]?(?P<unit>[^\W\d_].*|[°%].*)|[ ](?P<inverse>1[ ]?/.*))"
+    r"(?:[ ]?(?P<unit>[^\W\d_].*|[°%].*)|[ ](?P<other>1[ ]?/.*|\([^\W\d_][^()]*\)[ ]?(?:\^|\*\*).*))"
 )
 _FACTOR = re.compile(r"(?:deg|°)[ ]?(?!(?:/[ ]?(?:s|ms|min)(?:[ ]?(?:\^|\*\*)[ ]?[23]|[²³])?[ ]?)+\Z)[*/·⋅×]")
 _SUM = re.compile(r"[^eE^*(][+-]|,")
@@ -109,6 +109,9 @@ def quantity(value: object) -> Quantity:
         return folding.constant(_exact(str(value).removeprefix("-")) * (-1 if value.is_signed() else 1))
     if isinstance(value, SupportsIndex) and isinstance(value, Integral) and not isinstance(value, bool):  # of NumPy
         return folding.constant(Fraction(index(value)))
+    if isinstance(value, Mapping) and "value" in value:
+        text = f"{value['value']} {value.get('unit', '')}".strip()
+        raise FormulaError(f'is a table; here a value and its unit are text: write "{text[:60]}"')
     raise FormulaError(f'is {_kind(value)}; give a number or a formula such as "m1*h1**2/12"')
 
 
@@ -137,7 +140,7 @@ class _BrokenError(FormulaError):
 def _formula(text: str) -> Quantity:
     foreign = _FOREIGN.search(text)
     if foreign and foreign.group() == "^":
-        raise FormulaError(HINTS[ast.BitXor])
+        raise _BrokenError(HINTS[ast.BitXor])
     if foreign:
         raise _BrokenError(f"{foreign.group()!r} has no place in a formula")
     return _Reader(_DEGREES.sub("*deg", text)).read()
@@ -148,7 +151,7 @@ def _value(found: re.Match[str], text: str) -> Quantity:
     if found["unit"] and _FACTOR.match(found["unit"]):
         return _formula(f"{text[: found.start('unit')].rstrip()} {found['unit']}")
     try:
-        unit = read_unit(found["unit"] or found["inverse"])
+        unit = read_unit(found["unit"] or found["other"])
     except UnitError as error:
         try:
             return _formula(text)

@@ -19,7 +19,7 @@ Shape = Mapping[str, Any]
 FORMULA: Shape = {"type": "string", "pattern": r"^[A-Za-z0-9_+\-*/()., \t\n]*[A-Za-z0-9][A-Za-z0-9_+\-*/()., \t\n]*$"}
 VALUE: Shape = {
     "type": "string",
-    "pattern": r"^\s*[+-]?\s*[0-9.][0-9.eE+\-/ ]*[A-Za-zµμΩΩ°%][A-Za-z0-9µμΩΩ°%⁰¹²³⁴⁵⁶⁷⁸⁹⁻·⋅×*/^() \-]*$",
+    "pattern": r"^\s*[+-]?\s*[0-9.][0-9.eE+\-/ ]*\(?[A-Za-zµμΩΩ°%][A-Za-z0-9µμΩΩ°%⁰¹²³⁴⁵⁶⁷⁸⁹⁻·⋅×*/^() \-]*$",
 }
 NUMBER: Shape = {"anyOf": [{"type": "number"}, FORMULA, VALUE]}
 NUMBERS: Shape = {"anyOf": [*NUMBER["anyOf"], {"type": "array", "items": NUMBER, "minItems": 1}]}

@@ -1,7 +1,7 @@
 """Units: the one table of their names and prefixes, and the reader of what is written with them.
 
     product   N m   N*m   N·m   Nm           quotient   N/m   m/s/s   W/(m K); not N/m s, which may be read in two ways
-    power     m^2   m**2   m²   s^-1   s-1    nothing    1
+    power     m^2   m**2   m²   s^-1   s-1   (m/s)^2    nothing    1
 
 A unit is an exact fraction times a power of π of the coherent unit of the International System (SI), in which
 everything is computed. Radians are written where they help, and are 1. Sources: BIPM, The International System of
@@ -35,8 +35,8 @@ from symdyn.scene.values.dimension import (
     product,
 )
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.names import nearest
 from symdyn.scene.values.quantity import PI, Quantity
+from symdyn.scene.values.unit_words import PLAIN_NUMBER, meant_by
 
 LONGEST = 60
 LARGEST_POWER = 9
@@ -202,15 +202,6 @@ ROWS: tuple[tuple[Unit, str], ...] = (
 )
 """Units, and the prefixes that each takes."""
 
-SPELLED = {
-    "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm", "gram": "g", "kilogram": "kg", "kilo": "kg",
-    "second": "s", "sec": "s", "minute": "min", "hour": "h", "newton": "N", "joule": "J", "watt": "W", "pascal": "Pa",
-    "volt": "V", "ampere": "A", "amp": "A", "hertz": "Hz", "radian": "rad", "degree": "deg", "revolution": "rev",
-    "inch": "in", "inche": "in", "foot": "ft", "feet": "ft", "pound": "lb", "kelvin": "K", "mps": "m/s",
-    "kph": "km/h", "kmh": "km/h", "cc": "cm^3", "l": "dm^3", "litre": "dm^3", "liter": "dm^3",
-}  # fmt: skip
-"""Words for units, which are no symbols, and the symbol that is meant; without an s at the end."""
-
 AFFINE = re.compile(r"(?:(?:deg|degrees?|°)[ ]*[CF]|℃|℉|[Cc]elsius|[Ff]ahrenheit)(?![A-Za-z])")
 """Temperatures that count from a zero of their own."""
 
@@ -219,10 +210,13 @@ _PLAIN = str.maketrans(
     | dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True))
 )
 
+_WHOLE = r"-?[0-9]+(?:[.][0-9]+)?|\(-?[0-9]+(?:[.][0-9]+)?\)"
 _TOKEN = re.compile(
-    r"[ ]*(?:(?P<name>[^\W\d_]+|[°%]|1(?![0-9]))(?:(?:[ ]*\^[ ]*)?(?P<power>-?[0-9]{1,3}|\(-?[0-9]{1,3}\)))?"
+    rf"[ ]*(?:(?P<name>[^\W\d_]+|[°%]|1(?![0-9]))(?:(?:[ ]*\^[ ]*)?(?P<power>{_WHOLE}))?"
     r"|(?P<sign>[*/()]))"
 )
+_POWER = re.compile(rf"[ ]*\^[ ]*({_WHOLE})")
+_BETWEEN = re.compile(r"(?<=\w)[ ]?[.-][ ]?(?=[^\W\d_])")
 
 
 @cache
@@ -248,8 +242,12 @@ def read_unit(text: str) -> Unit:
         UnitError: it is none.
     """
     plain = " ".join(text.translate(_PLAIN).replace("**", "^").split())
-    if not plain or len(plain) > LONGEST:
-        raise UnitError("is no unit; give one such as mm, kg or N/m" if plain else "is empty; give a unit, such as mm")
+    if not plain:
+        raise UnitError("is empty; give a unit, such as mm")
+    if len(plain) > LONGEST:
+        raise UnitError(f'"{plain[:20]}..." has {len(plain)} characters, and is no unit; {LONGEST} are enough')
+    if plain.strip("[]() ").lower() in PLAIN_NUMBER:
+        raise UnitError(f'"{plain}" is no unit; write 1, or leave it out')
     if AFFINE.search(plain):
         raise UnitError(f"{plain} counts from a zero of its own, so that no factor leads to SI; give kelvins, K")
     reader = _Reader(plain)
@@ -278,10 +276,8 @@ class _Reader:
                 continue
             if below and last != "/":
                 raise self.refusal("may be read in two ways: write W/(m K) or W K/m")
-            factor = self.bracket() if sign == "(" else self.named(token["name"])
-            power = int(token["power"].strip("()")) if token["power"] else 1
-            if abs(power) > LARGEST_POWER:
-                raise self.refusal(f"has a power beyond {LARGEST_POWER}")
+            factor = self.bracket() if sign == "(" else self.named(token["name"], token["power"] or "")
+            power = 1 if sign == "(" else self.power(token["power"])
             found *= factor ** (-power if last == "/" else power)
             last = "unit"
         if last in ("", "*", "/"):
@@ -293,7 +289,21 @@ class _Reader:
         if self.text[self.at :].strip()[:1] != ")":
             raise self.refusal("lacks a bracket")
         self.at = self.text.index(")", self.at) + 1
-        return found
+        behind = _POWER.match(self.text, self.at)
+        if behind is None:
+            return found
+        self.at = behind.end()
+        return found ** self.power(behind[1])
+
+    def power(self, text: str | None) -> int:
+        """Return a power as it was written, 1 of none."""
+        try:
+            power = int(text.strip("()")) if text else 1
+        except ValueError:
+            raise self.refusal(f"has a power that is no whole number, {text}") from None
+        if abs(power) > LARGEST_POWER:
+            raise self.refusal(f"has a power beyond {LARGEST_POWER}")
+        return power
 
     def token(self) -> re.Match[str]:
         found = _TOKEN.match(self.text, self.at)
@@ -302,15 +312,17 @@ class _Reader:
         self.at = found.end()
         return found
 
-    def named(self, name: str) -> Unit:
+    def named(self, name: str, power: str) -> Unit:
         if name not in units():
-            word = name.lower()
-            near = SPELLED.get(word) or SPELLED.get(word.removesuffix("s")) or nearest(name, units())
+            near = meant_by(name, power, {known: unit.dimension for known, unit in units().items()})
             meant = f"did you mean {near}?" if near else "there are such as mm, kg, N/m, deg, rpm"
             raise UnitError(f"{name} is no unit; {meant}")
         return units()[name]
 
     def refusal(self, what: str) -> UnitError:
+        meant = _BETWEEN.sub(" ", self.text.strip("[] "))
+        if meant != self.text and meant.strip():
+            return UnitError(f'"{self.text}" is no unit; write {meant}')
         return UnitError(f'"{self.text}" {what}; give a unit such as mm, kN/m, N m s/rad or kg m^2')
 
 
