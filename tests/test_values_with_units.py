@@ -392,6 +392,30 @@ def test_a_value_that_does_not_fit_its_place_is_refused(old: str, new: str, word
         read_text(WHOLE.replace(old, new))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('mass = "m"', 'mass = "3 m"', 'mass = "3 m" is in m, and kg is asked for; for 3 times the letter write 3*m'),
+        ('start = "90 deg"', 'start = "1/3 m^2"', "; for 1/3 times the letter write 1/3*m**2"),
+        ('free = "3 m"', 'free = "3 t"', 'free = "3 t" is in t, and m is asked for'),
+        ('mass = "m"', 'mass = "-3 m l"', "l is no unit"),
+    ],
+)
+def test_a_value_in_a_unit_that_is_called_like_a_letter_is_told_the_formula(old: str, new: str, words: str) -> None:
+    assert old in WHOLE
+    with pytest.raises(SceneError) as raised:
+        read_text(WHOLE.replace(old, new))
+    assert words in str(raised.value)
+    assert ("times" in words) == ("times the letter" in str(raised.value))
+
+
+def test_a_force_in_a_unit_that_is_called_like_a_letter_is_told_the_formula() -> None:
+    with pytest.raises(SimulateError, match=r"3 m is in m, and N m is asked for; for 3 times the letter write 3\*m"):
+        read_forces(pendulum(), {"tau1": "3 m"})
+    with pytest.raises(SimulateError, match="3 m is in m, and N m is asked for$"):
+        read_forces(by_python(1, "kg"), {"tau1": "3 m"})
+
+
 def test_a_command_that_stands_in_a_file_keeps_the_spaces_of_units(tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text(PENDULUM.format(m=1, l='{ value = 500, unit = "mm" }', more=""))
 

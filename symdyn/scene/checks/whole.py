@@ -95,9 +95,9 @@ def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
         elif use.quantity.unit and use.unit:
             try:
                 if not (use.other and misfit(read_unit(use.quantity.unit), read_unit(use.other)) is None):
-                    fits(use.quantity, read_unit(use.unit))
+                    fits(use.quantity, read_unit(use.unit), parameters.union(use.allowed))
             except UnitError as error:
-                why = str(error).replace(use.unit, f"{use.unit} or {use.other}") if use.other else error
+                why = str(error).replace(f"{use.unit} is asked", f"{use.unit} or {use.other} is asked") if use.other else error
                 faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {why}')
     if formulas and dimensions:
         check_dimensions(draft.scene, formulas, faults)

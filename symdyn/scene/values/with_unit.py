@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Container, Sequence
 
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.quantity import Quantity
@@ -11,8 +12,13 @@ from symdyn.scene.values.table import Table
 from symdyn.scene.values.unit import Unit, UnitError, misfit, out_of_si, read_unit
 
 
-def fits(value: Quantity, wanted: Unit | None) -> None:
+def fits(value: Quantity, wanted: Unit | None, letters: Container[str] = ()) -> None:
     """Look whether a value, where it was written with a unit, is of the kind of another one.
+
+    Args:
+        value: any.
+        wanted: the unit of what it is for, None where nothing tells it.
+        letters: that a formula might name there, one of which may have been meant.
 
     Raises:
         UnitError: it is not.
@@ -22,7 +28,18 @@ def fits(value: Quantity, wanted: Unit | None) -> None:
         number = fraction(out_of_si(value, own))
         reason = misfit(own, wanted, "" if number is None else spell_fraction(number))
         if reason:
-            raise UnitError(reason)
+            raise UnitError(f"{reason}{_letters_meant(value, letters)}")
+
+
+def _letters_meant(value: Quantity, letters: Container[str]) -> str:
+    """Return how a value is written as a formula, where all names of its unit are letters: 3*m of 3 m; else ""."""
+    names = re.findall(r"[^\W\d]\w*", value.unit)
+    if not names or not all(name in letters for name in names):
+        return ""
+    number = spell(out_of_si(value, read_unit(value.unit)))
+    factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
+    told = "the letter" if len(names) == 1 else "the letters"
+    return f"; for {number} times {told} write {number}*{factors}"
 
 
 def fits_place(table: Table, key: str, value: Quantity, units: Sequence[str]) -> None:

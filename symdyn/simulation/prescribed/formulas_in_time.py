@@ -38,13 +38,13 @@ def read_formula(
 
     `unit` is that of what it is for; a value that is written with one of another kind is a fault.
     """
+    known = tuple(dict.fromkeys(allowed))
     try:
         formula = parse(text if isinstance(text, str) else str(text))
-        fits(formula, read_unit(unit) if unit else None)
+        fits(formula, read_unit(unit) if unit else None, known)
     except FormulaError as error:
         faults.add(where, f"{text} {error}" if str(error).startswith("is in ") else str(error))
         return None
-    known = tuple(dict.fromkeys(allowed))
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
         more = f", {advice(name)}" if advice else ""
