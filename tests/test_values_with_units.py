@@ -336,7 +336,19 @@ def test_editors_take_every_value_that_a_scene_may_say() -> None:
     from symdyn.scene.schema import schema
 
     judge = jsonschema.Draft202012Validator(schema())
-    for said in ("500 mm", "3 m²", "1/3 kN/m", "-90°", "5 %", "3 µm", "8 Ω", "3 N·m", "+.5 kg*m^2/(s^2 rad)", "3 1/s", "3 (m/s)^2"):
+    for said in (
+        "500 mm",
+        "3 m²",
+        "1/3 kN/m",
+        "-90°",
+        "5 %",
+        "3 µm",
+        "8 Ω",
+        "3 N·m",
+        "+.5 kg*m^2/(s^2 rad)",
+        "3 1/s",
+        "3 (m/s)^2",
+    ):
         assert judge.is_valid(tomllib.loads(f'[parameters]\np = "{said}"\n{BODY}')), said
         assert by_file(f'"{said}"').parameters[0].value is not None
 
@@ -412,8 +424,45 @@ def test_a_value_in_a_unit_that_is_called_like_a_letter_is_told_the_formula(old:
 def test_a_force_in_a_unit_that_is_called_like_a_letter_is_told_the_formula() -> None:
     with pytest.raises(SimulateError, match=r"3 m is in m, and N m is asked for; for 3 times the letter write 3\*m"):
         read_forces(pendulum(), {"tau1": "3 m"})
-    with pytest.raises(SimulateError, match="3 m is in m, and N m is asked for$"):
+    with pytest.raises(SimulateError, match=r"3 m is in m, and N m is asked for$"):
         read_forces(by_python(1, "kg"), {"tau1": "3 m"})
+
+
+TIMES = [
+    ("simulate", "--until", "--every", "--period", "--delay"),
+    ("inverse", "--until", "--every"),
+    ("sweep", "--until", "--every"),
+    ("identify", "--period", "--every"),
+    ("linearize", "--dt"),
+]
+
+
+@pytest.mark.parametrize(("verb", "option"), [(verb, option) for verb, *options in TIMES for option in options])
+def test_a_time_on_a_command_line_may_say_its_unit(verb: str, option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    from symdyn.cli import parser
+
+    always = ["--until", "9"] if verb == "simulate" and option != "--until" else []
+
+    def read(text: str) -> object:
+        return getattr(parser().parse_args([verb, "p.toml", *always, option, text]), option.removeprefix("--"))
+
+    assert [read(text) for text in ("0.1", "100 ms", "100ms", "1 min", "1/4", "1e-3 s")] == [
+        0.1,
+        0.1,
+        0.1,
+        60,
+        0.25,
+        1e-3,
+    ]
+    for text, words in (
+        ("3 mm", "3 mm is in mm, and s is asked for"),
+        ("3 Hz", "3 Hz is in Hz, and s is asked for"),
+        ("soon", "soon is no number"),
+        ("3 furlongz", "furlongz is no unit"),
+    ):
+        with pytest.raises(SystemExit):
+            read(text)
+        assert words in capsys.readouterr().err
 
 
 def test_a_command_that_stands_in_a_file_keeps_the_spaces_of_units(tmp_path: Path) -> None:

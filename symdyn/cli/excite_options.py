@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.cli.scene_options import read_scene
+from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import IdentifyError, SimulateError
@@ -40,7 +41,7 @@ def add_exciting(verb: argparse.ArgumentParser) -> None:
         help="more limits, name=low..high, either end may be left out: q1=-1..1, q1_dot=-2..2, tau1=-40..40, "
         "tool.z=0.1..",
     )
-    group.add_argument("--period", type=float, metavar="T", help="s (default: 10)")
+    group.add_argument("--period", type=seconds, metavar="T", help="s (default: 10)")
     group.add_argument("--family", metavar="F", help=f"{' or '.join(FAMILIES)} (default: {USUAL['family']})")
     group.add_argument("--terms", type=int, metavar="N", help="rounds a period of the fastest term (default: 5)")
     group.add_argument("--criterion", metavar="C", help=f"{', '.join(CRITERIA)} (default: {USUAL['criterion']})")
@@ -49,7 +50,7 @@ def add_exciting(verb: argparse.ArgumentParser) -> None:
         "--starts", type=int, metavar="N", help="of many drawn motions, how many to improve (default: 4)"
     )
     group.add_argument("--seed", type=int, metavar="N", help="of what is drawn (default: 0)")
-    group.add_argument("--every", type=float, metavar="DT", help="s between rows (default: 0.01)")
+    group.add_argument("--every", type=seconds, metavar="DT", help="s between rows (default: 0.01)")
     group.add_argument("--plot", metavar="FILE", help="a plot of the motion: .svg, .pdf, .png or .html")
 
 

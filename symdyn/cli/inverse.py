@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
+from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Waiting, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
 from symdyn.errors import SimulateError
@@ -47,7 +48,9 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         metavar="F",
         help='of inputs what is given over time, such as "u=12*sin(t)"; or a .toml or .csv file',
     )
-    verb.add_argument("--until", type=float, metavar="T", help="time of the end, s (default: the times of a .csv file)")
+    verb.add_argument(
+        "--until", type=seconds, metavar="T", help="time of the end, s (default: the times of a .csv file)"
+    )
     add_output_options(verb)
 
 

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import say
 from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
 from symdyn.emit import writing
@@ -249,7 +250,11 @@ ASKED: tuple[Asked, ...] = (
     ),
     Asked(
         "--dt",
-        {"type": float, "metavar": "T", "help": "the sampled system, inputs held for T s; gains are those of it then"},
+        {
+            "type": seconds,
+            "metavar": "T",
+            "help": "the sampled system, inputs held for T s; gains are those of it then",
+        },
         _sampled,
     ),
     Asked(

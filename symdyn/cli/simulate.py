@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
+from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
 from symdyn.errors import SimulateError
@@ -31,7 +32,7 @@ COARSE, NOTHING = 1e-3, 1e-12
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
     add_reading_options(verb)
-    verb.add_argument("--until", type=float, required=True, metavar="T", help="time of the end, s")
+    verb.add_argument("--until", type=seconds, required=True, metavar="T", help="time of the end, s")
     verb.add_argument(
         "--forces",
         nargs="+",
@@ -45,8 +46,8 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         help='gains of a linear feedback of the state, as linearize --lqr --gains writes them: {"K": [[...]], '
         '"states": [...], "inputs": [...], "x0": {...}, "u0": {...}}',
     )
-    verb.add_argument("--period", type=float, metavar="T", help="seconds between samples of --feedback")
-    verb.add_argument("--delay", type=float, metavar="T", help="seconds from a sample to its force")
+    verb.add_argument("--period", type=seconds, metavar="T", help="seconds between samples of --feedback")
+    verb.add_argument("--delay", type=seconds, metavar="T", help="seconds from a sample to its force")
     verb.add_argument("--limits", metavar="LIST", help="largest forces of --feedback, e.g. F=20,tau2=5")
     verb.add_argument("--start", metavar="LIST", help="where it starts, e.g. q1=0.3,q2=pi/2; else as the scene says")
     verb.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.seconds import seconds
 from symdyn.cli.sweep_outcome import add_outcome, check_outcome, tell_outcome
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
 from symdyn.cli.trajectory_options import flattened, pairs
@@ -50,7 +51,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         help='what is kept of every run, formulas of max, min, mean, rms, end, ... such as "max(abs(tau2))"; '
         "NAME=FORMULA names it",
     )
-    verb.add_argument("--until", type=float, metavar="T", help="time of the end of every run, s (default: 10)")
+    verb.add_argument("--until", type=seconds, metavar="T", help="time of the end of every run, s (default: 10)")
     designs = "; ".join(f"{name}: {plan.says}" for name, plan in DESIGNS.items())
     verb.add_argument("--design", metavar="NAME", help=f"{designs} (default: a grid of lists, random of distributions)")
     verb.add_argument("--count", type=int, metavar="N", help="runs that are drawn (default: 1000)")
@@ -65,7 +66,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--start", metavar="LIST", help="where all runs start, e.g. q1=0.3,q2=pi/2")
     group.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
-    group.add_argument("--every", type=float, metavar="DT", help="seconds between samples (default: 200 samples)")
+    group.add_argument("--every", type=seconds, metavar="DT", help="seconds between samples (default: 200 samples)")
     group.add_argument("--method", metavar="NAME", help="an integrator, as of simulate; default: the fastest that fits")
     group.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step (default: 1e-9)")
     group.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw.reel import Reel
 from symdyn.errors import SimulateError, UnknownNameError
@@ -29,7 +30,7 @@ def add_output_options(verb: argparse.ArgumentParser) -> None:
     """Add where the trajectory goes and how dense it is."""
     verb.add_argument(
         "--every",
-        type=float,
+        type=seconds,
         metavar="DT",
         help="seconds between rows (default: 200 rows; of a sampled controller one a sample)",
     )

@@ -13,7 +13,8 @@ SPELLED = {
     "volt": "V", "ampere": "A", "amp": "A", "hertz": "Hz", "radian": "rad", "degree": "deg", "revolution": "rev",
     "inch": "in", "inche": "in", "foot": "ft", "feet": "ft", "pound": "lb", "kelvin": "K", "mps": "m/s",
     "kph": "km/h", "mph": "km/h (1 mph is 1.609344 km/h)", "mile": "km (1 mile is 1.609344 km)", "nm": "N m",
-    "centimeter": "cm", "centimetre": "cm", "kilometer": "km", "kilometre": "km", "kmh": "km/h", "cc": "cm^3", "l": "dm^3", "litre": "dm^3", "liter": "dm^3",
+    "centimeter": "cm", "centimetre": "cm", "kilometer": "km", "kilometre": "km", "kmh": "km/h", "cc": "cm^3",
+    "l": "dm^3", "litre": "dm^3", "liter": "dm^3",
 }  # fmt: skip
 """Words for units, which are no symbols, and the symbol that is meant; without an s at the end."""
 
