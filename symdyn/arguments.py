@@ -146,7 +146,15 @@ def _function(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
     return Kind((words, words.replace("a function", "functions")), takes)
 
 
+def _one_of(inside: Sequence[ast.expr], known: Mapping[str, object]) -> Kind:
+    """Return one of some words."""
+    words = tuple(ast.literal_eval(one) for one in inside)
+    told = " or ".join(repr(one) for one in words)
+    return Kind((told, told), lambda value: isinstance(value, str) and value in words)
+
+
 OF_KINDS = {
+    "Literal": _one_of,
     "Sequence": _several,
     "Collection": _several,
     "Iterable": _several,
