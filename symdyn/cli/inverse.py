@@ -7,7 +7,15 @@ import argparse
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Waiting, fail, say
-from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
+from symdyn.cli.trajectory_options import (
+    add_output_options,
+    check_outputs,
+    collected,
+    deliver,
+    flattened,
+    forces_told,
+    pairs,
+)
 from symdyn.errors import SimulateError
 from symdyn.simulation import inverse, read_motion, read_path
 from symdyn.simulation.prescribed.forces import read_inputs
@@ -63,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
     motion, path, forces, start, _, times = collected(
         lambda: read_motion(scene, laws),
         lambda: read_path(scene, paths),
-        lambda: read_inputs(scene, flattened(options.forces)),
+        lambda: read_inputs(scene, forces_told(scene, options)),
         lambda: pairs(options.start, "--start"),
         lambda: check_outputs(scene, options),
         lambda: motion_times([*laws, *tables_in(paths)], options.until, options.every),

@@ -7,10 +7,11 @@ import argparse
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, fail, say
-from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
+from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
+from symdyn.scene.declaration.value_in_unit import ask_for_units
 from symdyn.scene.units import letter_units
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, simulate
@@ -19,7 +20,7 @@ from symdyn.simulation.feedback.saturation import listed
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import FINEST
-from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import counted
 from symdyn.simulation.trajectory import END, INTERRUPTED
 
@@ -74,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene_to_move(options)
     formulas = (*options.stop, *options.report)
     forces, start, feedback, _, _ = collected(
-        lambda: read_forces(scene, flattened(options.forces)),
+        lambda: read_forces(scene, forces_told(scene, options)),
         lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
         lambda: _feedback(scene, options),
         lambda: check_outputs(scene, options),
@@ -126,8 +127,10 @@ def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:
             raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
         return None
     values, units, faults = parameter_values(scene), letter_units(scene), Faults("")
-    limits = {}
-    for name, text in pairs(options.limits, "--limits").items():
+    limits, said = {}, pairs(options.limits, "--limits")
+    with noted(faults):
+        ask_for_units(scene.inputs, said.items(), "--limits")
+    for name, text in said.items():
         formula = read_formula(text, values, f"--limits: {name}", faults, unit=units.get(name, ""))
         if formula is not None:
             limits[name] = number_of(formula, values, f"--limits: {name}", faults)

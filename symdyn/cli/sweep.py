@@ -11,7 +11,7 @@ from symdyn.cli.scene_options import add_reading_options, read_scene
 from symdyn.cli.seconds import seconds
 from symdyn.cli.sweep_outcome import add_outcome, check_outcome, tell_outcome
 from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
-from symdyn.cli.trajectory_options import flattened, pairs
+from symdyn.cli.trajectory_options import flattened, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.study.design import DESIGNS
@@ -122,7 +122,7 @@ def run(options: argparse.Namespace) -> int:
             options.over,
             options.measure,
             until=options.until,
-            forces=flattened(options.forces),
+            forces=forces_told(scene, options),
             start=pairs(options.start, "--start") or None,
             start_rates=pairs(options.start_rates, "--start-rates") or None,
             every=options.every,

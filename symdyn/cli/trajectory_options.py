@@ -14,6 +14,7 @@ from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw.reel import Reel
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
+from symdyn.scene.declaration.value_in_unit import in_si_here
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import Trajectory
@@ -175,6 +176,15 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     found = words(split_commas(text or ""), option, faults)
     close(faults)
     return found
+
+
+def forces_told(scene: Scene, options: argparse.Namespace) -> list[str]:
+    """Return what --forces says; of a formula for an input that is in another unit than SI's, say that it is in SI."""
+    entries = flattened(options.forces)
+    said = [one.partition("=") for one in entries]
+    for line in in_si_here(scene.inputs, [(name.strip(), text.strip()) for name, _, text in said]):
+        say(line)
+    return entries
 
 
 def flattened(entries: Sequence[Sequence[str]] | None) -> list[str]:
