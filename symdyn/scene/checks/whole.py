@@ -97,7 +97,8 @@ def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
                 if not (use.other and misfit(read_unit(use.quantity.unit), read_unit(use.other)) is None):
                     fits(use.quantity, read_unit(use.unit), parameters.union(use.allowed))
             except UnitError as error:
-                why = str(error).replace(f"{use.unit} is asked", f"{use.unit} or {use.other} is asked") if use.other else error
+                asked = f"{use.unit} or {use.other}" if use.other else use.unit
+                why = str(error).replace(f"{use.unit} is asked", f"{asked} is asked")
                 faults.add(use.where, f'{use.key} = "{with_unit(use.quantity, use.quantity.unit)}" {why}')
     if formulas and dimensions:
         check_dimensions(draft.scene, formulas, faults)
