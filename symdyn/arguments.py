@@ -225,6 +225,15 @@ def wholes(*numbers: int | None) -> tuple[Any, ...]:
     return tuple(None if one is None else index(one) for one in numbers)
 
 
+def flags(*told: bool | None) -> tuple[Any, ...]:
+    """Return what a door takes as true or false, of any library, as Python's own, and None as None.
+
+    >>> flags(1, None)
+    (True, None)
+    """
+    return tuple(None if one is None else bool(one) for one in told)
+
+
 @cache
 def _read(door: Callable[..., object]) -> dict[str, Kind]:
     """Return what every argument of a door may be, of those whose kind is known."""

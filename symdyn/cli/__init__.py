@@ -74,8 +74,11 @@ class Parser(argparse.ArgumentParser):
         """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
         self.complete()
         if self.get_default("run") is not None:
-            before = takewhile(lambda word: word != "--", words[0])
+            before = [*takewhile(lambda word: word != "--", words[0])]
             self._refuse_unknown([word for word in before if word.startswith("--") and " " not in word])
+            for word in before:  # argparse takes "--" away wherever it stands, and leaves a list of nothing
+                if word.startswith("-") and word[2:].rpartition("=")[2] == "--" and word.count("=") < 2:
+                    self.error(f"{word}: -- is no value; give one, such as ./-- for a file of that name")
         found, rest = super().parse_known_args(*words, **named)
         self._refuse_unknown([word for word in rest if word.startswith("-") and word not in ("-", "--")])
         return found, self._taken_late(found, rest)

@@ -208,7 +208,7 @@ def load_wrench(load: Load, found: Places) -> Wrench:
 
 def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
     try:
-        return np.asarray(q, dtype=np.float64)
+        return np.atleast_1d(np.asarray(q, dtype=np.float64))
     except (TypeError, ValueError, OverflowError) as fault:
         names = ", ".join(scene.coordinates)
         raise DrawError(f"{scene.name}: q = {quoted(q)} is no position; give a number for each of {names}") from fault

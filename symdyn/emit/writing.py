@@ -55,8 +55,8 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
                 _fill(temporary, contents)
             for temporary, name in zip(aside, files, strict=True):
                 os.replace(temporary, place / name)
-    except OSError as fault:
-        reason = fault.strerror or str(fault)
+    except (OSError, ValueError) as fault:  # a name that no system can spell
+        reason = getattr(fault, "strerror", None) or str(fault)
         message = f"{place}: cannot write {', '.join(files)} there ({reason}); give a folder that you may write to"
         raise EmitError(message) from fault
     return tuple(place / name for name in files)

@@ -26,6 +26,7 @@ from numbers import Integral
 from operator import index
 from typing import SupportsIndex
 
+from symdyn.errors import quoted
 from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
@@ -121,6 +122,8 @@ def parse(text: str) -> Quantity:
     Raises:
         FormulaError: the text is no formula of the grammar above, divides by zero, or exceeds its bounds.
     """
+    if not isinstance(text, str):
+        raise FormulaError(f'{quoted(text)} is no text; give a formula as text, such as "3*x"')
     if len(text) > LONGEST_TEXT:
         raise FormulaError(f"is a formula of {len(text)} characters; {LONGEST_TEXT} are allowed")
     try:

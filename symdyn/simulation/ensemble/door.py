@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.arguments import check_arguments, doubles
+from symdyn.arguments import check_arguments, doubles, flags
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of
 from symdyn.scene.values.table import Faults
@@ -92,7 +92,10 @@ def ensemble(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     check_arguments(ensemble, locals(), SimulateError)
-    until, every, rtol, atol = doubles(until, every, rtol, atol)
+    (until, every, rtol, atol), (samples, ignore_limits) = (
+        doubles(until, every, rtol, atol),
+        flags(samples, ignore_limits),
+    )
     begin = time.perf_counter()
     stops = (stops,) if isinstance(stops, str) else tuple(stops)
     texts = (measures,) if isinstance(measures, str | Measure) else tuple(measures)
