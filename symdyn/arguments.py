@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set, Sized
 from dataclasses import dataclass
@@ -73,6 +74,10 @@ def _named(value: Any) -> bool:
     return all(isinstance(one, str) for one in value.keys())  # noqa: SIM118  a series of pandas yields its values
 
 
+def _path(value: Any) -> bool:
+    return hasattr(type(value), "__fspath__") and isinstance(os.fspath(value), str)
+
+
 KINDS = {
     "float": Kind(("a number", "numbers"), _number),
     "int": Kind(("a whole number", "whole numbers"), _whole),
@@ -82,8 +87,8 @@ KINDS = {
     "Callable": Kind(("a function", "functions"), callable),
     "Mapping": Kind(("values by name, as in {'q1': 0.3}", "mappings"), _named),
     "Array": Kind(("an array", "arrays"), lambda value: hasattr(value, "__array__")),
-    "PathLike": Kind(("a path", "paths"), lambda value: hasattr(type(value), "__fspath__")),
-    "Path": Kind(("a path", "paths"), lambda value: hasattr(type(value), "__fspath__")),
+    "PathLike": Kind(("a path", "paths"), _path),
+    "Path": Kind(("a path", "paths"), _path),
 }
 """What stands by itself; a series of pandas has items, too."""
 

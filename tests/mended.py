@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LACKS = (
     *("ImportError:", "ModuleNotFoundError:", "AttributeError: module 'symdyn", "NameError:", "fixture '"),
     *("unexpected keyword argument", "unrecognized arguments", "invalid choice", "FileNotFoundError:"),
+    *("has no attribute '", "is no key"),
 )
 """What a test ends with that shows a missing name, flag or file, not a fault."""
 

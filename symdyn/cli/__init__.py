@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 from symdyn import shell
 from symdyn.cli.streams import prepare_streams, silence_stdout
 from symdyn.cli.talk import begin, fail, print_json, say
-from symdyn.errors import SymdynError, SymdynWarning, printable
+from symdyn.errors import SymdynError, SymdynWarning, printable, without_long_words
 from symdyn.resources import version
 from symdyn.rounding import ALL, MOST, showing
 
@@ -103,7 +103,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print usage and message, and exit with 2."""
-        super().error(printable(message))
+        super().error(printable(without_long_words(message)))
 
 
 def _meant(word: str, known: Sequence[str]) -> str:
@@ -199,7 +199,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         silence_stdout()
         return 0
     except OSError as fault:  # a full disk under stdout, for one
-        fail(fault.strerror or fault)
+        fail(f"{fault.filename or 'standard output'}: {fault.strerror or fault}")
         return 1
     return status
 
