@@ -135,7 +135,7 @@ def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "")
         quick = {name for name, runner in RUNNERS.items() if not runner.asked}
         having = {name for name, row in TARGETS.items() if real in row.reals and (row.shortens or not accuracy)}
         return tuple(name for name in TARGETS if name in quick & having)
-    if not targets:
+    if len(targets) == 0:
         raise EmitError("no target is asked for: the list is empty; name some, or leave targets out")
     for name in targets:
         if name not in TARGETS:
