@@ -23,7 +23,7 @@ from symdyn.dynamics.loops.reduction import (
 )
 from symdyn.dynamics.mechanism.ldl import Factored, factored
 from symdyn.dynamics.mechanism.prescribed import at_time
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.unlocked import cached_property
 
@@ -103,9 +103,11 @@ class LoopWorkspace:
         entries = [x for row in w.composite_mass for x in row]
         zeros = self.numbers.normalised(np.zeros(len(w.state.q)))
         for q in map(np.array, (zeros, assembly.q, assembly.typical, *assembly.places)):
-            found = np.array(evaluate(entries, Floats(), self.values(q) | at_time(w.scene, w.graph)), dtype=np.float64)
-            if not np.isfinite(found).all():
+            try:
+                numbers = evaluate(entries, Floats(), self.values(q) | at_time(w.scene, w.graph))
+            except NoValueError:  # no position of this mechanism
                 continue
+            found = np.array(numbers, dtype=np.float64)
             size = np.linalg.eigvalsh(found.reshape(w.state.n, w.state.n))
             if not size[0] > SINGULAR * abs(size[-1]):
                 return True
