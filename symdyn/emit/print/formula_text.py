@@ -7,7 +7,7 @@ A printer yields text with break marks in front of every + and - at which a line
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 
@@ -174,9 +174,15 @@ class Latex:
     symbols: Mapping[str, str]
     digits: int | None = 6
     widest: float = 0.7 * LINE
+    _known: dict[int, tuple[Form, str]] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __call__(self, form: Form) -> str:
-        """Return LaTeX with break marks."""
+        """Return LaTeX with break marks, which is written once: a fraction is tried in several ways."""
+        if id(form) not in self._known:
+            self._known[id(form)] = form, self._written(form)
+        return self._known[id(form)][1]
+
+    def _written(self, form: Form) -> str:
         if isinstance(form, Sum):
             return _signed_sum(form, self, self.bracketed)
         if isinstance(form, Product):
