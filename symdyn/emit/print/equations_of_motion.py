@@ -53,7 +53,7 @@ class EquationsOfMotion(Shown):
         >>> import symdyn
         >>> print(symdyn.equations(symdyn.example("pendulum")).latex())
         \begin{align*}
-          & m l^2 \ddot q_1 + m l g \sin q_1 = \tau_1 - b \dot q_1
+          m l^2 \ddot q_1 + m l g \sin q_1 &= \tau_1 - b \dot q_1
         \end{align*}
         """
         check_arguments(EquationsOfMotion.latex, locals(), EmitError)
