@@ -120,7 +120,11 @@ def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
     for value, y in zip(values, below.T, strict=True):
         if value.imag < 0:
             continue
-        z = np.linalg.solve(value * np.eye(zeros) - N, R @ y)
+        shifted = value * np.eye(zeros) - N
+        try:
+            z = np.linalg.solve(shifted, R @ y)
+        except np.linalg.LinAlgError:  # an eigenvalue that doubles cannot tell from zero beside the others
+            z = np.linalg.lstsq(shifted, R @ y, rcond=None)[0]
         shape = scale * (Q @ np.concatenate([z, y]))
         modes.append(Mode(complex(value), np.asarray(shape / shape[np.abs(shape).argmax()], dtype=np.complex128)))
     top = max((abs(mode.value) for mode in modes), default=0.0)
