@@ -18,7 +18,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import MethodError, SimulateError, UnknownNameError
 from symdyn.graph import Graph
 from symdyn.notebook import bundle
-from symdyn.scene import bind, velocity_name
+from symdyn.scene import bind, read_text, velocity_name
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
 
@@ -64,6 +64,26 @@ def test_all_faults_of_a_call_are_told_at_once() -> None:
         "folds nothing", "workers = 0",
     ):  # fmt: skip
         assert part in words
+
+
+def test_a_scene_whose_motion_needs_no_parameter_runs_in_lanes() -> None:
+    text = """
+    name = "idle"
+    gravity = "none"
+    [parameters]
+    m = "2 kg"
+    [bodies.arm]
+    particles = [{mass = "m", at = [0.5, 0, 0]}]
+    [joints.j]
+    type = "revolute"
+    parent = "ground"
+    child = "arm"
+    axis = [0, 1, 0]
+    """
+    scene = read_text(text)
+    (name,) = scene.coordinates
+    runs = symdyn.ensemble(scene, until=0.5, start_rates={name: 2.0}, values={"m": [1.0, 3.0]}, measures="end(t)")
+    np.testing.assert_allclose(runs.q[:, 0], 1.0, rtol=1e-9)
 
 
 TREES = [

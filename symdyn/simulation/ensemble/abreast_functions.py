@@ -100,11 +100,16 @@ def abreast(
     apart = [
         replace(
             one.function,
-            arguments=tuple(replace(a, name=VALUES) if a.name == PREPARED else a for a in one.function.arguments),
+            arguments=tuple(
+                replace(a, name=VALUES) if a.name == PREPARED else a
+                for a in one.function.arguments
+                if a.symbols or a.name != PREPARED  # where no function needs a parameter there are no values
+            ),
         )
         for one in made.routines
+        if one.function.entries
     ]
-    graph = first.entries[0].graph
+    graph = apart[0].entries[0].graph
     program = check(assemble(found.scene, graph, tuple(apart)))
     names = tuple(str(one.value) for a in first.arguments for one in a.symbols)
     return Abreast(program, names, len(first.entries), len(seen), len(watched), len(both))
