@@ -236,6 +236,12 @@ def test_limits_are_those_of_simpler_mechanisms() -> None:
     assert "never mounted" in said(one)
 
 
+def test_a_parameter_that_vanishes_may_stand_in_the_bodies_that_are_left() -> None:
+    text = SCENES["two_link"].read_text(encoding="utf-8")
+    document = walkthrough(read_text(text.replace('mass = "m2"', 'mass = "m1/2"'), "even"))
+    assert "limits" in keys(document)
+
+
 def test_a_name_of_ours_is_none_of_the_scene() -> None:
     document = walkthrough(read(ROOT / "tests/data/found/collide.toml"))
     assert {"near:stable", "landscape", "compare", "limits"} <= keys(document)

@@ -102,8 +102,9 @@ def _smaller(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> list[Block]:
         left = substitute(nodes, {vanishing: graph.zero})
         if smaller is None or not nodes or not all(x.is_zero for x in left):
             continue
-        other = energies(smaller, graph)
-        same = zero(lesson, K - other.K) and zero(lesson, P - other.P)
+        other = energies(smaller, graph)  # the parameter may stand in what is left, too
+        less = substitute([other.K, other.P], {vanishing: graph.zero})
+        same = zero(lesson, K - less[0]) and zero(lesson, P - less[1])
         assert same, f"without {body.name} the energies are others: one of the two derivations is wrong"
         return [lesson.say("limits.smaller", parameter=named(vanishing), body=body.name)]
     return []
