@@ -49,6 +49,12 @@ def test_a_placeholder_alone_breaks_the_triangle_inequality_and_not_by_rounding(
         read(written(tmp_path, robot(PLACEHOLDER, trunk, weld)), floating_base="floating")
 
 
+def test_an_inertia_that_overflows_on_the_way_to_the_common_centre_is_told(tmp_path: Path) -> None:
+    huge = '<mass value="1"/><inertia ixx="1" iyy="1.797e308" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    with pytest.raises(SceneError, match="beyond the largest double"):
+        read(written(tmp_path, robot(huge, GOOD)), floating_base="floating")
+
+
 @pytest.mark.mends("30.robots.5")
 @pytest.mark.parametrize(
     "moments",

@@ -100,13 +100,14 @@ def _together(scene: Scene, welds: Welds, names: Collection[str], values: Mappin
         ]
     except (FormulaError, ZeroDivisionError, OverflowError):
         return "not all of its numbers have values"
-    total = sum(mass for mass, _, _ in parts)
-    middle = sum((mass * centre for mass, centre, _ in parts), start=np.zeros(3)) / (total or 1.0)
-    whole = np.zeros((3, 3))
-    for mass, centre, inertia in parts:
-        arm = centre - middle
-        whole = whole + inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return impossible(((whole + whole.T) / 2).tolist())
+    with np.errstate(over="ignore", invalid="ignore"):  # `impossible` tells
+        total = sum(mass for mass, _, _ in parts)
+        middle = sum((mass * centre for mass, centre, _ in parts), start=np.zeros(3)) / (total or 1.0)
+        whole = np.zeros((3, 3))
+        for mass, centre, inertia in parts:
+            arm = centre - middle
+            whole = whole + inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        return impossible(((whole + whole.T) / 2).tolist())
 
 
 def _frames(welds: Welds, name: str, values: Mapping[str, Value]) -> dict[str, Any]:

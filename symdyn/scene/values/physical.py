@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations
+from math import isfinite
 
 from symdyn.scene.values.body import Body
 from symdyn.scene.values.folding import FormulaError
@@ -17,6 +18,9 @@ from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.value import Value, value_of
 
 Matrix = list[list[Value]]
+
+TOO_LARGE = "its entries are beyond the largest double"
+"""The condition that no inertia breaks on paper: the matrix, or what it is moved to, has no value."""
 
 ROUNDING = 1e-12
 """Slack relative to the largest entry when some entry is a float; exact numbers get none."""
@@ -51,7 +55,7 @@ def inertia_fault(body: Body, values: Mapping[str, Value]) -> tuple[str, str] | 
             return None
         condition = impossible(matrix)
     except OverflowError:
-        condition = "its entries are beyond the largest double"
+        condition = TOO_LARGE
     if condition is None:
         return None
     about = "as given" if body.about == "com" else "moved to the centre of mass"
@@ -91,6 +95,8 @@ def impossible(matrix: Matrix) -> str | None:
     largest = max(max(x, -x) for row in matrix for x in row)
     if not largest:
         return None
+    if not all(isinstance(x, Fraction) or isfinite(x) for row in matrix for x in row):
+        return TOO_LARGE
     slack = SMALLEST / (largest if isinstance(largest, Fraction) else Fraction(largest))
     scaled = [[x / largest + (slack if i == j else 0) for j, x in enumerate(row)] for i, row in enumerate(matrix)]
     half = (scaled[0][0] + scaled[1][1] + scaled[2][2]) / 2
