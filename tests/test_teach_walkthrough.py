@@ -683,3 +683,21 @@ def test_a_lesson_that_nobody_would_read_is_refused_early() -> None:
         walkthrough(scene("arm7"))
 
     assert calls.number < 700_000
+
+
+@pytest.mark.parametrize("angle", ["atan2(l, h) - 2*(l/h)", "2*l/h", "sqrt(l/h + 1)*(l + h)/h", "l*(1 + l/h)/h"])
+def test_an_angle_that_is_a_formula_of_lengths_is_read_again_from_what_is_printed(angle: str) -> None:
+    text = f"""
+    name = "tilted"
+    gravity = [0, "-9.81", 0]
+    parameters = {{ l = {{ unit = "m" }}, h = {{ unit = "m" }} }}
+    bodies.arm.particles = [{{ mass = 1, at = ["l", "h", 1] }}]
+    [joints.j]
+    type = "revolute"
+    parent = "ground"
+    child = "arm"
+    axis = [0, 0, 1]
+    origin = {{ rpy = ["{angle}", 0, 0] }}
+    """
+    document = walkthrough(read_text(text, "tilted"))
+    assert any("square" in step.key for section in document.sections for step in section.steps)

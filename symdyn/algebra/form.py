@@ -6,6 +6,7 @@ The graph shares and orders for machines; a form keeps the brackets, the order o
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -258,6 +259,16 @@ def express_form(form: Form, graph: Graph) -> Expr:
     for factor in form.factors:
         result = graph.mul(result, express_form(factor, graph))
     return result
+
+
+def in_any_order(form: Form) -> object:
+    """Return what two forms share that differ in the order of their terms and factors alone."""
+    parts = tuple(map(in_any_order, parts_of(form)))
+    if isinstance(form, (Sum, Product)):
+        return type(form), frozenset(Counter(parts).items())
+    if isinstance(form, Power):
+        return form.exponent, parts
+    return (form.op, parts) if isinstance(form, Function) else form
 
 
 def in_place(form: Form, known: Mapping[str, Form]) -> Form:

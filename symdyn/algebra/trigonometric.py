@@ -21,14 +21,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import compress
+from math import prod
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 from flint.utils.flint_exceptions import DomainError
 
 from symdyn.algebra.collect import rounded
+from symdyn.algebra.form import Number, factors_of, form_of, in_any_order, product_of
 from symdyn.algebra.generators import (
     COSINES,
+    Atom,
     angle_units,
     choose_generators,
     prime_factors,
@@ -197,10 +200,10 @@ class TrigonometricRing(Arithmetic):
         if node.op in (Op.SIN, Op.COS):
             return self._circular(node.args[0])[0 if node.op is Op.COS else 1]
         if node.op is not Op.SQRT:
-            return self._gens[self._index["function", node, 0]]
+            return self._gens[self._index["function", self._announced("function", node)[1], 0]]
         if node.args[0].op is Op.CONSTANT:
             return self._root(node.args[0].value)  # type: ignore[arg-type]
-        slot = self._index["root", node, 0]
+        slot = self._index["root", self._announced("root", node)[1], 0]
         if all(relation.index != slot for relation in self._relations):
             self._relate(slot, 2, self._gens[slot] ** 2 - args[0])
         return self._gens[slot]
@@ -233,8 +236,9 @@ class TrigonometricRing(Arithmetic):
             return self._pairs[angle]
         exact, parts = read_angle(angle, self._totals)
         pair = self._cosine(exact % 24), self._cosine((exact - 6) % 24)
-        for atom, coefficient in parts:
-            split = split_by_units(coefficient, self._units[atom])
+        for read, coefficient in parts:
+            scale, atom = self._announced("cos", read)
+            split = split_by_units(coefficient * scale, self._units[atom])
             assert split is not None, f"{angle} was not announced to this ring"
             for unit, count in split:
                 c, s = self._gens[self._circle["cos", atom, unit]], self._gens[self._circle["sin", atom, unit]]
@@ -242,6 +246,22 @@ class TrigonometricRing(Arithmetic):
                     pair = self.turned(pair, (c, s if count > 0 else -s))
         self._pairs[angle] = pair
         return pair
+
+    def _announced(self, kind: str, node: Atom) -> tuple[Fraction, Atom]:
+        """Return number and node of a generator of a kind whose product reads as a node does; 1 and the node if none.
+
+        What was printed and taken back to the graph is built in another order: 2 · (l/r) becomes (1/r) · (2 · l).
+        """
+        if node is None or any((kind, node) == (g.kind, g.node) for g in self.generators):
+            return Fraction(1), node
+        numbers, others = [], []
+        for factor in factors_of(form_of(node)):
+            (numbers if isinstance(factor, Number) else others).append(factor)
+        same = in_any_order(product_of(others))
+        for g in self.generators:
+            if g.kind == kind and g.node is not None and in_any_order(form_of(g.node)) == same:
+                return prod((one.value for one in numbers), start=Fraction(1)), g.node
+        return Fraction(1), node
 
     def turned(self, a: Pair, b: Pair) -> Pair:
         """Return cosine and sine of the sum of two angles."""
