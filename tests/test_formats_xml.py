@@ -10,7 +10,7 @@ import pytest
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.formats import xml
-from symdyn.scene.formats.xml import Element, parse_xml, read_xml
+from symdyn.scene.formats.xml import XmlElement, parse_xml, read_xml
 
 BOMB = b"""<?xml version="1.0"?>
 <!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;">]>
@@ -104,7 +104,7 @@ def test_elements_know_their_lines_and_come_in_order():
     assert [e.attributes["name"] for e in root.all("link")] == ["a", "b"]
     assert root.first("joint") is root.children[1]
     assert root.first("nothing") is None
-    assert isinstance(root, Element)
+    assert isinstance(root, XmlElement)
 
 
 def test_files_that_cannot_be_opened_say_why(tmp_path: Path):
@@ -155,7 +155,7 @@ def test_what_stands_in_front_of_the_root_is_not_searched_for_ever(text):
     assert "is not well-formed XML" in refusal(text)
 
 
-def _parse_telling(text: bytes, told: list[str]) -> Element:
+def _parse_telling(text: bytes, told: list[str]) -> XmlElement:
     """Return the root; the notes go into `told`, where the reader has any."""
     parameters = inspect.signature(parse_xml).parameters
     more = {"note": lambda where, what: told.append(f"{where}: {what}")} if "note" in parameters else {}

@@ -254,13 +254,13 @@ class TrigonometricRing(Arithmetic):
         """
         if node is None or any((kind, node) == (g.kind, g.node) for g in self.generators):
             return Fraction(1), node
-        numbers, others = [], []
-        for factor in factors_of(form_of(node)):
-            (numbers if isinstance(factor, Number) else others).append(factor)
+        factors = factors_of(form_of(node))
+        numbers = [one.value for one in factors if isinstance(one, Number)]
+        others = [one for one in factors if not isinstance(one, Number)]
         same = in_any_order(product_of(others))
         for g in self.generators:
             if g.kind == kind and g.node is not None and in_any_order(form_of(g.node)) == same:
-                return prod((one.value for one in numbers), start=Fraction(1)), g.node
+                return prod(numbers, start=Fraction(1)), g.node
         return Fraction(1), node
 
     def turned(self, a: Pair, b: Pair) -> Pair:

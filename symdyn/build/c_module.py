@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.on_threads import price, run_rows, split
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources, emit
@@ -58,7 +58,7 @@ def build(
     endings = ("", "_batch", "_rows") if sources.option == BATCH else ("",)
     exports = tuple(f"{opening}_{name}{ending}" for name in sources.functions for ending in endings)
     kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
-    path, library = load(sources.texts, find_compiler(compiler, machine), patience, kind)
+    path, library = load_library(sources.texts, find_compiler(compiler, machine), patience, kind)
     return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library, threads))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
-from symdyn.build.library import Kind, load
+from symdyn.build.library import Kind, load_library
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources
 from symdyn.emit.targets.ufunc import UFUNC
@@ -43,7 +43,7 @@ def build_extension(
     """
     check_target(sources, UFUNC)
     kind = extension_kind(Path(sources.files[0][0]).stem)
-    path, module = load(sources.texts, find_compiler(compiler, machine), patience, kind)
+    path, module = load_library(sources.texts, find_compiler(compiler, machine), patience, kind)
     assert isinstance(module, ModuleType), "an extension's kind opens modules"
     module.__file__ = str(path)
     return path, module

@@ -17,7 +17,7 @@ from symdyn.build.commands import threads
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.extension import extension_kind
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.lock import Lock
 from symdyn.build.runners import or_warn, run_python
 from symdyn.emit import emit
@@ -42,7 +42,7 @@ class Makers:
         self.asked = compiler
         self._compiler = find_compiler(compiler, machine)
         kind = extension_kind(RUNTIME)
-        self.module: ModuleType = load(runtime_templates(), self._compiler, PATIENCE, kind, runtime)[1]
+        self.module: ModuleType = load_library(runtime_templates(), self._compiler, PATIENCE, kind, runtime)[1]
 
     def places(self, made: Code, soon: bool = False) -> list[int]:
         """Return where the entries of code are in memory, compiled unless they are in the cache.
@@ -52,7 +52,7 @@ class Makers:
         """
         symbols = tuple(one.symbol for one in made.entries)
         kind = Kind(SUFFIX, Needs(exports=symbols, soon=soon), ("entries",), ctypes.CDLL)
-        library = load(made.files, self._compiler, PATIENCE, kind)[1]
+        library = load_library(made.files, self._compiler, PATIENCE, kind)[1]
         return [ctypes.cast(getattr(library, one), ctypes.c_void_p).value or 0 for one in symbols]
 
     def ufunc(self, entry: Entry, place: int, floats: bool, later: Callable[[str, bool], int] | None) -> np.ufunc:

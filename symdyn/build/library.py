@@ -61,7 +61,7 @@ PLAIN = Kind(SUFFIX, NOTHING, (), ctypes.CDLL)
 Files = Mapping[str, str]
 
 
-def load(
+def load_library(
     files: Files,
     compiler: Compiler,
     patience: float = PATIENCE,

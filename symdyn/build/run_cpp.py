@@ -7,7 +7,7 @@ import ctypes
 from symdyn.build.c_module import Module, functions_of
 from symdyn.build.compiler import CPLUSPLUS, find_compiler
 from symdyn.build.dialects import CALLS, Needs
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources
 from symdyn.emit.code.identifiers import stem
@@ -26,7 +26,7 @@ def run_cpp(sources: Sources) -> Module:
     check_target(sources, CPP)
     files, exports = with_calls(sources)
     kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
-    path, library = load(files, find_compiler(language=CPLUSPLUS), kind=kind)
+    path, library = load_library(files, find_compiler(language=CPLUSPLUS), kind=kind)
     return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library))
 
 

@@ -22,7 +22,7 @@ from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import BuildError, MissingNode
 
-CANDIDATES = ("node", "nodejs")
+NODE_COMMANDS = ("node", "nodejs")
 
 
 def find_node() -> str:
@@ -31,11 +31,13 @@ def find_node() -> str:
     Raises:
         MissingNode: there is none.
     """
-    for name in CANDIDATES:
+    for name in NODE_COMMANDS:
         path = shutil.which(name)
         if path is not None:
             return path
-    raise MissingNode(f"no Node.js found (tried {', '.join(CANDIDATES)}); install it, `apt-get install nodejs` for one")
+    raise MissingNode(
+        f"no Node.js found (tried {', '.join(NODE_COMMANDS)}); install it, `apt-get install nodejs` for one"
+    )
 
 
 def run_js(sources: Sources) -> SimpleNamespace:

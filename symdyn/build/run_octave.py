@@ -24,7 +24,7 @@ from symdyn.emit.render import verbatim
 from symdyn.emit.targets.matlab import FLAGS, MATLAB, MEX
 from symdyn.errors import BuildError, MissingProgram
 
-CANDIDATES = ("octave-cli", "octave")
+OCTAVE_COMMANDS = ("octave-cli", "octave")
 
 OPTIONS = ("--quiet", "--norc", "--no-history", "--no-window-system")
 
@@ -35,12 +35,12 @@ def find_octave() -> str:
     Raises:
         MissingProgram: there is none.
     """
-    for name in CANDIDATES:
+    for name in OCTAVE_COMMANDS:
         path = shutil.which(name)
         if path is not None:
             return path
     raise MissingProgram(
-        f"no Octave found (tried {', '.join(CANDIDATES)}); install it, `apt-get install octave` for one"
+        f"no Octave found (tried {', '.join(OCTAVE_COMMANDS)}); install it, `apt-get install octave` for one"
     )
 
 

@@ -8,7 +8,7 @@ from math import prod
 from symdyn.build.c_module import Module, functions_of
 from symdyn.build.compiler import RUSTC, find_compiler
 from symdyn.build.dialects import CALLS, Needs
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.warned import check_target
 from symdyn.emit import Sources
 from symdyn.emit.code.identifiers import stem
@@ -29,7 +29,7 @@ def run_rust(sources: Sources) -> Module:
     check_target(sources, RUST)
     files, exports = with_calls(sources)
     kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
-    path, library = load(files, find_compiler(language=RUSTC), kind=kind)
+    path, library = load_library(files, find_compiler(language=RUSTC), kind=kind)
     return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library))
 
 

@@ -20,8 +20,8 @@ from symdyn.build.compiler import CPLUSPLUS, RUSTC, find_compiler, try_compiler
 from symdyn.build.entry import distrust
 from symdyn.build.extension import python_headers
 from symdyn.build.folder import CACHE_VARIABLE, cache_folder
-from symdyn.build.run_node import CANDIDATES
-from symdyn.build.run_octave import CANDIDATES as OCTAVE
+from symdyn.build.run_node import NODE_COMMANDS
+from symdyn.build.run_octave import OCTAVE_COMMANDS
 from symdyn.cli.talk import give, print_table, print_text
 from symdyn.errors import BuildError, printable
 from symdyn.extras import EXTRAS, install
@@ -33,8 +33,8 @@ PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),
     "C++ compiler": (CPLUSPLUS.candidates, "verify measures no C++, which is written all the same"),
     "Rust compiler": (RUSTC.candidates, "verify measures no Rust, which is written all the same"),
-    "Node.js": (CANDIDATES, "verify runs no JavaScript, which is written all the same"),
-    "Octave": (OCTAVE, "verify measures no MATLAB, which is written all the same"),
+    "Node.js": (NODE_COMMANDS, "verify runs no JavaScript, which is written all the same"),
+    "Octave": (OCTAVE_COMMANDS, "verify measures no MATLAB, which is written all the same"),
     "Chromium": (
         ("chromium", "chromium-browser", "google-chrome", "chrome"),
         "nothing: only tests of pages run it, and any browser shows them",

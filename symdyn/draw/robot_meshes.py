@@ -28,7 +28,7 @@ from symdyn.errors import DrawError, SceneError
 from symdyn.scene import GROUND, Scene
 from symdyn.scene.declaration.reading import read_bounded
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.xml import Element, parse_xml, read_xml
+from symdyn.scene.formats.xml import XmlElement, parse_xml, read_xml
 from symdyn.scene.values.table import show
 
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
@@ -74,7 +74,7 @@ def robot_solids(scene: Scene, note: Callable[[str], None]) -> dict[str, tuple[S
     return found if any(found.values()) else {}
 
 
-def _shown(link: Element, shelf: _Shelf, note: Callable[[str], None]) -> tuple[Solid, ...] | None:
+def _shown(link: XmlElement, shelf: _Shelf, note: Callable[[str], None]) -> tuple[Solid, ...] | None:
     """Return what a link looks like, else what touches; () where it has no shape, None where none can be shown."""
     hidden = False
     for tag in ("visual", "collision"):
@@ -89,7 +89,7 @@ def _shown(link: Element, shelf: _Shelf, note: Callable[[str], None]) -> tuple[S
     return None if hidden else ()
 
 
-def _colours(root: Element, name: str, note: Callable[[str], None]) -> dict[str, tuple[str, float]]:
+def _colours(root: XmlElement, name: str, note: Callable[[str], None]) -> dict[str, tuple[str, float]]:
     """Return the named materials of a file: colour and alpha."""
     found = {}
     for one in root.all("material"):
@@ -103,7 +103,7 @@ def _colours(root: Element, name: str, note: Callable[[str], None]) -> dict[str,
     return found
 
 
-def _colour(material: Element) -> tuple[str, float] | None:
+def _colour(material: XmlElement) -> tuple[str, float] | None:
     colour = material.first("color")
     if colour is None:
         return None
@@ -111,7 +111,7 @@ def _colour(material: Element) -> tuple[str, float] | None:
     return f"#{round(255 * red):02x}{round(255 * green):02x}{round(255 * blue):02x}", alpha
 
 
-def _numbers(element: Element | None, key: str, count: int, other: tuple[float, ...]) -> Array:
+def _numbers(element: XmlElement | None, key: str, count: int, other: tuple[float, ...]) -> Array:
     """Return the numbers of an attribute, the other ones where it is not there."""
     if element is None or key not in element.attributes:
         return np.array(other)
@@ -134,7 +134,7 @@ class _Shelf:
     size: int = 0
     triangles: int = 0
 
-    def solids(self, shown: Element) -> Iterator[Solid]:
+    def solids(self, shown: XmlElement) -> Iterator[Solid]:
         """Yield the solids of a <visual> or <collision>, in the frame of its link."""
         geometry, origin = shown.first("geometry"), shown.first("origin")
         shape = next(iter(geometry.children), None) if geometry is not None else None
@@ -148,14 +148,14 @@ class _Shelf:
                 raise NoMeshError(f"what the file shows has more than {MOST_TRIANGLES} triangles")
             yield one.put(R, p)
 
-    def look(self, shown: Element) -> tuple[str, float] | None:
+    def look(self, shown: XmlElement) -> tuple[str, float] | None:
         """Return the colour that the robot file gives, None for none."""
         material = shown.first("material")
         if material is None:
             return None
         return _colour(material) or self.colours.get(material.attributes.get("name", ""))
 
-    def shape(self, shape: Element, look: tuple[str, float] | None) -> Iterator[Solid]:
+    def shape(self, shape: XmlElement, look: tuple[str, float] | None) -> Iterator[Solid]:
         """Yield the solids of a geometry, around its origin."""
         colour, alpha = look or (PLAIN, 1.0)
         if shape.tag == "box":

@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism.placements import ends_apart
 from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
-from symdyn.scene.values.key import TIME as CLOCK
+from symdyn.scene.values.key import TIMED
 from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.spatial import dot
 
@@ -60,7 +60,7 @@ def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
     for one in scene.elements:
         for part in FORCES[one.kind].parts:
             for _, formula, allowed in part.numbers(one):
-                if allowed == CLOCK:
+                if allowed == TIMED:
                     yield f"{one.kind} {one.name}", formula
 
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
-from symdyn.scene import Scene
-from symdyn.scene.formats.toml_writer import write_text
+from symdyn.scene import Scene, write_text
 from symdyn.scene.units import coordinate_units, told_units, velocity_units, written_in_si
 from symdyn.scene.values.table import Faults, shorten
 from symdyn.study.design import Design
@@ -71,7 +70,7 @@ class Job:
     @property
     def scene_text(self) -> str:
         """The scene as TOML."""
-        return write_text(written_in_si(self.scene)).text
+        return write_text(written_in_si(self.scene), "toml").text
 
     @property
     def told(self) -> dict[str, Any]:

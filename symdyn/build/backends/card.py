@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.build.compiler import CUDA, NOTHING, find_compiler
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.emit import emit
 from symdyn.emit.code.target import Sources
 from symdyn.emit.targets.gpu import GPU
@@ -56,7 +56,7 @@ def compiled(files: Files, machine: str, kind: Kind = PLAIN) -> tuple[Path, ctyp
     Raises:
         BuildError: nvcc is not there, or refuses.
     """
-    path, library = load(files, replace(find_compiler(language=CUDA), machine=(f"-arch={machine}",)), kind=kind)
+    path, library = load_library(files, replace(find_compiler(language=CUDA), machine=(f"-arch={machine}",)), kind=kind)
     return path, library
 
 

@@ -11,7 +11,7 @@ import jaxlib
 
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.emit import emit
 from symdyn.emit.code.target import Sources
 from symdyn.emit.targets.c import BATCH, C
@@ -41,7 +41,7 @@ def register(
     more, symbols = handlers(sources, columns)
     needs = Needs(headers=HEADERS, exports=tuple(symbols))
     kind = Kind(SUFFIX, needs, ABI, ctypes.CDLL)
-    path, library = load({**sources.texts, **more}, find_compiler(compiler, machine), PATIENCE, kind)
+    path, library = load_library({**sources.texts, **more}, find_compiler(compiler, machine), PATIENCE, kind)
     return hand_over("cpu", sources, symbols, path, library)
 
 

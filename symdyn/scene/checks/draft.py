@@ -13,7 +13,7 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.key import MOTION, PARAMETERS, TIME, Key
+from symdyn.scene.values.key import MOTION, PARAMETERS, TIMED, Key
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import CLOCK
 from symdyn.scene.values.quantity import Quantity
@@ -72,7 +72,7 @@ def uses(draft: Draft) -> Iterator[Use]:
         yield from _joint(place, joint, timed)
     for place, point in zip(where["points"], scene.points, strict=True):
         yield from _steps(place, "at", point.at)
-    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIME: timed}
+    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIMED: timed}
     for place, one in zip(where["elements"], scene.elements, strict=True):
         straight = slides(scene, one)
         for part in FORCES[one.kind].parts:

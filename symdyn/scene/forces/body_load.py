@@ -8,7 +8,7 @@ from symdyn.graph import Graph
 from symdyn.scene.forces.attachments import AtBody
 from symdyn.scene.forces.force_kind import ForceKind, Push
 from symdyn.scene.values.element import Load
-from symdyn.scene.values.key import TIME, Key, Stand, choice
+from symdyn.scene.values.key import TIMED, Key, Stand, choice
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.quantity import NULL, Vector, express
 from symdyn.scene.values.shapes import choice_of
@@ -50,9 +50,9 @@ LOAD = ForceKind(
             letters=("Fx", "Fy", "Fz"),
             unit="N",
             text="force of {}",
-            names=TIME,
+            names=TIMED,
         ),
-        Key("couple", Table.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIME),
+        Key("couple", Table.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIMED),
         Key("frame", choice("ground", "body"), "ground", shape=choice_of("ground", "body")),
     ),
     needs=("force", "couple"),

@@ -6,7 +6,7 @@ import re
 from decimal import Decimal
 
 from symdyn.scene.formats.snap import snap_angle
-from symdyn.scene.formats.xml import Element
+from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
@@ -24,14 +24,14 @@ class Attributes:
         self.faults, self.snap = faults, snap
         self._snapped: dict[tuple[str, Quantity], list[str]] = {}
 
-    def text(self, where: str, element: Element, key: str, advice: str) -> str:
+    def text(self, where: str, element: XmlElement, key: str, advice: str) -> str:
         """Return text that must be given, "" after a fault."""
         value = element.attributes.get(key, "").strip()
         if not value:
             self.faults.add(where, f"<{element.tag}> has no {key}; {advice}")
         return value
 
-    def number(self, where: str, element: Element, key: str, default: Quantity | None = ZERO) -> Quantity:
+    def number(self, where: str, element: XmlElement, key: str, default: Quantity | None = ZERO) -> Quantity:
         """Return a number; one that must be given has no default."""
         if key not in element.attributes:
             if default is None:
@@ -39,19 +39,19 @@ class Attributes:
             return default or ZERO
         return self._read(where, element, key, element.attributes[key].strip())
 
-    def angle(self, where: str, element: Element, key: str) -> Quantity:
+    def angle(self, where: str, element: XmlElement, key: str) -> Quantity:
         """Return an angle, rad; 0 when it is not given."""
         value = self.number(where, element, key)
         return self._snap(where, key, element.attributes.get(key, ""), value)
 
-    def vector(self, where: str, element: Element | None, key: str, default: Vector = NULL) -> Vector:
+    def vector(self, where: str, element: XmlElement | None, key: str, default: Vector = NULL) -> Vector:
         """Return three numbers; the default when the element or the attribute is not there."""
         words = self._three(where, element, key)
         if element is None or words is None:
             return default
         return self._triple([self._read(where, element, key, word) for word in words])
 
-    def angles(self, where: str, element: Element | None, key: str) -> Vector:
+    def angles(self, where: str, element: XmlElement | None, key: str) -> Vector:
         """Return three angles, rad; zeros when the element or the attribute is not there."""
         words = self._three(where, element, key)
         if element is None or words is None:
@@ -65,7 +65,7 @@ class Attributes:
         for (text, value), places in self._snapped.items():
             self.faults.note("", f"{text} is read as {spell(value)} in {', '.join(places)}")
 
-    def _three(self, where: str, element: Element | None, key: str) -> list[str] | None:
+    def _three(self, where: str, element: XmlElement | None, key: str) -> list[str] | None:
         if element is None or key not in element.attributes:
             return None
         words = element.attributes[key].split()
@@ -80,7 +80,7 @@ class Attributes:
         x, y, z = values
         return (x, y, z)
 
-    def _read(self, where: str, element: Element, key: str, text: str) -> Quantity:
+    def _read(self, where: str, element: XmlElement, key: str, text: str) -> Quantity:
         try:
             if not _DECIMAL.match(text):
                 raise FormulaError("is not a decimal number; write one such as 0.35 or 1e-3")

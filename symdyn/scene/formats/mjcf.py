@@ -25,7 +25,7 @@ from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.mjcf_made import check_made
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
-from symdyn.scene.formats.xml import Element, read_xml
+from symdyn.scene.formats.xml import XmlElement, read_xml
 from symdyn.scene.values.table import Faults, shorten, show
 
 OLDEST = (3, 4)
@@ -105,7 +105,7 @@ def read(file: Path | Opened, options: ReadOptions) -> Reading:
     return Reading(scene, tuple(faults.notes))
 
 
-def _spec(mujoco: Any, file: Path | Opened, files: Mapping[Path, Element]) -> Any:
+def _spec(mujoco: Any, file: Path | Opened, files: Mapping[Path, XmlElement]) -> Any:
     """Return the parsed file; MuJoCo opens no file whose name does not end in .xml, so such a one is handed over."""
     if isinstance(file, Opened):
         path, content = file.path, file.content
@@ -122,14 +122,14 @@ def _spec(mujoco: Any, file: Path | Opened, files: Mapping[Path, Element]) -> An
 # The text
 
 
-def _files(path: Path, root: Element) -> dict[Path, Element]:
+def _files(path: Path, root: XmlElement) -> dict[Path, XmlElement]:
     """Return a file and all that it includes or attaches, each read by the hardened parser.
 
     The compiler looks for a file beside the first one or beside the one that names it; where it is not, the compiler
     says so.
     """
     files = {path: root}
-    waiting: list[tuple[Path, Element, tuple[Path, ...]]] = [(path, root, (path.resolve(),))]
+    waiting: list[tuple[Path, XmlElement, tuple[Path, ...]]] = [(path, root, (path.resolve(),))]
     while waiting:
         file, element, chain = waiting.pop()
         for child in element.walk():
@@ -160,7 +160,7 @@ def _is_strange(path: Path) -> bool:
         return False
 
 
-def _harden(file: Path, root: Element, total: int, faults: Faults) -> int:
+def _harden(file: Path, root: XmlElement, total: int, faults: Faults) -> int:
     """Refuse what would keep the compiler busy, or make it write a log; return how many elements it will make.
 
     Args:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from math import inf
 
 from symdyn.bounds import BOUNDS
-from symdyn.scene.formats.xml import Element
+from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values.table import Faults
 
 RESOLUTIONS = {"cone": (0,), "wedge": (0, 1), "plate": (0, 1)}
@@ -18,7 +18,7 @@ ADVICE = {
 }
 
 
-def check_made(elements: Iterable[Element], faults: Faults) -> None:
+def check_made(elements: Iterable[XmlElement], faults: Faults) -> None:
     """Report height fields and built-in meshes that are larger than is read, all of them together."""
     made = dict.fromkeys(ADVICE, 0.0)
     lines: dict[str, int] = {}
@@ -35,7 +35,7 @@ def check_made(elements: Iterable[Element], faults: Faults) -> None:
             faults.add(f"line {lines[what]}", f"makes {found} {what}; {most}; {ADVICE[what]}")
 
 
-def _made(element: Element) -> Mapping[str, float]:
+def _made(element: XmlElement) -> Mapping[str, float]:
     """Return how much an element makes, by what."""
     heights, corners = ADVICE
     given = element.attributes

@@ -26,7 +26,7 @@ from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.inertias import Entries, turned
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.xml import Element, read_xml
+from symdyn.scene.formats.xml import XmlElement, read_xml
 from symdyn.scene.joints import AXIS, JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.model import GROUND
@@ -65,7 +65,7 @@ def read(path: Path | Opened, options: ReadOptions) -> Reading:
     return read_element(read_xml(path, faults.note), str(path), options, faults)
 
 
-def read_element(root: Element, source: str, options: ReadOptions, faults: Faults | None = None) -> Reading:
+def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Faults | None = None) -> Reading:
     """Return the scene below a <robot> element; `source` stands in front of every fault and note, `faults` of before.
 
     Raises:
@@ -89,7 +89,7 @@ def read_element(root: Element, source: str, options: ReadOptions, faults: Fault
     return Reading(scene, tuple(faults.notes))
 
 
-def _refuse_xacro(root: Element, source: str) -> None:
+def _refuse_xacro(root: XmlElement, source: str) -> None:
     """Refuse macros and expressions that xacro has yet to replace."""
     advice = "run xacro first: xacro robot.xacro > robot.urdf"
     for element in root.walk():
@@ -105,7 +105,7 @@ def _refuse_xacro(root: Element, source: str) -> None:
 class _Robot:
     """One walk over one file: links to bodies, joints to joints, names to printable names."""
 
-    def __init__(self, root: Element, faults: Faults, options: ReadOptions) -> None:
+    def __init__(self, root: XmlElement, faults: Faults, options: ReadOptions) -> None:
         self.root, self.faults = root, faults
         self.source = faults.source
         self.attributes = Attributes(faults, options.snap)
@@ -156,14 +156,14 @@ class _Robot:
 
     # Names and tree
 
-    def _named(self, element: Element) -> tuple[str, Element]:
+    def _named(self, element: XmlElement) -> tuple[str, XmlElement]:
         name = element.attributes.get("name", "").strip()
         if not name:
             advice = f'give one such as name="{element.tag}_1"'
             self.faults.add(f"line {element.line}", f"<{element.tag}> has no name; {advice}")
         return name, element
 
-    def _where(self, name: str, element: Element) -> str:
+    def _where(self, name: str, element: XmlElement) -> str:
         return f"line {element.line}: {element.tag} {name}".rstrip()
 
     def _printable(self, names: list[str], kind: str) -> dict[str, str]:
@@ -189,7 +189,7 @@ class _Robot:
 
     # Links
 
-    def _body(self, where: str, link: Element) -> dict[str, Any]:
+    def _body(self, where: str, link: XmlElement) -> dict[str, Any]:
         inertial = link.first("inertial")
         if inertial is None:
             return {}
@@ -214,7 +214,7 @@ class _Robot:
 
     # Joints
 
-    def _joint(self, where: str, name: str, joint: Element) -> dict[str, object]:
+    def _joint(self, where: str, name: str, joint: XmlElement) -> dict[str, object]:
         origin = joint.first("origin")
         kind = self._type(where, joint)
         table: dict[str, object] = {
@@ -253,14 +253,14 @@ class _Robot:
             table["mimic"] = self._mimic(where, joint, mimic)
         return table
 
-    def _type(self, where: str, joint: Element) -> str:
+    def _type(self, where: str, joint: XmlElement) -> str:
         given = self.attributes.text(where, joint, "type", f"write one of {', '.join(TYPES)}")
         if given and given not in TYPES:
             near = suggestion(given, TYPES)
             self.faults.add(where, f"type={show(given)} is not a joint of URDF; {near}")
         return TYPES.get(given, STAND_IN)
 
-    def _end(self, where: str, joint: Element, key: str) -> str:
+    def _end(self, where: str, joint: XmlElement, key: str) -> str:
         """Return the body that a joint hangs on, or carries."""
         link = _link_of(joint, key)
         if not link:
@@ -271,7 +271,7 @@ class _Robot:
             return ""
         return self.body_name[link]
 
-    def _limits(self, where: str, joint: Element) -> dict[str, Quantity]:
+    def _limits(self, where: str, joint: XmlElement) -> dict[str, Quantity]:
         limit, kind = joint.first("limit"), joint.attributes.get("type")
         if limit is None:
             if kind in ("revolute", "prismatic"):
@@ -295,7 +295,7 @@ class _Robot:
             return {}
         return limits
 
-    def _mimic(self, where: str, joint: Element, mimic: Element) -> dict[str, object]:
+    def _mimic(self, where: str, joint: XmlElement, mimic: XmlElement) -> dict[str, object]:
         leader = self.attributes.text(where, mimic, "joint", "name the joint to follow")
         turns = joint.attributes.get("type") != "prismatic"
         read_offset = self.attributes.angle if turns else self.attributes.number
@@ -309,7 +309,7 @@ class _Robot:
         self.data.setdefault(what, []).append(name)
 
 
-def _link_of(joint: Element, key: str) -> str:
+def _link_of(joint: XmlElement, key: str) -> str:
     """Return the name of the link that <parent> or <child> gives, "" if it gives none."""
     element = joint.first(key)
     return "" if element is None else element.attributes.get("link", "").strip()

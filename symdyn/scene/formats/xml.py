@@ -54,7 +54,7 @@ TOO_LARGE = "a robot file has no need of that, keep meshes and textures in files
 
 
 @dataclass(frozen=True, eq=False)
-class Element:
+class XmlElement:
     """An element of an XML file.
 
     Attributes:
@@ -67,17 +67,17 @@ class Element:
     tag: str
     attributes: dict[str, str]
     line: int
-    children: list[Element] = field(default_factory=list)
+    children: list[XmlElement] = field(default_factory=list)
 
-    def all(self, tag: str) -> list[Element]:
+    def all(self, tag: str) -> list[XmlElement]:
         """Return the children called `tag`."""
         return [child for child in self.children if child.tag == tag]
 
-    def first(self, tag: str) -> Element | None:
+    def first(self, tag: str) -> XmlElement | None:
         """Return the first child called `tag`, as readers of URDF do when there are several."""
         return next((child for child in self.children if child.tag == tag), None)
 
-    def walk(self) -> Iterator[Element]:
+    def walk(self) -> Iterator[XmlElement]:
         """Return the element and everything inside it, in the order of the file."""
         stack = [self]
         while stack:
@@ -86,7 +86,7 @@ class Element:
             stack.extend(reversed(element.children))
 
 
-def read_xml(path: Path | Opened, note: Note | None = None) -> Element:
+def read_xml(path: Path | Opened, note: Note | None = None) -> XmlElement:
     """Return the root element of an XML file; `note` is told what was mended.
 
     Raises:
@@ -95,7 +95,7 @@ def read_xml(path: Path | Opened, note: Note | None = None) -> Element:
     return parse_xml(read_bounded(path, LARGEST_FILE, "a file such as robot.urdf", TOO_LARGE), str(path), note)
 
 
-def parse_xml(content: bytes, source: str, note: Note | None = None) -> Element:
+def parse_xml(content: bytes, source: str, note: Note | None = None) -> XmlElement:
     """Return the root element of XML text.
 
     Args:
@@ -180,7 +180,7 @@ def _with_prefixes(content: bytes, note: Note | None) -> bytes:
     return content[: root.end()] + declarations + content[root.end() :]
 
 
-def _parse(content: bytes, source: str) -> Element:
+def _parse(content: bytes, source: str) -> XmlElement:
     if not content.strip():
         raise SceneError(f"{source}: is empty; give a robot file")
     builder = _Builder()
@@ -205,7 +205,7 @@ def _parse(content: bytes, source: str) -> Element:
     except (LookupError, ValueError) as error:
         advice = "save the file as UTF-8"
         raise SceneError(f"{source}: is in an encoding that cannot be read ({shorten(str(error))}); {advice}") from None
-    assert isinstance(root, Element), "the parser returns what the builder closed"
+    assert isinstance(root, XmlElement), "the parser returns what the builder closed"
     return root
 
 
@@ -228,8 +228,8 @@ class _Builder:
     expat: _Expat
 
     def __init__(self) -> None:
-        self.root: Element | None = None
-        self.open: list[Element] = []
+        self.root: XmlElement | None = None
+        self.open: list[XmlElement] = []
         self.count = 0
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -241,7 +241,7 @@ class _Builder:
             )
         if self.count > MOST_ELEMENTS:
             raise _BoundError(f"line {line}: there are more than {MOST_ELEMENTS} elements; no robot file needs as many")
-        element = Element(tag, attributes, line)
+        element = XmlElement(tag, attributes, line)
         if self.open:
             self.open[-1].children.append(element)
         else:
@@ -251,7 +251,7 @@ class _Builder:
     def end(self, tag: str) -> None:
         self.open.pop()
 
-    def close(self) -> Element | None:
+    def close(self) -> XmlElement | None:
         return self.root
 
 

@@ -22,7 +22,7 @@ from symdyn.scene.values.value import Value, known_value, value_of
 
 T = TypeVar("T")
 
-PARAMETERS, MOTION, TIME = range(3)
+PARAMETERS, MOTION, TIMED = range(3)
 """What a formula may name: parameters alone, coordinates and velocities too, and t too."""
 
 

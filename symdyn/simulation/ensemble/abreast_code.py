@@ -13,7 +13,7 @@ import numpy.typing as npt
 from symdyn.algebra.numeric import Array
 from symdyn.build.compiler import find_compiler
 from symdyn.build.dialects import Needs
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import stem
 from symdyn.emit.render import render
@@ -100,7 +100,7 @@ def library(functions: Abreast, quaternions: Iterable[int]) -> Library:
     files = {**sources.texts, name: sources.texts[name] + render("ensemble/abreast.c.jinja", values)}
     exports = (f"{opening}_abreast", *((f"{opening}_{PREPARE}_rows",) if functions.values else ()))
     kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
-    _, found = load(files, find_compiler(), kind=kind)
+    _, found = load_library(files, find_compiler(), kind=kind)
     p, n, d = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     run, prepare = found[exports[0]], found[exports[1]] if functions.values else None
     run.argtypes, run.restype = [n, p, p, n, p, d, d, n, p, p, p, p, p, p], n

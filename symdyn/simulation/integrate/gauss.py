@@ -24,7 +24,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array, Floats
 from symdyn.build.compiler import find_compiler
 from symdyn.build.dialects import Needs
-from symdyn.build.library import SUFFIX, Kind, load
+from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.emit import emit
@@ -32,7 +32,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.real import REALS, halves
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import BATCH, C
-from symdyn.emit.targets.c.dd_functions import LANES
+from symdyn.emit.targets.c.dd_functions import DD_LANES
 from symdyn.emit.targets.c.double_double import LIMIT_EXPONENT
 from symdyn.errors import BuildError
 from symdyn.graph import Op, evaluate, reachable, substitute
@@ -146,13 +146,14 @@ def _library(system: StateEquations) -> Callable[..., int]:
     sources = emit(program, C.name, "dd", option=BATCH)
     opening = stem(program.scene.name)
     values = {
-        "stem": opening, "lanes": LANES, "nq": system.nq, "nv": system.nv, "nx": system.nq + system.nv + system.works,
-        "settled": SETTLED, "at_rest": AT_REST, "iterations": ITERATIONS, "finer": FINER, **tableau(),
+        "stem": opening, "lanes": DD_LANES, "nq": system.nq, "nv": system.nv,
+        "nx": system.nq + system.nv + system.works, "settled": SETTLED, "at_rest": AT_REST, "iterations": ITERATIONS,
+        "finer": FINER, **tableau(),
     }  # fmt: skip
     name = f"{opening}.c"
     files = {**sources.texts, name: sources.texts[name] + render("gauss/gauss.c.jinja", values)}
     export = f"{opening}_gauss"
-    _, found = load(files, find_compiler(), kind=Kind(SUFFIX, Needs(exports=(export,)), (), ctypes.CDLL))
+    _, found = load_library(files, find_compiler(), kind=Kind(SUFFIX, Needs(exports=(export,)), (), ctypes.CDLL))
     call: Any = found[export]
     p, d = ctypes.c_void_p, ctypes.c_double
     call.argtypes, call.restype = [p, p, p, d, d, d, d, ctypes.c_int64, p, p], ctypes.c_int32
@@ -182,24 +183,24 @@ def tableau() -> dict[str, Any]:
     c: Any = MPContext()
     c.dps = 60
     legendre = [[c.mpf(1)], [c.mpf(0), c.mpf(1)]]  # by powers
-    for n in range(1, LANES):
+    for n in range(1, DD_LANES):
         up = [c.mpf(0), *((2 * n + 1) * a for a in legendre[n])]
         down = [n * a for a in legendre[n - 1]] + [c.mpf(0)] * (len(up) - n)
         legendre.append([(a - b) / (n + 1) for a, b in zip(up, down, strict=True)])
-    roots = sorted(c.re(r) for r in c.polyroots(legendre[LANES][::-1], maxsteps=400, extraprec=400))
+    roots = sorted(c.re(r) for r in c.polyroots(legendre[DD_LANES][::-1], maxsteps=400, extraprec=400))
     nodes = [(1 + r) / 2 for r in roots]
     c.dps = 120  # Vandermonde's matrix of 16 nodes costs a dozen digits
-    powers = c.matrix([[x**k for x in nodes] for k in range(LANES)])
+    powers = c.matrix([[x**k for x in nodes] for k in range(DD_LANES)])
     inverse = c.inverse(powers)
 
     def integrated(end: Any) -> list[Any]:
-        return [c.fsum(end ** (k + 1) / (k + 1) * inverse[j, k] for k in range(LANES)) for j in range(LANES)]
+        return [c.fsum(end ** (k + 1) / (k + 1) * inverse[j, k] for k in range(DD_LANES)) for j in range(DD_LANES)]
 
     rows = [integrated(x) for x in nodes]
     return {
         "nodes": _pairs(nodes),
         "weights": _pairs(integrated(c.mpf(1))),
-        "columns": [_pairs([row[j] for row in rows]) for j in range(LANES)],
+        "columns": [_pairs([row[j] for row in rows]) for j in range(DD_LANES)],
     }
 
 

@@ -1,7 +1,7 @@
 """Functions on double-doubles in C: loops over a block of states, as `plan` cuts a routine, and what calls them.
 
 Every number takes two places of an array, its high and its low part one after the other, so a function looks like one
-of twice as many doubles. All states go through a block of `LANES` columns: what is copied there and back costs nothing
+of twice as many doubles. All states go through a block of `DD_LANES` columns: copies there and back cost nothing
 beside the arithmetic. Without batch code a block is one state.
 """
 
@@ -25,7 +25,7 @@ from symdyn.program import Program, Routine, Step
 from symdyn.program.assemble import PARAMS, PREPARED, shared
 from symdyn.program.prepare import is_prepared
 
-LANES = 16
+DD_LANES = 16
 """States in a block: two of the widest vectors, so that one hides the latency of the other."""
 
 LONGEST = 600
@@ -85,7 +85,7 @@ def write(draft: Draft, batch: bool, lone: bool) -> dict[str, str]:
         "functions": functions,
         "batch": batch,
         "lone": lone,
-        "lanes": LANES if batch else 1,
+        "lanes": DD_LANES if batch else 1,
         "sincos": bool(operations & {Op.SIN, Op.COS}),
         "common": PREPARED if is_prepared(draft.program) else PARAMS,
         **sincos_numbers(),
