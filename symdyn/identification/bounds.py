@@ -16,6 +16,7 @@ import numpy as np
 
 from symdyn.scene import Joint, Quantity, Scene, acceleration_name
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.forces import drive_names
@@ -130,8 +131,7 @@ def _all(scene: Scene) -> dict[str, Bound]:
         ("acceleration", [acceleration_name(name) for name in scene.velocities]),
     ):
         found |= {name: Bound(name, kind, k, unit=units[k] + UNITS[kind]) for k, name in enumerate(names)}
-    forces = {"rad": "N m", "m": "N"}
-    found |= {name: Bound(name, "force", k, unit=forces[units[k]]) for k, name in enumerate(drive_names(scene))}
+    found |= {name: Bound(name, "force", k, unit=force_unit(units[k])) for k, name in enumerate(drive_names(scene))}
     axes = [(f"{one.name}.{axis}", 3 * k + i) for k, one in enumerate(scene.points) for i, axis in enumerate("xyz")]
     return found | {name: Bound(name, "point", k, unit="m") for name, k in axes}
 

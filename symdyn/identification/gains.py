@@ -23,6 +23,7 @@ from symdyn.identification.filtered import Indices
 from symdyn.identification.regression import Regression, Rows
 from symdyn.scene import Scene
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.simulation.prescribed.forces import drive_names
 
 STEPS = 30
@@ -238,6 +239,6 @@ def told_gains(scene: Scene, shown: Mapping[int, str], regression: Regression, v
     names, kinds = drive_names(scene), velocity_units(scene)
     errors = regression.errors[len(regression.names) - len(shown) :]
     return tuple(
-        Gain(names[j], f"{'N m' if kinds[j] == 'rad' else 'N'}/{one}", float(values[j]), float(error))
+        Gain(names[j], f"{force_unit(kinds[j])}/{one}", float(values[j]), float(error))
         for (j, one), error in zip(shown.items(), errors, strict=True)
     )

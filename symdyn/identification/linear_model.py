@@ -23,6 +23,7 @@ from symdyn.identification.unknowns import TEN
 from symdyn.scene import Joint, Parameter, Scene, bind, velocity_name
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.folding import add, neg
 from symdyn.scene.values.made_names import moving_names
 from symdyn.scene.values.names import choice
@@ -90,8 +91,8 @@ TERMS: dict[str, Term] = {
         lambda joint: joint.damping == ZERO,
         lambda joint, x: replace(joint, damping=x),
     ),
-    "coulomb": Term("fc", ("N m", "N"), "dry friction of {}", lambda joint: joint.dry is None, _rubbed),
-    "offset": Term("f0", ("N m", "N"), "offset of the drive of {}", lambda joint: True, _pushed),
+    "coulomb": Term("fc", FORCE_UNITS, "dry friction of {}", lambda joint: joint.dry is None, _rubbed),
+    "offset": Term("f0", FORCE_UNITS, "offset of the drive of {}", lambda joint: True, _pushed),
     "armature": Term(
         "Ia",
         ("kg m^2", "kg"),

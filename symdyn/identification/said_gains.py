@@ -17,6 +17,7 @@ from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.regression import Regression
 from symdyn.identification.units import Said
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import listed
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -61,7 +62,7 @@ def doubts(
     """
     if alone:
         return _by_one_factor(model, said, found.regression)
-    units = ["N m" if kind == "rad" else "N" for kind in velocity_units(model.scene)]
+    units = [force_unit(unit) for unit in velocity_units(model.scene)]
     freed: list[tuple[float, int, str, Fitted]] = []
     for j, bound in _in_doubt((*said, *(forces if said else ())), found, shown):
         if freed and bound > LEVEL * min(one[0] for one in freed):

@@ -18,6 +18,7 @@ from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
 from symdyn.scene import Scene
 from symdyn.scene.units import told_units, velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.formula import split_commas
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import Forces, read_forces
@@ -99,7 +100,7 @@ class Prepared:
         told = told_units(scene)
         inputs = Axis(
             (*(str(scene.drives[k]) for k in self.drives), *v.inputs),
-            (*("N m" if units[k] == "rad" else "N" for k in self.drives), *(told[one.name] for one in scene.inputs)),
+            (*(force_unit(units[k]) for k in self.drives), *(told[one.name] for one in scene.inputs)),
         )
         return Linearization(
             scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,

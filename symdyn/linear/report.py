@@ -21,6 +21,7 @@ from symdyn.linear.modes import Mode
 from symdyn.linear.verdict import stability
 from symdyn.rounding import asked, in_digits, showing
 from symdyn.scene.units import coordinate_units, told_units, velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.simulation.prescribed.forces import drive_names
 
 DIGITS, NOTHING = 6, 1e-12
@@ -102,11 +103,7 @@ def where(found: Linearization) -> str:
     units = velocity_units(scene)
     parts += [f"{n} = {number(x)} {u}/s" for n, x, u in zip(scene.velocities, point.u, units, strict=True) if x]
     names = drive_names(scene)
-    parts += [
-        f"{names[k]} = {number(x)} {'N m' if units[k] == 'rad' else 'N'}"
-        for k, x in enumerate(point.tau)
-        if abs(x) > NOTHING
-    ]
+    parts += [f"{names[k]} = {number(x)} {force_unit(units[k])}" for k, x in enumerate(point.tau) if abs(x) > NOTHING]
     inputs = zip(scene.inputs, point.inputs, strict=False)
     told = told_units(scene)
     parts += [f"{one.name} = {number(x)} {told[one.name]}".rstrip() for one, x in inputs if abs(x) > NOTHING]

@@ -17,7 +17,7 @@ from symdyn.scene.checks.dimensions import ADVICE, analysed, doubts, words
 from symdyn.scene.checks.draft import Use, draft_of, uses
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.dimension import POWER
+from symdyn.scene.values.dimension import POWER, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, quantities_in
@@ -58,7 +58,7 @@ def drives_with_units(scene: Scene) -> Iterator[tuple[Joint, str, str]]:
     for joint in scene.moving:
         for drive, unit in zip(joint.drives, JOINTS[joint.type].velocities(joint), strict=False):
             if drive:
-                yield joint, drive, "N m" if unit == "rad" else "N"
+                yield joint, drive, force_unit(unit)
 
 
 def letter_units(scene: Scene) -> dict[str, str]:
@@ -67,7 +67,7 @@ def letter_units(scene: Scene) -> dict[str, str]:
     found |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
     for velocity, drive, unit in zip(scene.velocities, scene.drives, velocity_units(scene), strict=True):
         found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
-        found |= {drive: "N m" if unit == "rad" else "N"} if drive else {}
+        found |= {drive: force_unit(unit)} if drive else {}
     return found
 
 

@@ -13,6 +13,7 @@ from symdyn.emit.print.printed_names import latex_symbols, print_name
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, Scene, acceleration_name
 from symdyn.scene.units import coordinate_units, formula_unit, row_units, told_units, velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import choice
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -102,7 +103,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
     ):
         found += [Column(name, kind, unit + ending, latex[name]) for name, unit in zip(names, rates, strict=True)]
     for name, unit in zip(forces, rates, strict=True):
-        found.append(Column(name, FORCES, "N m" if unit == "rad" else "N", latex[name]))
+        found.append(Column(name, FORCES, force_unit(unit), latex[name]))
     told = told_units(scene)
     said = {
         one.name: Column(one.name, "inputs", told[one.name], one.latex or str(print_name(one.name)))

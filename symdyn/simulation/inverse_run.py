@@ -23,6 +23,7 @@ from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneLike, scene_of, spell, velocity_name, with_values
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.along_path import along
@@ -208,7 +209,7 @@ def _impossible(scene: Scene, tau: Array) -> list[str]:
     units = velocity_units(scene)
     return [
         f"{name.removesuffix('_dot')} has no drive, and the motion takes up to {largest[k]:.3g} "
-        f"{'N m' if units[k] == 'rad' else 'N'} there"
+        f"{force_unit(units[k])} there"
         for k, name in enumerate(scene.velocities)
         if scene.drives[k] is None and k not in moved and largest[k] > NOTHING * max(1.0, float(largest.max()))
     ]

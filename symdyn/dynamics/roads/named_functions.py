@@ -16,6 +16,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.robot_words import coordinates_of_joints
 from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import listed
 from symdyn.shown import Shown
 
@@ -115,7 +116,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "q": ("joint positions", {"rad": "rad", "m": "m", "1": "1"}),
     "qd": ("joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd": ("joint accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
-    "tau": ("driving forces, positive accelerates the joint", {"rad": "N m", "m": "N"}),
+    "tau": ("driving forces, positive accelerates the joint", {unit: force_unit(unit) for unit in ("rad", "m")}),
     TIME: ("time", {"s": "s"}),
     INPUTS: ("inputs", {}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
@@ -124,7 +125,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "dq": ("direction of the positions, along the velocities", {"rad": "rad", "m": "m"}),
     "dqd": ("direction of the velocities", {"rad": "rad/s", "m": "m/s"}),
     "dqdd": ("direction of the accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
-    "dtau": ("direction of the driving forces", {"rad": "N m", "m": "N"}),
+    "dtau": ("direction of the driving forces", {unit: force_unit(unit) for unit in ("rad", "m")}),
     "dqi": ("direction of the independent positions", {"rad": "rad", "m": "m"}),
     "dui": ("direction of the independent velocities", {"rad": "rad/s", "m": "m/s"}),
     "dmultipliers": ("direction of the multipliers", {"": "N or N m"}),

@@ -8,7 +8,7 @@ from functools import cache
 from symdyn.graph import Op
 from symdyn.scene.checks.draft import Use
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.dimension import FORCE, LENGTH, TORQUE, Dimension
+from symdyn.scene.values.dimension import FORCE, LENGTH, TORQUE, Dimension, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, Place, terms
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.joint import acceleration_name
@@ -41,7 +41,7 @@ def said(scene: Scene) -> dict[str, str]:
         for k, (velocity, unit) in enumerate(zip(joint.rates, kind.velocities(joint), strict=False)):
             found |= {velocity: f"{unit}/s", acceleration_name(velocity): f"{unit}/s^2"}
             if k < len(joint.drives) and (drive := joint.drives[k]):
-                found[drive] = "N" if unit == "m" else "N m"
+                found[drive] = force_unit(unit)
     return found
 
 

@@ -11,6 +11,7 @@ from symdyn.scene.forces import FORCES, place_of
 from symdyn.scene.forces.force_kind import Part
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.body import Body, Pose
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import MOTION, PARAMETERS, TIMED, Key
@@ -118,7 +119,8 @@ def _numbers_of(where: str, joint: Joint, led: Mapping[str, str], straight: bool
     """Return what a joint says in numbers, as of one that only slides or only turns."""
     kind = JOINTS[joint.type]
     places, speeds = kind.coordinates(joint), kind.velocities(joint)
-    way, force, inertia = ("m", "N", "kg") if straight else ("rad", "N m", "kg m^2")
+    way, inertia = ("m", "kg") if straight else ("rad", "kg m^2")
+    force = force_unit(way)
     plain = frozenset[str]()
     if joint.coupling is not None:
         leading = led.get(joint.coupling.coordinate, "")
@@ -172,7 +174,7 @@ def _joint(
             yield from _steps(where, key.name, value, frozenset(joint.coordinates))
     speeds = JOINTS[joint.type].velocities(joint)
     for k, force in enumerate(joint.forces):
-        unit = "".join("N m" if one == "rad" else "N" for one in speeds[k : k + 1])
+        unit = "".join(map(force_unit, speeds[k : k + 1]))
         yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, timed, unit)
     if joint.motion is not None:
         yield Use(where, "motion", joint.motion, frozenset((CLOCK,)), "".join(speeds[:1]))

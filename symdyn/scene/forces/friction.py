@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from symdyn.graph import Expr, Op
 from symdyn.scene.forces.force_kind import ForceKind, Rub
+from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.key import Key, Stand, always_said
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
@@ -70,7 +71,7 @@ def _check(dry: Friction, stand: Stand) -> None:
         stand.fault(f"friction.stribeck = {float(value):.6g} is no rate; give one above zero")
 
 
-FORCE, RATE = ("N m", "N"), ("rad/s", "m/s")
+RATE = ("rad/s", "m/s")
 """Units at a joint that turns, and at one that slides."""
 
 FRICTION = ForceKind(
@@ -84,7 +85,7 @@ FRICTION = ForceKind(
             ZERO,
             silent=always_said,
             letters=("fc",),
-            unit=FORCE,
+            unit=FORCE_UNITS,
             text="sliding friction of {}",
             positive=True,
         ),
@@ -93,7 +94,7 @@ FRICTION = ForceKind(
             _optional,
             None,
             letters=("fs",),
-            unit=FORCE,
+            unit=FORCE_UNITS,
             text="friction of {} at rest",
             positive=True,
             shape=NUMBER,

@@ -11,6 +11,7 @@ from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.forces.attachments import End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
+from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Strut
 from symdyn.scene.values.key import Key, coefficients
 from symdyn.scene.values.quantity import ZERO, Quantity, express
@@ -136,7 +137,7 @@ SPRING = ForceKind(
             ZERO,
             silent=lambda spring: spring.preload == ZERO and spring.stiffness,
             letters=("p",),
-            unit=("N m", "N"),
+            unit=FORCE_UNITS,
             text="preload of {}",
         ),
     ),

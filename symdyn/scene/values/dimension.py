@@ -86,6 +86,19 @@ TORQUE = FORCE * LENGTH
 POWER = TORQUE / TIME
 VOLTAGE = POWER / CURRENT
 
+FORCE_UNITS = ("N m", "N")
+"""Of the generalized force at a joint that turns, and at one that slides."""
+
+
+def force_unit(unit: str) -> str:
+    """Return the unit of the generalized force along a coordinate in "rad" or "m"; of a force about or along an axis.
+
+    >>> force_unit("rad"), force_unit("m")
+    ('N m', 'N')
+    """
+    return FORCE_UNITS[unit == "m"]
+
+
 _NAMES = {
     FORCE: "N",
     TORQUE: "N m",

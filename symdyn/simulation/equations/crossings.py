@@ -25,13 +25,14 @@ from symdyn.dynamics.mechanism.loads import joint_rates
 from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Joint, Scene, express
+from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 
 SLACK = 1e-9
 """What a motion may be beyond a limit, of its unit or that squared, for one that rests on it rounds."""
 
-UNITS = {"lower": ("rad", "m"), "upper": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
+UNITS = {"lower": ("rad", "m"), "upper": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": FORCE_UNITS}
 """By the key of a limit, where a joint turns and where it slides."""
 
 STOPS = ("lower", "upper")

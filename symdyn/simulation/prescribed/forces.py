@@ -22,6 +22,7 @@ from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, velocity_name
 from symdyn.scene.declaration.value_in_unit import ask_for_units
 from symdyn.scene.units import told_units, velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.table import Faults
@@ -129,7 +130,7 @@ def force_names(scene: Scene) -> tuple[str, ...]:
 
 def force_units(scene: Scene) -> tuple[str, ...]:
     """Return the units of what `force_names` names."""
-    forces, told = ("N m" if unit == "rad" else "N" for unit in velocity_units(scene)), told_units(scene)
+    forces, told = map(force_unit, velocity_units(scene)), told_units(scene)
     return (*forces, *(told[one.name] for one in scene.inputs))
 
 

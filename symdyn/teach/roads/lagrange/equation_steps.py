@@ -24,6 +24,7 @@ from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Coefficient, Printable
 from symdyn.graph import Expr, tangents
+from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named, together
 from symdyn.teach.roads.lagrange.forms import is_rate, rate_of
@@ -44,7 +45,7 @@ def coefficient_unit(of: str, indices: Sequence[int], slides: Sequence[bool]) ->
     What it multiplies is as of `Coefficient`, indices are from 1, slides tell for each velocity whether it is in m/s.
     """
     if not of:
-        return "N" if slides[indices[0] - 1] else "N m"
+        return FORCE_UNITS[slides[indices[0] - 1]]
     factors = indices if of == "qdd" else (*indices, indices[-1])[:3]  # two velocities, or one squared
     return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in factors)]
 

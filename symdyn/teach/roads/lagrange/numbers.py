@@ -12,6 +12,7 @@ from symdyn.emit.print.letters import head
 from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, tangents
 from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
 from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.masses import Mass
@@ -74,8 +75,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     whole, sum_ = sum(map(abs, values)) or 1.0, sum(values)
     sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
     bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
-    slides = [unit == "m" for unit in velocity_units(lesson.scene)]
-    total, unit = _drive(lesson, i), shown_unit(lesson.scene, "N" if slides[i] else "N m")
+    total, unit = _drive(lesson, i), shown_unit(lesson.scene, force_unit(velocity_units(lesson.scene)[i]))
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum_, unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from symdyn.algebra.form import Form, Symbol, product_of, signed_product, sum_of, terms_of
 from symdyn.graph import gradient, tangents
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.dimension import force_unit
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import named
 from symdyn.teach.roads.multipliers.balance import unit_of, valued
@@ -20,7 +21,7 @@ SMALL = 1e-9
 def forces_step(lesson: Constrained, chosen: Chosen) -> Step:
     """Return the multipliers and the drives at the chosen state."""
     rows = []
-    units = ["N" if unit == "m" else "N m" for unit in velocity_units(lesson.scene)]
+    units = [force_unit(unit) for unit in velocity_units(lesson.scene)]
     for own, unit in zip(lesson.scene.drives, units, strict=True):
         if own:
             node = lesson.names[own].node
