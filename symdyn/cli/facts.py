@@ -59,6 +59,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
         "mobility": freedoms,
         "chosen": closing.words,
         "gravity": [spell(component) for component in scene.gravity],
+        "gravity_unit": shown_unit(scene, "m/s^2"),
         "joints": [
             {
                 "name": joint.name,

@@ -96,7 +96,8 @@ def show(facts: dict[str, Any]) -> None:
 
     free = facts["degrees_of_freedom"]
     freedom = f"{free} degree{'s' * (free != 1)} of freedom"
-    print(f"{facts['name']}: {freedom}, gravity ({', '.join(facts['gravity'])}) m/s^2\n")
+    gravity = f"({', '.join(facts['gravity'])}) {facts['gravity_unit']}".rstrip()
+    print(f"{facts['name']}: {freedom}, gravity {gravity}\n")
     if len(facts["joints"]) > MOST_NESTED:
         for joint in facts["joints"]:
             print(f"{joint['parent']} <- {_label(joint)}")

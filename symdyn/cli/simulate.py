@@ -12,7 +12,7 @@ from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.declaration.value_in_unit import ask_for_units
-from symdyn.scene.units import letter_units
+from symdyn.scene.units import in_shown_unit, letter_units
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, simulate
 from symdyn.simulation.feedback.controller import changed, placed
@@ -159,9 +159,13 @@ def balance(trajectory: Trajectory) -> str:
 def errors(trajectory: Trajectory) -> str:
     """Return the largest violations of the laws in words."""
     monitors = trajectory.monitors
+
+    def size(energy: float, digits: int) -> str:
+        return in_shown_unit(trajectory.scene, in_digits(energy, digits), "J")
+
     off, scale = monitors["energy"], monitors["energy_scale"]
     known = "holds to" if off <= max(NOTHING, COARSE * scale) else "is off by"
-    parts = [f"energy balance {known} {in_digits(off, 2)} J of {in_digits(scale, 3)} J"]
+    parts = [f"energy balance {known} {size(off, 2)} of {size(scale, 3)}"]
     if "loops" in monitors:
         parts.append(
             f"loops to {in_digits(monitors['loops'], 2)}, their rates to {in_digits(monitors['loop_rates'], 2)}"

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.scene import Joint, Quantity, Scene, acceleration_name
-from symdyn.scene.units import velocity_units
+from symdyn.scene.units import shown_unit, velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
@@ -87,6 +87,7 @@ def read_bounds(scene: Scene, start: Sequence[float], box: Box, faults: Faults) 
             found[name] = found[name].within(low, high)
         else:
             faults.add(where, f"{given} is nothing that a box can hold; {suggestion(given, found)}")
+    found = {name: replace(one, unit=shown_unit(scene, one.unit)) for name, one in found.items()}
     units = velocity_units(scene)
     for k, (q, u) in enumerate(zip(scene.coordinates, scene.velocities, strict=True)):
         reach, speed = REACH[units[k]], SPEED[units[k]]

@@ -20,7 +20,7 @@ from symdyn.identification.parts import Evidence, held_in, moving, rows_of
 from symdyn.identification.payload import Carried
 from symdyn.identification.regression import Regression, Rows, solve
 from symdyn.identification.validation import Fit, mean_square
-from symdyn.scene.units import velocity_units
+from symdyn.scene.units import shown_unit, velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -197,7 +197,7 @@ def _fits(model: LinearModel, evidence: Evidence, gains: Gains, own: Rows, used:
         found.append(
             Fit(
                 names[j],
-                force_unit(units[j]),
+                shown_unit(model.scene, force_unit(units[j])),
                 off(own, 0 * gains.factors),
                 off(own, gains.factors),
                 off(own, before) if known else float("nan"),

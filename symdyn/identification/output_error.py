@@ -24,7 +24,7 @@ from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
 from symdyn.identification.shooting import shooting
 from symdyn.scene import Scene, SceneLike, scene_of, with_values
-from symdyn.scene.units import coordinate_units, told_units, velocity_units
+from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.opened import opened
@@ -205,7 +205,7 @@ def _units(scene: Scene, search: Search) -> tuple[str, ...]:
     units = told_units(scene)
     states = {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
     states |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
-    starts = (states.get(one, "rad") for piece in search.pieces for one in piece.unknowns)
+    starts = (shown_unit(scene, states.get(one, "rad")) for piece in search.pieces for one in piece.unknowns)
     return (*(units[name] for name in search.parameters), *starts)
 
 

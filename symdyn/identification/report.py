@@ -23,6 +23,7 @@ from symdyn.identification.identification import Identification
 from symdyn.identification.report_bodies import scene_section
 from symdyn.identification.report_sections import Picture, Section, Table, figure
 from symdyn.identification.scene import Identified
+from symdyn.scene.units import shown_unit
 from symdyn.simulation.prescribed.forces import drive_names
 
 LAGS = 40
@@ -185,6 +186,7 @@ def _outliers(found: Identification) -> Section:
 def _plots(found: Identification) -> Iterator[Section]:
     names = drive_names(found.model.scene)
     units = {one.drive: one.unit for one in found.fits}
+    time = _axis("t", shown_unit(found.model.scene, "s"))
     for motion, predicted, used, held in zip(found.motions, found.predicted, found.used, found.held, strict=True):
         pictures = []
         t = motion.t
@@ -196,13 +198,17 @@ def _plots(found: Identification) -> Iterator[Section]:
             gaps = np.where(used[:, j], left, np.nan)
             out = np.where(used[:, j], np.nan, left)
             told = f"{name} of {printable(motion.source, keep='')}, measured and predicted, over time"
-            pictures.append(Picture(charts.curves(told, "t, s", f"{name}, {unit}", both, shaded), ""))
+            pictures.append(Picture(charts.curves(told, time, _axis(name, unit), both, shaded), ""))
             shown = (Curve("c2", t, gaps), Curve("c3", t, out, True))
             told = f"{name} of {printable(motion.source, keep='')}: measured less predicted, over time"
-            pictures.append(Picture(charts.curves(told, "t, s", f"error, {unit}", shown, shaded), ""))
+            pictures.append(Picture(charts.curves(told, time, _axis("error", unit), shown, shaded), ""))
         legend = (("c0", "measured"), ("c1", "predicted"), ("c2", "measured less predicted"), ("c3", "not fitted"))
         words = ("What was held back is shaded.",) if shaded else ()
         yield Section(f"Over time: {printable(motion.source, keep='')}", words, (), tuple(pictures), legend)
+
+
+def _axis(name: str, unit: str) -> str:
+    return f"{name}, {unit}" if unit else name
 
 
 def _ranges(t: Array, mask: NDArray[Any]) -> list[tuple[float, float]]:

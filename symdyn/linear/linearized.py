@@ -17,7 +17,7 @@ from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
 from symdyn.rounding import in_digits
 from symdyn.scene import SceneLike, scene_of, with_values
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import coordinate_units, in_shown_unit
 from symdyn.scene.values.value import value_of
 from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
@@ -166,7 +166,7 @@ def _crossing(asked: Prepared, place: Equilibrium, idle: Sequence[str]) -> str:
     """Return what is said of a place where it rests and branches of loops meet."""
     units = coordinate_units(asked.scene)
     values = [
-        f"{name} = {in_digits(float(x) + 0.0, 6)} {unit}".removesuffix(" 1")
+        f"{name} = {in_shown_unit(asked.scene, in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
         for name, x, unit in zip(asked.scene.coordinates, place.q, units, strict=True)
         if name not in idle
     ]

@@ -15,7 +15,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import coordinate_units, shown_unit
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.quantity import symbol
 from symdyn.scene.values.signals import AXES
@@ -47,7 +47,8 @@ def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
         )
     texts = tuple(split_commas(texts) if isinstance(texts, str) else texts) or tuple(declared)
     if not texts:
-        return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), coordinate_units(scene))
+        units = tuple(shown_unit(scene, unit) for unit in coordinate_units(scene))
+        return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), units)
     faults = Faults("")
     formulas = [read_seen(scene, text, "outputs", faults) for text in texts]
     for text in dict.fromkeys(text for text in texts if texts.count(text) > 1):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
 from symdyn.scene import Scene
-from symdyn.scene.units import told_units, velocity_units
+from symdyn.scene.units import shown_unit, told_units, velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.formula import split_commas
 from symdyn.simulation.equations.opened import opened
@@ -92,15 +93,15 @@ class Prepared:
                 raise LinearizeError(
                     f"{scene.name}: a derivative has no finite value there; give another place, or other values"
                 )
-        units, labels = velocity_units(scene), COLUMNS["q"](v.w)
+        units, labels, told = velocity_units(scene), COLUMNS["q"](v.w), told_units(scene)
+        shown = partial(shown_unit, scene)
         states = Axis(
             (*(labels[k] for k in choice.positions), *(scene.velocities[k] for k in choice.velocities)),
-            (*(units[k] for k in choice.positions), *(f"{units[k]}/s" for k in choice.velocities)),
+            (*(shown(units[k]) for k in choice.positions), *(shown(f"{units[k]}/s") for k in choice.velocities)),
         )
-        told = told_units(scene)
         inputs = Axis(
             (*(str(scene.drives[k]) for k in self.drives), *v.inputs),
-            (*(force_unit(units[k]) for k in self.drives), *(told[one.name] for one in scene.inputs)),
+            (*(shown(force_unit(units[k])) for k in self.drives), *(told[one.name] for one in scene.inputs)),
         )
         return Linearization(
             scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,

@@ -20,7 +20,7 @@ from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
 from symdyn.linear.verdict import stability
 from symdyn.rounding import asked, in_digits, showing
-from symdyn.scene.units import coordinate_units, told_units, velocity_units
+from symdyn.scene.units import coordinate_units, in_shown_unit, told_units, velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -96,19 +96,19 @@ def _named(axis: Axis) -> list[str]:
 def where(found: Linearization) -> str:
     """Return the operating point: coordinates, velocities that are not zero, forces that are not."""
     scene, point = found.scene, found.point
-    parts = [
-        f"{name} = {number(x)} {unit}"
-        for name, x, unit in zip(scene.coordinates, point.q, coordinate_units(scene), strict=True)
-    ]
+
+    def shown(name: str, x: float, unit: str) -> str:
+        return f"{name} = {in_shown_unit(scene, number(x), '' if unit == '1' else unit)}"
+
+    parts = [*map(shown, scene.coordinates, point.q, coordinate_units(scene))]
     units = velocity_units(scene)
-    parts += [f"{n} = {number(x)} {u}/s" for n, x, u in zip(scene.velocities, point.u, units, strict=True) if x]
+    parts += [shown(n, x, f"{u}/s") for n, x, u in zip(scene.velocities, point.u, units, strict=True) if x]
     names = drive_names(scene)
-    parts += [f"{names[k]} = {number(x)} {force_unit(units[k])}" for k, x in enumerate(point.tau) if abs(x) > NOTHING]
+    parts += [shown(names[k], x, force_unit(units[k])) for k, x in enumerate(point.tau) if abs(x) > NOTHING]
     inputs = zip(scene.inputs, point.inputs, strict=False)
     told = told_units(scene)
     parts += [f"{one.name} = {number(x)} {told[one.name]}".rstrip() for one, x in inputs if abs(x) > NOTHING]
-    parts = [part.removesuffix(" 1") for part in parts]
-    return f"at {', '.join(parts)}" + (f"; t = {number(point.t)} s" if point.t else "")
+    return f"at {', '.join(parts)}" + (f"; {shown('t', point.t, 's')}" if point.t else "")
 
 
 def _table(letter: str, matrix: Array, rows: Axis, columns: Axis) -> list[str]:

@@ -31,8 +31,13 @@ PLAIN_NUMBERS = (number(2), number(Fraction(1, 2)), PI)
 
 
 def shown_unit(scene: Scene, unit: str) -> str:
-    """Return the unit that follows from a kind of joint as it is shown: nothing but "rad" without dimensions."""
-    return unit if unit == "rad" or not scene.dimensionless else ""
+    """Return a unit that nobody said, of a joint, a time or an energy, as it is shown: "" without dimensions."""
+    return "" if scene.dimensionless else unit
+
+
+def in_shown_unit(scene: Scene, number: str, unit: str) -> str:
+    """Return a number and such a unit as text, the number alone where none is shown."""
+    return f"{number} {shown_unit(scene, unit)}".rstrip()
 
 
 def coordinate_units(scene: Scene) -> tuple[str, ...]:
@@ -110,9 +115,11 @@ def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) ->
     while first.op in (Op.ABS, Op.NEG):
         first = first.args[0]
     name = str(first.value) if first.op is Op.SYMBOL else ""
+    if scene.dimensionless:
+        return told_units(scene).get(name, "")
     if name in units:
         return units[name]
-    if scene.dimensionless or not formula.symbols:
+    if not formula.symbols:
         return ""
     found = analysed(scene, (), units).of(formula)
     return "" if found.letters or any(one not in PLAIN_NUMBERS for one, _ in found.numbers) else found.dimension.text

@@ -15,6 +15,7 @@ from symdyn.dynamics.loops.loop_words import direction_words
 from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import velocity_name
+from symdyn.scene.units import in_shown_unit
 from symdyn.simulation.followed import Followed
 from symdyn.simulation.following import CLOSED, Following, Known, Tied
 from symdyn.simulation.initial import no_equations
@@ -227,14 +228,15 @@ def _reach(equations: PathEquations) -> str:
 
 def _misses(equations: PathEquations, t: float, q: Array) -> str:
     """Return how far points and frames are from their paths at a position."""
-    found, still = [], equations.following.still
+    found, still, scene = [], equations.following.still, equations.following.scene
     for path, asked in equations.asked(t):
         T = equations.functions(f"pose:{path.name}", q, still)
         off = asked.residual(T[:, :3], T[:, 3])
         held = np.isfinite(asked.origin)
         gap, turn = (float(np.linalg.norm(x)) for x in (off[: held.sum()], off[held.sum() :]))
         place = ", ".join("_" if not known else f"{x:.6g}" for x, known in zip(asked.origin, held, strict=True))
-        parts = [f"({place}) by {gap:.6g} m"] * (gap > CLOSED) + [f"its turning by {turn:.6g} rad"] * (turn > CLOSED)
+        parts = [f"({place}) by {in_shown_unit(scene, f'{gap:.6g}', 'm')}"] * (gap > CLOSED)
+        parts += [f"its turning by {in_shown_unit(scene, f'{turn:.6g}', 'rad')}"] * (turn > CLOSED)
         if parts:
             found.append(f"{path.name} misses {' and '.join(parts)}")
     loops = float(np.abs(equations.functions("constraint_residual", q, still)).max(initial=0.0))

@@ -12,7 +12,7 @@ from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import latex_symbols, print_name
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, Scene, acceleration_name
-from symdyn.scene.units import coordinate_units, formula_unit, row_units, told_units, velocity_units
+from symdyn.scene.units import coordinate_units, formula_unit, row_units, shown_unit, told_units, velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import choice
 from symdyn.simulation.prescribed.forces import drive_names
@@ -120,8 +120,8 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
     held = {
         f"multiplier_{row}": Column(f"multiplier_{row}", "multipliers", unit) for row, unit in row_units(scene).items()
     }
-    said = held | said
-    return (*found, *(said.get(name) or _beside(name, own) for name in extra))
+    found += [said.get(name) or held.get(name) or _beside(name, own) for name in extra]
+    return tuple(one if one.name in said else replace(one, unit=shown_unit(scene, one.unit)) for one in found)
 
 
 def unit_of(formula: Quantity, scene: Scene) -> str:

@@ -22,7 +22,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneLike, scene_of, spell, velocity_name, with_values
-from symdyn.scene.units import velocity_units
+from symdyn.scene.units import in_shown_unit, velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.signals import point_names
 from symdyn.scene.values.table import Faults
@@ -208,8 +208,8 @@ def _impossible(scene: Scene, tau: Array) -> list[str]:
     moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
     units = velocity_units(scene)
     return [
-        f"{name.removesuffix('_dot')} has no drive, and the motion takes up to {largest[k]:.3g} "
-        f"{force_unit(units[k])} there"
+        f"{name.removesuffix('_dot')} has no drive, and the motion takes up to "
+        f"{in_shown_unit(scene, f'{largest[k]:.3g}', force_unit(units[k]))} there"
         for k, name in enumerate(scene.velocities)
         if scene.drives[k] is None and k not in moved and largest[k] > NOTHING * max(1.0, float(largest.max()))
     ]

@@ -51,7 +51,7 @@ class Curve:
         symbol = self.column.latex
         name = f"${symbol}$" if symbol else self.column.words
         sign = "\N{MINUS SIGN}" if self.zero > 0 else "+"
-        return name + (f" {sign} {abs(self.zero):.5g} {self.column.unit}" if self.zero else "")
+        return name + (f" {sign} {abs(self.zero):.5g} {self.column.unit}".rstrip() if self.zero else "")
 
 
 @dataclass(frozen=True)

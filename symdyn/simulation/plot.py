@@ -124,7 +124,7 @@ def _filling(trajectory: Trajectory, parts: Sequence[Panel]) -> tuple[tuple[floa
         for axis, part in zip(axes, parts, strict=True):
             _draw(axis, part, trajectory)
         if parts:
-            axes[-1].set_xlabel("$t$, s")
+            axes[-1].set_xlabel("$t$, s" if trajectory.columns[0].unit else "$t$")
             figure.align_ylabels(axes)
 
     return (8.0, max(2.2, 0.4 + 1.9 * len(parts))), fill

@@ -57,7 +57,7 @@ def _filling(found: Uncertainty, names: Sequence[str]) -> tuple[tuple[float, flo
         told = f"bands of one and two standard deviations, by {listed(found.varied)}"
         told += f" (and {more} more columns)" if more else ""
         axes[0].set_title(told, loc="left", fontsize=9).set_parse_math(False)
-        axes[-1].set_xlabel("$t$, s")
+        axes[-1].set_xlabel("$t$, s" if found.run.columns[0].unit else "$t$")
         made.align_ylabels(axes)
 
     return (8.0, max(2.2, 0.4 + 1.6 * len(shown))), fill

@@ -9,7 +9,7 @@ from hashlib import sha256
 from typing import Any
 
 from symdyn.scene import Scene, write_text
-from symdyn.scene.units import coordinate_units, told_units, velocity_units, written_in_si
+from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units, written_in_si
 from symdyn.scene.values.table import Faults, shorten
 from symdyn.study.design import Design
 
@@ -92,8 +92,9 @@ def units_of(job: Job) -> dict[str, str]:
     """Return the unit of every column, "" where it is not known."""
     scene = job.scene
     known = told_units(scene)
-    known |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
-    known |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
+    states = dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
+    states |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
+    known |= {name: shown_unit(scene, unit) for name, unit in states.items()}
     return {name: known.get(name, "") for name in job.design.names} | {one.name: one.unit for one in job.measures}
 
 

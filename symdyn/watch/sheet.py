@@ -16,7 +16,7 @@ from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
 from symdyn.scene import Scene, velocity_name
-from symdyn.scene.units import coordinates_with_units
+from symdyn.scene.units import coordinates_with_units, shown_unit
 
 LEG = 0.1
 """How far a coordinate of a closed mechanism is pulled at once, rad or m, so that it stays on its branch."""
@@ -108,7 +108,7 @@ def standing(scene: Scene, at: dict[str, float]) -> Standing:
     for joint, name, unit in coordinates_with_units(scene):
         low, high = limits_of(joint, values)
         low, high = (x if math.isfinite(x) else sign * wide[unit] for x, sign in ((low, -1), (high, 1)))
-        spans.append((name, unit, low, high))
+        spans.append((name, shown_unit(scene, unit), low, high))
     numbers = Numbers(scene) if scene.is_closed else None
     if numbers is not None:
         numbers = numbers.bound_to({p.name: values[p.name] for p in scene.free_parameters})

@@ -15,6 +15,7 @@ from symdyn.emit.print.formula_text import broken_text, rounded
 from symdyn.emit.print.text_page import equation_lines, length_lines
 from symdyn.rounding import asked
 from symdyn.scene import Scene
+from symdyn.scene.units import shown_unit
 
 DIGITS = 15
 """Most digits of a number: what every double holds."""
@@ -33,7 +34,7 @@ def dalembert_lines(scene: Scene) -> str:
     names = _names(scene, system, written)
     kept = f"{len(system.kept)} a body"
     head = f"# {system.equations} equations, {kept}; {system.reactions} reactions and {system.drives} drives"
-    lines = [head, "", *_unknowns(system, names)]
+    lines = [head, "", *_unknowns(scene, system, names)]
     for j in range(len(system.bodies)):
         lines += ["", *_body(scene, system, written, names, j)]
     lines += length_lines(written.lengths, {name for one in written.lengths.named for name, _ in one.defined})
@@ -64,17 +65,18 @@ def _names(scene: Scene, system: Equilibrium, written: Written) -> list[str]:
     return found
 
 
-def _unknowns(system: Equilibrium, names: list[str]) -> Iterator[str]:
+def _unknowns(scene: Scene, system: Equilibrium, names: list[str]) -> Iterator[str]:
     for name, one in zip(names, system.unknowns, strict=True):
-        yield f"# {name}: {_told(system, one)}"
+        yield f"# {name}: {_told(scene, system, one)}"
 
 
-def _told(system: Equilibrium, one: Unknown) -> str:
+def _told(scene: Scene, system: Equilibrium, one: Unknown) -> str:
     """Return what an unknown is, in words."""
     if one.kind == DRIVE:
         return f"drive of joint {one.joint}" + (", which has none: zero" if one in system.passive else "")
     words = direction(system, one) or f"component {one.number + 1}"
-    return f"{words} of the {one.kind} in joint {one.joint}, joint axes, {'N m' if words.startswith('moment') else 'N'}"
+    unit = shown_unit(scene, "N m" if words.startswith("moment") else "N")
+    return ", ".join(filter(None, (f"{words} of the {one.kind} in joint {one.joint}", "joint axes", unit)))
 
 
 def _body(scene: Scene, system: Equilibrium, forms: Written, names: list[str], j: int) -> Iterator[str]:

@@ -21,7 +21,7 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
         text = f"driving {'force' if unit == 'N' else 'torque'} of joint {joint.name}"
         rows.append(symbol_row(write.symbols[drive], text, shown_unit(scene, unit)))
     if timed:
-        rows.append(symbol_row(write.symbols[TIME], "time", "s"))
+        rows.append(symbol_row(write.symbols[TIME], "time", shown_unit(scene, "s")))
     for given in scene.inputs:
         rows.append(symbol_row(write.symbols[given.name], given.text or "input", told[given.name]))
     for parameter in scene.parameters:

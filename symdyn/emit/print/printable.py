@@ -23,7 +23,7 @@ from symdyn.emit.print.formula_text import rounded, shortened
 from symdyn.emit.print.lengths import Lengths, named_lengths
 from symdyn.graph import Graph
 from symdyn.scene import Scene, acceleration_name, express
-from symdyn.scene.units import coordinate_units, row_units
+from symdyn.scene.units import coordinate_units, row_units, shown_unit
 
 ENTRYWISE = {"equations": False, "coefficients": True, "textbook": False, "matrix": True}
 """How equations are grouped: one a joint, coefficient by coefficient, under-braced, M and c; and whether loops and rows
@@ -270,7 +270,7 @@ def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[s
 
 def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], taken: Container[str]) -> PrintedRow:
     told = "" if row.loop else row_units(scene).get(row.owner, "")
-    unit = "N" if "force" in row.words else "N m" if "moment" in row.words else told
+    unit = shown_unit(scene, "N" if "force" in row.words else "N m" if "moment" in row.words else told)
     name, text = _fresh(f"lambda{k}", taken), _text(scene, row)
     if not row.G:
         entries = (Symbol(_fresh(f"G{k}_{i}", taken)) if used else sum_of(()) for i, used in enumerate(row.uses, 1))

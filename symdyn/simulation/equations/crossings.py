@@ -25,6 +25,7 @@ from symdyn.dynamics.mechanism.loads import joint_rates
 from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Joint, Scene, express
+from symdyn.scene.units import in_shown_unit
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
@@ -70,7 +71,8 @@ class Limit:
     def words(self, scene: Scene) -> str:
         """Return which it is and how far it lets go, such as "upper limit 1.57 rad"."""
         turns = not JOINTS[self.joint.type].slides(self.joint)
-        return f"{self.kind} limit {self.size(scene):.6g} {UNITS[self.kind][0 if turns else 1]}"
+        unit = UNITS[self.kind][0 if turns else 1]
+        return f"{self.kind} limit {in_shown_unit(scene, f'{self.size(scene):.6g}', unit)}"
 
 
 def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]:

@@ -21,7 +21,7 @@ from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, velocity_name
 from symdyn.scene.declaration.value_in_unit import ask_for_units
-from symdyn.scene.units import told_units, velocity_units
+from symdyn.scene.units import shown_unit, told_units, velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ZERO
@@ -130,7 +130,8 @@ def force_names(scene: Scene) -> tuple[str, ...]:
 
 def force_units(scene: Scene) -> tuple[str, ...]:
     """Return the units of what `force_names` names."""
-    forces, told = map(force_unit, velocity_units(scene)), told_units(scene)
+    told = told_units(scene)
+    forces = (shown_unit(scene, force_unit(unit)) for unit in velocity_units(scene))
     return (*forces, *(told[one.name] for one in scene.inputs))
 
 

@@ -22,7 +22,7 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import SymdynError
 from symdyn.scene import Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.joints.start import quaternion
-from symdyn.scene.units import coordinate_units, told_units, velocity_units
+from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
 from symdyn.teach.roads.dalembert.balance import Balance
@@ -53,7 +53,7 @@ def controls(
     if led:
         fastest = max(abs(begun.qd[k]) for k in led)
         last = max(t, min(60.0, max(2.0, 4 * math.pi / fastest)) if fastest else 10.0)
-        groups.append({"key": "t", "rows": [_row("t", 0, "t", "t", "s", (0.0, last), t)]})
+        groups.append({"key": "t", "rows": [_row("t", 0, "t", "t", shown_unit(scene, "s"), (0.0, last), t)]})
     groups.append({"key": "q", "rows": _positions(scene, symbols, begun, extent, tied, led)})
     accelerations = [acceleration_name(v) for v in scene.velocities]
     for k, key, names, at in ((1, "qd", scene.velocities, begun.qd), (2, "qdd", accelerations, begun.qdd)):
@@ -62,7 +62,7 @@ def controls(
             largest = max(RATES[unit][k - 1], 1.5 * abs(at[i]))
             free = i not in led and (tied is None or i in tied.velocities)
             span = (-largest, largest) if free else None
-            rows.append(_row(key, i, name, symbols[name], UNITS[unit][k], span, at[i], led=i in led))
+            rows.append(_row(key, i, name, symbols[name], shown_unit(scene, UNITS[unit][k]), span, at[i], led=i in led))
         groups.append({"key": key, "rows": rows})
     if scene.parameters:
         told = told_units(scene)
@@ -89,12 +89,13 @@ def _positions(
             if ball is not None and k >= ball and free:
                 break
             span = _span(joint, wide[unit], at, begun.parameters) if free else None
-            rows.append(_row("q", first + k, name, symbols[name], UNITS[unit][0], span, at, led=prescribed))
+            shown = shown_unit(scene, UNITS[unit][0])
+            rows.append(_row("q", first + k, name, symbols[name], shown, span, at, led=prescribed))
         if ball is not None and (tied is None or first + ball in tied.moved):
             rows.append({"heading": in_html(joint.name)})
             angles = roll_pitch_yaw(begun.q[first + ball : first + ball + 4])
             for k, ((word, size), angle) in enumerate(zip(TURNS, angles, strict=True)):
-                one = _row("turn", turned + k, word, "", "rad", (-size, size), angle)
+                one = _row("turn", turned + k, word, "", shown_unit(scene, "rad"), (-size, size), angle)
                 rows.append({**one, "word": word, "joint": in_html(joint.name)})
             turned += 3
         first += len(joint.coordinates)

@@ -8,7 +8,7 @@ from symdyn.draw.lettering import from_latex
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import Scene
 from symdyn.scene.joints.start import quaternion
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, shown_unit, velocity_units
 from symdyn.teach.interactive.controls import UNITS
 
 
@@ -20,7 +20,7 @@ def plotted(scene: Scene) -> list[dict[str, Any]]:
         for unit in dict.fromkeys(units):
             rows = [k for k, one in enumerate(units) if one == unit]
             text = ", ".join(from_latex(symbols[names[k]]).plain for k in rows)
-            printed = UNITS[unit][order]
+            printed = shown_unit(scene, UNITS[unit][order])
             found.append({"group": group, "rows": rows, "unit": f"{text}, {printed}" if printed else text})
     return found
 
@@ -34,6 +34,7 @@ def pairs(scene: Scene) -> list[tuple[int, int, str, str]]:
         for k in range(len(joint.coordinates) if ball is None else ball):
             i, j = first + k, start + k
             q, u = (from_latex(symbols[name]).plain for name in (scene.coordinates[i], scene.velocities[j]))
-            found.append((i, j, f"{q}, {UNITS[units[i]][0]}", f"{u}, {UNITS[units[i]][1]}"))
+            place, rate = (shown_unit(scene, one) for one in UNITS[units[i]][:2])
+            found.append((i, j, ", ".join(filter(None, (q, place))), ", ".join(filter(None, (u, rate)))))
         first, start = first + len(joint.coordinates), start + len(joint.rates)
     return found

@@ -10,7 +10,7 @@ from symdyn.emit.print.breaking import together
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.units import drives_with_units, velocity_units
+from symdyn.scene.units import drives_with_units, shown_unit, velocity_units
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.mathml import inline
@@ -41,11 +41,11 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
             {
                 "label": inline(label),
                 "passive": passive,
-                "unit": UNITS[units[velocity]][3],
+                "unit": shown_unit(scene, UNITS[units[velocity]][3]),
                 "terms": [
                     {
                         "number": k,
-                        "unit": coefficient_unit(term.of, [i + 1 for i in term.indices], slides),
+                        "unit": shown_unit(scene, coefficient_unit(term.of, [i + 1 for i in term.indices], slides)),
                         **_term(scene, term, symbols, letters, words, "*" if computed.held else ""),
                     }
                     for k, term in terms
@@ -86,13 +86,21 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
     for k, (joint, drive, unit) in zip(driven, drives_with_units(scene), strict=True):
         if k in computed.held.drives:
             text = words["drive"].format(joint=joint.name)
-            rows.append(_exerted(inline(symbols[drive]), text, unit.replace(" ", "\u202f"), "inverse_dynamics", k))
+            rows.append(
+                _exerted(
+                    inline(symbols[drive]), text, shown_unit(scene, unit).replace(" ", "\u202f"), "inverse_dynamics", k
+                )
+            )
     for k, (owner, wrench) in enumerate(computed.held.multipliers):
         text = wrench.partition(" along (")[0].partition(" about (")[0]
         for phrase in PHRASES:
             text = text.replace(phrase, words[phrase])
         unit = "N" if wrench.startswith("force") else UNITS["rad"][3] if wrench.startswith("moment") else ""
-        rows.append(_exerted(inline(rf"{multiplier}_{{{k + 1}}}"), f"{owner}: {text}", unit, "multipliers", k))
+        rows.append(
+            _exerted(
+                inline(rf"{multiplier}_{{{k + 1}}}"), f"{owner}: {text}", shown_unit(scene, unit), "multipliers", k
+            )
+        )
     return rows
 
 

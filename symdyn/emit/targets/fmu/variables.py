@@ -12,7 +12,14 @@ from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import Program
 from symdyn.program.assemble import PARAMS
 from symdyn.scene import Quantity, Scene, velocity_name
-from symdyn.scene.units import coordinates_with_units, drives_with_units, output_units, told_units, velocity_units
+from symdyn.scene.units import (
+    coordinates_with_units,
+    drives_with_units,
+    output_units,
+    shown_unit,
+    told_units,
+    velocity_units,
+)
 from symdyn.scene.values.value import known_value
 
 TIME = "t"
@@ -76,17 +83,19 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
     named += [*inputs, *outputs, *free]
     place = {name: k for k, name in enumerate(named)}
     limits, depends = _limits(scene), _depends(program, place)
-    found = [Variable(0, TIME, "independent", None, "s", "time")]
+    found = [Variable(0, TIME, "independent", None, shown_unit(scene, "s"), "time")]
     for name, value in zip([*scene.coordinates, *scene.velocities], [*q, *u], strict=True):
         least, most = limits.get(name, (None, None))
         unit, text = words[name]
+        unit = shown_unit(scene, unit)
         found.append(Variable(place[name], name, shown, value, unit, text, 0, (place[name],), least, most))
     for name in [*scene.coordinates, *scene.velocities]:
         rate = f"der({name})"
         unit = f"{words[name][0]}/s" if words[name][0] not in ("rad/s", "m/s") else f"{words[name][0]}^2"
+        unit = shown_unit(scene, unit)
         found.append(Variable(place[rate], rate, "local", None, unit, f"rate of {name}", place[name], depends[rate]))
     for name in filter(None, forces):
-        found.append(Variable(place[name], name, "input", 0.0, units[name], "driving force"))
+        found.append(Variable(place[name], name, "input", 0.0, shown_unit(scene, units[name]), "driving force"))
     told, looked = told_units(scene), output_units(scene)
     for one in scene.inputs:
         found.append(Variable(place[one.name], one.name, "input", _number(one.value, 0.0), told[one.name], one.text))

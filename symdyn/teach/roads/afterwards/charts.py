@@ -203,3 +203,8 @@ def contours(x: Array, y: Array, z: Array, level: float) -> list[Array]:
         if len(way) > 1:
             found.append(np.array([point(edge) for edge in way]))
     return found
+
+
+def with_unit(text: Text, unit: str) -> Text:
+    """Return the words of an axis with its unit behind, as they are where it has none."""
+    return Text((*text.runs, Run(f", {unit}", "", 0))) if unit else text

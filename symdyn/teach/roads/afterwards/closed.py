@@ -14,7 +14,7 @@ from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateEr
 from symdyn.linear import Equilibria, Linearization, linearize_at_rest, stability
 from symdyn.linear.prepared import prepared
 from symdyn.linear.steady import settled, steady_next_to
-from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.scene.units import coordinate_units, in_shown_unit, velocity_units
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.teach.document import Block, Section, Step, Words
@@ -111,7 +111,7 @@ def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
 
 
 def _with_unit(lesson: Prose, x: float, unit: str) -> str:
-    return lesson.written(x) if unit == "1" else f"{lesson.written(x)} {unit}"
+    return lesson.written(x) if unit == "1" else in_shown_unit(lesson.scene, lesson.written(x), unit)
 
 
 def _values(lesson: Prose, one: Linearization) -> str:

@@ -13,17 +13,17 @@ import numpy as np
 
 from symdyn.algebra.form import Symbol, express_form, sum_of
 from symdyn.algebra.numeric import Batches
-from symdyn.draw.lettering import Run, Text, lettered
+from symdyn.draw.lettering import lettered
 from symdyn.draw.places import Array
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, evaluate, gradient, reachable
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import coordinate_units, in_shown_unit, shown_unit
 from symdyn.teach.document import Picture, Step
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.roads.afterwards.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, plain
+from symdyn.teach.roads.afterwards.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, plain, with_unit
 from symdyn.teach.roads.afterwards.reduced import led_by
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_key, node_of
 from symdyn.teach.shown_state import Chosen
@@ -79,21 +79,19 @@ def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | N
     for i, q in enumerate(lesson.state.q):
         low, high = float(found.q[:, i].min()), float(found.q[:, i].max())
         room = 0.06 * (high - low) or 0.5
-        label = Text((*lettered(symbols[str(q.value)]).runs, Run(f", {units[i]}", "", 0)))
+        label = with_unit(lettered(symbols[str(q.value)]), shown_unit(lesson.scene, units[i]))
         curves = [
             Curve(np.stack([found.t, found.q[k, i]], axis=1), LOOKS[k], plain(name) if i == 0 else None)
             for k, name in enumerate(names)
         ]
-        time = Text((*lettered("t").runs, Run(", s", "", 0)))
+        time = with_unit(lettered("t"), shown_unit(lesson.scene, "s"))
         corners = (0.0, low - room), (last, high + room)
         panels.append(Panel(time, label, *corners, curves, (), (False, False), HIGH * 0.75))
     title = lesson.text("compare.alt", scene=lesson.scene.name)
     picture = Picture(chart(title, panels, lesson.written, "compare-"), lesson.say("compare.caption"), title, "compare")
     apart = [float(np.abs(found.q[k] - found.q[0]).max()) for k in range(len(names))]
-    rows = [
-        (name, f"{lesson.about(_clean(x, found.energy))} J", "–" if not k else lesson.written(apart[k]))
-        for k, (name, x) in enumerate(zip(names, found.balance.tolist(), strict=True))
-    ]
+    left = [in_shown_unit(lesson.scene, lesson.about(_clean(x, found.energy)), "J") for x in found.balance.tolist()]
+    rows = [(name, left[k], "–" if not k else lesson.written(apart[k])) for k, name in enumerate(names)]
     table = lesson.table(("compare.which", "compare.balance", "compare.apart"), rows)
     claim = lesson.say("compare", number=str(len(names)), seconds=lesson.written(last))
     show = ("coriolis", "centrifugal", "ghost")

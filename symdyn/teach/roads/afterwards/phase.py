@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
 from symdyn.algebra.numeric import Batches
-from symdyn.draw.lettering import Run, Text, lettered
+from symdyn.draw.lettering import Text, lettered
 from symdyn.draw.places import Array
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, evaluate
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import coordinate_units, in_shown_unit, shown_unit
 from symdyn.teach.document import Block, Letter, Picture, Step
 from symdyn.teach.lesson import Lesson, named, together
-from symdyn.teach.roads.afterwards.charts import DASHED, FAINT, SOLID, STABLE, UNSTABLE, Curve, Panel, chart, contours
+from symdyn.teach.roads.afterwards.charts import (
+    DASHED,
+    FAINT,
+    SOLID,
+    STABLE,
+    UNSTABLE,
+    Curve,
+    Panel,
+    chart,
+    contours,
+    with_unit,
+)
 from symdyn.teach.roads.afterwards.equilibria import Rests
 from symdyn.teach.roads.afterwards.reduced import GRID, Reduced
 from symdyn.teach.shown_state import Chosen
@@ -49,19 +61,20 @@ def phase_step(lesson: Lesson, left: Reduced) -> Step | None:
     curves = [curve for level in levels for curve in _curves(x, m, V, level, SOLID)]
     curves += [curve for level in passes for curve in _curves(x, m, V, level, DASHED)]
     q, rate = _spelled(lesson, left.r)
-    unit = "rad" if left.turns else "m"
+    shown = partial(shown_unit, lesson.scene)
+    unit, per_second = (shown("rad"), shown("rad/s")) if left.turns else (shown("m"), shown("m/s"))
     bottom, ceiling = valley - 0.08 * (top - valley), valley + 1.06 * (top - valley)
     marks = [(place, STABLE if curvature > 0 else UNSTABLE) for place, curvature, _ in rests]
     marks += [(-math.pi, look) for place, look in marks if left.turns and abs(place - math.pi) < 1e-6]
     letter = lesson.called("V:", Letter("V"))
     lines = [Curve(np.stack([x, np.where(level >= V, level, np.nan)], axis=1), FAINT, size=0.8) for level in levels]
     hill = Panel(
-        _with(q, f", {unit}"), _with(lettered(head(lesson.letters["V"])), ", J"), (low, bottom), (high, ceiling),
+        with_unit(q, unit), with_unit(lettered(head(lesson.letters["V"])), shown("J")), (low, bottom), (high, ceiling),
         [*lines, Curve(np.stack([x, V], axis=1))], [((place, _at(left, place)), look) for place, look in marks],
         (left.turns, False), 130.0,
     )  # fmt: skip
     flow = Panel(
-        _with(q, f", {unit}"), _with(rate, f", {unit}/s"), (low, -fastest), (high, fastest), curves,
+        with_unit(q, unit), with_unit(rate, per_second), (low, -fastest), (high, fastest), curves,
         [((place, 0.0), look) for place, look in marks], (left.turns, False),
     )  # fmt: skip
     title = lesson.text("phase.alt", scene=lesson.scene.name)
@@ -104,14 +117,14 @@ def landscape_step(lesson: Lesson, found: Rests, chosen: Chosen) -> Step | None:
         for place in found.places
         for at in _images(place.at, turns)
     ]
-    names = [_with(_spelled(lesson, k)[0], f", {units[k]}") for k in which]
+    names = [with_unit(_spelled(lesson, k)[0], shown_unit(lesson.scene, units[k])) for k in which]
     panel = Panel(
         names[0], names[1], (spans[0][0], spans[1][0]), (spans[0][1], spans[1][1]), curves,
         marks, (turns[0], turns[1]), 330.0,
     )  # fmt: skip
     title = lesson.text("landscape.alt", scene=lesson.scene.name)
     svg = chart(title, [panel], lesson.written, "landscape-")
-    caption = lesson.say("landscape.caption", step=f"{lesson.written(step)} J")
+    caption = lesson.say("landscape.caption", step=in_shown_unit(lesson.scene, lesson.written(step), "J"))
     claim = lesson.say("landscape", names=together([named(q) for q in found.rest.q]))
     shown = Picture(svg, caption, title, "landscape")
     return Step("landscape", claim, (shown,), lesson.say("landscape.reason"), show=("energies", "angles"))
@@ -179,7 +192,3 @@ def _spelled(lesson: Lesson, k: int) -> tuple[Text, Text]:
     symbols = latex_symbols(lesson.scene)
     state = lesson.state
     return lettered(symbols[str(state.q[k].value)]), lettered(symbols[str(state.qd[k].value)])
-
-
-def _with(text: Text, more: str) -> Text:
-    return Text((*text.runs, Run(more, "", 0)))

@@ -32,7 +32,7 @@ from symdyn.algebra.form import (
 from symdyn.algebra.ratios import Ratios
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, evaluate, gradient
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import coordinate_units, in_shown_unit
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import Reduced
@@ -153,13 +153,14 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
     unit = units[left.r]
     rows = []
     for place, curvature, m in found:
-        rates = [f"{lesson.written(x)} {units[k]}/s" for k, x in zip(left.cyclic, _rates(left, place), strict=True)]
+        at = zip(left.cyclic, _rates(left, place), strict=True)
+        rates = [in_shown_unit(lesson.scene, lesson.written(x), f"{units[k]}/s") for k, x in at]
         kind = lesson.text("equilibria.stable" if curvature > 0 else "equilibria.unstable")
         time = "–"  # nothing that has inertia moves next to it
         if m > 0:
             root = math.sqrt(abs(curvature) / m)
             time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
-        rows.append([f"{lesson.written(place)} {unit}", *rates, kind, time])
+        rows.append([in_shown_unit(lesson.scene, lesson.written(place), unit), *rates, kind, time])
     heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
     key = "steady.numbers.led" if left.led else "steady.numbers.free"
     return [lesson.say(key), lesson.table([*heads, "equilibria.kind", "steady.next"], rows)]
