@@ -165,7 +165,9 @@ def test_a_unit_is_heard_at_every_number_of_a_scene(share: int) -> None:
         for key in way:
             old = old[key]
         said = read_text(text.replace("3 cd", f"{old} % {found[1]}"))
-        assert said == read_text(text.replace("3 cd", f"{old}/100")) != read_text(text.replace("3 cd", f"{old}")), way
+        plain = read_text(text.replace("3 cd", f"{old}"))
+        assert said == read_text(text.replace("3 cd", f"{old}/100")) != plain, way
+        assert read_text(text.replace('"3 cd"', f'{{ value = {old}, unit = "{found[1]}" }}')) == plain, way
 
 
 BY_ROWS = """

@@ -71,7 +71,6 @@ DOORS = {
 }  # fmt: skip
 
 
-@pytest.mark.mends("30.also.no_units_shown")
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("door", DOORS)
 def test_a_scene_without_dimensions_shows_no_unit(
@@ -91,7 +90,6 @@ def test_a_scene_without_dimensions_shows_no_unit(
     assert found["none"] == []
 
 
-@pytest.mark.mends("30.also.no_units_shown")
 @pytest.mark.runs("cc")
 def test_the_columns_of_a_run_without_dimensions_have_no_unit() -> None:
     said = CRANE.replace("v = 0", 'v = { value = 0, unit = "V" }').replace('place = "x"', 'place = "x"\nshown = "v"')
@@ -102,7 +100,6 @@ def test_the_columns_of_a_run_without_dimensions_have_no_unit() -> None:
     assert not any(runs.units.values())
 
 
-@pytest.mark.mends("30.also.no_units_shown")
 def test_a_model_without_dimensions_has_no_units() -> None:
     from fmus import sources_of, unpacked
 

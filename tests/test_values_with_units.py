@@ -366,13 +366,44 @@ def said_in(text: str) -> list[str]:
         ('damping = "3 mN m s/rad"', 'damping = { value = "1/3", unit = "N m s" }', '"1/3 N m s"'),
         ('com = [0, "-20 cm", 0]', 'com = [0, { value = -20, unit = "cm" }, 0]', '"-20 cm"'),
         ('stiffness = "18 kN/m"', "stiffness = { value = 18 }", '"18"'),
+        ('damping = "3 mN m s/rad"', 'damping = { value = "2 N m s", unit = "mN m s" }', '"2 N m s"'),
     ],
 )
-def test_a_table_where_a_value_is_text_is_told_the_text(old: str, new: str, text: str) -> None:
+def test_a_value_is_a_table_with_its_unit_wherever_it_may_be_text(old: str, new: str, text: str) -> None:
     assert old in WHOLE
-    with pytest.raises(SceneError, match=f"is a table; here a value and its unit are text: write {text}"):
-        read_text(WHOLE.replace(old, new))
-    read_text(WHOLE.replace(old, new.replace(new[new.index("{") : new.index("}") + 1], text)))
+    found = read_text(WHOLE.replace(old, new))
+    assert found == read_text(WHOLE.replace(old, new.replace(new[new.index("{") : new.index("}") + 1], text)))
+    assert read_text(write_text(found, "toml").text) == found
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ('{ value = 3, unit = "kg" }', "is in kg, and N m s/rad is asked for"),
+        ('{ value = 3, unit = "mNms", text = "a" }', 'unknown key .text.; write a number and a unit such as'),
+        ('{ value = "2*t1", unit = "mN m s" }', "is a formula of letters, which is in SI; leave the unit out"),
+        ('{ value = "2 kg", unit = "mN m s" }', "is in kg, and mN m s is asked for"),
+        ('{ value = { value = 3 } }', 'is no number with its unit; write a number and a unit'),
+        ('{ value = 3, unit = 4 }', 'is no number with its unit; write a number and a unit'),
+        ('{ value = 3, unit = "mNmz" }', "mNmz"),
+        ('{ unit = "N m s" }', "is a table; give a number"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_table_of_a_value_is_said(said: str, told: str) -> None:
+    with pytest.raises(SceneError, match=told):
+        read_text(WHOLE.replace('damping = "3 mN m s/rad"', f"damping = {said}"))
+
+
+@pytest.mark.parametrize("said", ['{ value = 300, unit = "mN m" }', '{ value = "3/10" }'])
+def test_friction_of_a_joint_is_a_number_as_a_table_too(said: str) -> None:
+    def joint(friction: str) -> Scene:
+        return read_text(WHOLE.replace('damping = "3 mN m s/rad"', f"friction = {friction}"))
+
+    assert joint(said) == joint("0.3")
+    with pytest.raises(SceneError, match=r"unknown key .coulomb."):
+        joint("{ value = 3, coulomb = 2 }")
+    with pytest.raises(SceneError, match=r'unknown key "valu"; did you mean|unknown key "valu"; known are'):
+        joint("{ valu = 3 }")
 
 
 @pytest.mark.parametrize("k", range(len(said_in(WHOLE))))

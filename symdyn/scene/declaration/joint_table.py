@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeGuard
 
 from symdyn.scene.declaration.coupling import Mimic, couple, read_mimic
 from symdyn.scene.forces import read_rubbing
@@ -282,10 +282,15 @@ def _armature(table: Table) -> Quantity:
         return ZERO
 
 
+def acts(friction: object) -> TypeGuard[Mapping[str, object]]:
+    """Tell whether raw friction is a table of what acts; a number is data, also one as a table with its unit."""
+    return isinstance(friction, Mapping) and "value" not in friction
+
+
 def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Element | None]:
     """Return dry friction as data, and as it enters the equations."""
     raw = table.raw.get("friction")
-    if not isinstance(raw, Mapping):
+    if not acts(raw):
         return table.quantity("friction"), None
     if n != 1:
         table.fault(f"friction is a table, which has no meaning for a {kind} joint; give loads instead")

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.scene.declaration.joint_table import freedoms, loop_keys
+from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.joints import JOINTS
@@ -191,7 +191,7 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
 def _kept(entry: Entry) -> list[str]:
     """Return the keys by which a joint says what one that closes a loop cannot."""
     keys = [key for key in KEPT if _says(entry.table.get(key))]
-    return keys + ["friction"] * isinstance(entry.table.get("friction"), Mapping)
+    return keys + ["friction"] * acts(entry.table.get("friction"))
 
 
 def _says(raw: object) -> bool:

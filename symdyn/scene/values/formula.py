@@ -32,7 +32,7 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.names import FORMULA_NAMES, nearest
 from symdyn.scene.values.quantity import PI, Quantity, number, symbol
-from symdyn.scene.values.unit import UnitError, in_si, read_unit
+from symdyn.scene.values.unit import UnitError, in_si, misfit, read_unit
 
 __all__ = ["FormulaError", "parse", "quantity"]
 
@@ -74,6 +74,12 @@ HINTS: Mapping[type[ast.AST], str] = {
     ast.Tuple: "a comma may stand inside atan2(y, x) only; write decimals with a point",
 }
 
+TABLE_KEYS = ("value", "unit")
+"""Of a number as a table."""
+
+AS_TABLE = 'write a number and a unit such as { value = 500, unit = "mm" }'
+"""What is said of a table that is none."""
+
 _DEGREES = re.compile(r"(?<=[\w.)])[ ]+deg\b(?![ ]*\()")
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\Z")
 _VALUE = re.compile(
@@ -89,7 +95,8 @@ def quantity(value: object) -> Quantity:
     """Return what a user wrote as an exact quantity.
 
     Args:
-        value: an int, Fraction, Decimal, float (its shortest digits count: 0.1 is 1/10), formula text, or a quantity.
+        value: an int, Fraction, Decimal, float (its shortest digits count: 0.1 is 1/10), formula text, a quantity, or
+            a table `{"value": 500, "unit": "mm"}`.
 
     Raises:
         FormulaError: it is none of these, or not finite.
@@ -111,9 +118,30 @@ def quantity(value: object) -> Quantity:
     if isinstance(value, SupportsIndex) and isinstance(value, Integral) and not isinstance(value, bool):  # of NumPy
         return folding.constant(Fraction(index(value)))
     if isinstance(value, Mapping) and "value" in value:
-        text = f"{value['value']} {value.get('unit', '')}".strip()
-        raise FormulaError(f'is a table; here a value and its unit are text: write "{text[:60]}"')
+        return _of_table(value)
     raise FormulaError(f'is {_kind(value)}; give a number or a formula such as "m1*h1**2/12"')
+
+
+def _of_table(table: Mapping[str, object]) -> Quantity:
+    """Return the number of a table `{ value = 500, unit = "mm" }` in SI."""
+    for key in table:
+        if key not in TABLE_KEYS:
+            raise FormulaError(f"has an unknown key {quoted(str(key))}; {AS_TABLE}")
+    inner, said = table["value"], table.get("unit", "")
+    if isinstance(inner, Mapping) or not isinstance(said, str):
+        raise FormulaError(f"is no number with its unit; {AS_TABLE}")
+    found = quantity(inner)
+    if not said:
+        return found
+    unit = read_unit(said)
+    if found.symbols:
+        raise FormulaError("is a formula of letters, which is in SI; leave the unit out")
+    if found.unit:
+        reason = misfit(read_unit(found.unit), unit)
+        if reason:
+            raise UnitError(reason)
+        return found
+    return replace(in_si(found, unit), unit=unit.text)
 
 
 def parse(text: str) -> Quantity:

@@ -1,6 +1,6 @@
 """Shapes of raw values as JSON Schema, for editors: what a reader of the same word takes without looking at the rest.
 
-number      a number, a formula, or a number and a unit       vector   three of them
+number      a number, a formula, a number and a unit, or a table of both       vector   three of them
 placement   {xyz, rpy}, [x, y, z], or elementary steps such as ["Tz", 0.1]
 """
 
@@ -21,7 +21,13 @@ VALUE: Shape = {
     "type": "string",
     "pattern": r"^\s*[+-]?\s*[0-9.][0-9.eE+\-/ ]*\(?[A-Za-zµμΩΩ°%][A-Za-z0-9µμΩΩ°%⁰¹²³⁴⁵⁶⁷⁸⁹⁻·⋅×*/^() \-]*$",
 }
-NUMBER: Shape = {"anyOf": [{"type": "number"}, FORMULA, VALUE]}
+VALUED: Shape = {
+    "type": "object",
+    "properties": {"value": {"anyOf": [{"type": "number"}, FORMULA, VALUE]}, "unit": {"type": "string"}},
+    "required": ["value"],
+    "additionalProperties": False,
+}
+NUMBER: Shape = {"anyOf": [{"type": "number"}, FORMULA, VALUE, VALUED]}
 NUMBERS: Shape = {"anyOf": [*NUMBER["anyOf"], {"type": "array", "items": NUMBER, "minItems": 1}]}
 FLAG: Shape = {"type": "boolean"}
 TEXT: Shape = {"type": "string", "maxLength": LONGEST_WORDS, "pattern": r"^[^\x00-\x1f\x7f]*$"}
