@@ -60,6 +60,35 @@ def test_constants_move_to_the_front_of_products():
     assert parse("0*x") == number(0)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "3 m*l",
+        "3 mm + l",
+        "3 mm - l*sin(l)",
+        "2 kg m*l",
+        "3 m/s*l",
+        "3 N*l/g",
+        "5 m^2/l",
+        "2 N m*sin(l)",
+        "3 m*rho",
+    ],
+)
+def test_what_is_said_of_a_quantity_in_a_formula_works_word_for_word(text: str) -> None:
+    """The number becomes a letter, of the value and the unit that stood there; or all of it is letters."""
+    with pytest.raises(FormulaError) as caught:
+        parse(text)
+    said = re.search(
+        r'such as a = "(.+)" in parameters, and write (.+?)(?: \(.*\))?; of letters alone write (.+)', str(caught.value)
+    )
+    assert said is not None
+    named, formula, letters = said.groups()
+
+    assert parse(named).unit
+    assert parse(formula) == parse(text.replace(named, "a"))
+    assert set(parse(letters).symbols) == set(re.findall(r"[a-z]+(?![a-z(])", text, re.IGNORECASE)) - {"sin"}
+
+
 def test_numbers_of_python_are_exact():
     assert quantity(0.1) == quantity(np.float64(0.1)) == quantity(Decimal("0.1")) == number(Fraction(1, 10))
     assert quantity(np.int64(3)) == quantity(3) == number(3)

@@ -74,6 +74,11 @@ HINTS: Mapping[type[ast.AST], str] = {
     ast.Tuple: "a comma may stand inside atan2(y, x) only; write decimals with a point",
 }
 
+_WITH_UNIT = re.compile(r"\d [^\W\d_]")
+_CUT = re.compile(r" ?[-+*/] ?")
+MOST_CUTS = 20
+"""Places of a text where a unit is tried to end, and a formula to begin."""
+
 TABLE_KEYS = ("value", "unit")
 """Of a number as a table."""
 
@@ -187,10 +192,36 @@ def _value(found: re.Match[str], text: str) -> Quantity:
         try:
             return _formula(text)
         except _BrokenError as broken:
-            raise (broken if _SUM.search(text) else error) from None
+            begin = max(found.span("unit")[0], found.span("other")[0])
+            raise (_letters_beside(text, begin, error) or (broken if _SUM.search(text) else error)) from None
     below = folding.constant(_exact(found["below"] or "1"))
     size = folding.div(folding.constant(_exact(found["number"])), below)
     return replace(in_si(folding.neg(size) if found["sign"] == "-" else size, unit), unit=unit.text)
+
+
+def _letters_beside(text: str, begin: int, error: UnitError) -> UnitError | None:
+    """Return what is said of a number with a unit inside a formula, such as 3 m*l; None of another text.
+
+    Args:
+        text: which neither is a value nor a formula.
+        begin: where its unit begins.
+        error: what is wrong with the whole as a unit.
+    """
+    for cut in [*_CUT.finditer(text, begin)][-MOST_CUTS:][::-1]:
+        value, rest = text[: cut.start()], text[cut.end() :]
+        try:
+            unit = parse(value).unit
+            _formula(rest)
+        except FormulaError:
+            continue
+        if unit:
+            typing = f" ({error})" if rest.isidentifier() and len(rest) > 1 else ""
+            letters = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text).replace("^", "**")
+            return UnitError(
+                f'a unit stands behind a number alone; name the number, such as a = "{value}" in parameters, '
+                f"and write a{cut.group()}{rest}{typing}; of letters alone write {letters}"
+            )
+    return None
 
 
 class _Reader:
@@ -211,6 +242,7 @@ class _Reader:
             where = f"at character {error.offset}" if error.offset else "at its end"
             raise _BrokenError(
                 f"it breaks off {where}; check brackets and operators; a unit stands behind a number alone, as in 5 mm"
+                + (': name the number, such as a = "5 mm" in parameters' if _WITH_UNIT.search(self.text) else "")
             ) from None
         except (ValueError, MemoryError, RecursionError):
             raise FormulaError("it nests too deep; name a part of it as a parameter") from None
