@@ -86,10 +86,20 @@ def test_what_generated_code_calls_its_own_is_a_name(named: symdyn.Scene) -> Non
 @pytest.mark.parametrize("key", ["[parameters]\nt = {}", "[inputs]\nt = {}"])
 def test_the_time_is_no_other_letter(key: str) -> None:
     section = key.partition("\n")[0]
-    with pytest.raises(symdyn.SymdynError, match=r'"t" is the time in formulas; try t1'):
+    with pytest.raises(symdyn.SymdynError, match=r'"t" is the time in formulas and runs; rename it, such as t_0'):
         read_text(SCENE.replace(section, key))
-    with pytest.raises(symdyn.SymdynError, match=r'coordinate = "t" is the time in formulas; try t1'):
+    with pytest.raises(
+        symdyn.SymdynError, match=r'coordinate = "t" is the time in formulas and runs; rename it, such as t_0'
+    ):
         read_text(SCENE.replace('coordinate = "x1"', 'coordinate = "t"'))
+
+
+@pytest.mark.parametrize("name", ["q", "t"])
+@pytest.mark.parametrize("old", ["named", "body1", "joint1", "point1", "spring1", "load1"])
+def test_what_no_formula_names_may_be_called_so(name: str, old: str) -> None:
+    found = read_text(re.sub(rf"\b{old}\b", name, SCENE))
+    assert symdyn.derive(found, ["pose:t"] if (name, old) == ("t", "point1") else ["inverse_dynamics"])
+    assert read_text(write_text(found, "toml").text) == found
 
 
 REQUESTS = ["inverse_dynamics", "forward_dynamics_derivatives", "kinetic_energy_by_parameters", "pose:body1"]

@@ -179,7 +179,7 @@ EDITS = [
     ("l1 = {}", "lambda = {}", 'parameters.lambda: "lambda" is a keyword of Python; try lambda1'),
     ("l1 = {}", "double = {}", 'parameters.double: "double" is a keyword of C; try double1'),
     ("l1 = {}", "sin = {}", 'parameters.sin: "sin" is a function or constant of formulas; try sin1'),
-    ("l1 = {}", "t = {}", 'parameters.t: "t" is the time in formulas; try t1'),
+    ("l1 = {}", "t = {}", 'parameters.t: "t" is the time in formulas and runs; rename it, such as t_0'),
     ("l1 = {}", "q1 = {}",
      'joints.shoulder: coordinate = "q1" is already the name of parameters.q1; choose another name'),
     ("l1 = {}", "tau2 = {}",

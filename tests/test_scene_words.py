@@ -264,7 +264,7 @@ JOINT_FAULTS = [
     ("revolute", "friction = { static = 1 }", "friction: coulomb is missing"),
     ("revolute", "friction = { coulomb = -1 }", "friction.coulomb = -1 is negative; give zero or more"),
     ("revolute", "friction = { coulomb = 1, stribeck = 0 }", "friction.stribeck = 0 is no rate; give one above zero"),
-    ("revolute", 'coordinate = "t"', 'coordinate = "t" is the time in formulas; try t1'),
+    ("revolute", 'coordinate = "t"', 'coordinate = "t" is the time in formulas and runs; rename it, such as t_0'),
     ("revolute", 'damping = "t"', "damping = t uses t, the time; only forces, loads and prescribed motions may depend"),
     ("custom", 'coordinates = ["u"]', "steps is missing"),
     ("custom", 'steps = [["Rz", "u"]]\ncoordinate = "u"', 'units is missing; write "rad" or "m" for each coordinate'),

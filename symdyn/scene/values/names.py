@@ -42,7 +42,7 @@ def check_name(name: object, letter: bool = False) -> str | None:
     if name in FORMULA_NAMES:
         return f"is a function or constant of formulas; try {name}1"
     if letter and name == CLOCK:
-        return f"is the time in formulas; try {name}1"
+        return f"is the time in formulas and runs; rename it, such as {name}_0"
     if name.endswith(("_dot", "_ddot")):
         return "ends like a velocity or an acceleration; leave _dot and _ddot to the coordinates"
     return None
