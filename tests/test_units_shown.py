@@ -105,3 +105,50 @@ def test_a_model_without_dimensions_has_no_units() -> None:
 
     for text, units in ((CRANE, False), (CRANE.replace('units = "none"\n', ""), True)):
         assert (b"unit=" in unpacked(sources_of(read_text(text)), "fmi2")["modelDescription.xml"]) is units
+
+
+@pytest.mark.parametrize(
+    ("name", "formula", "unit"),
+    [
+        ("y", "m*(l*phi_dot)**2/2", "N m"),
+        ("y", "m*g*l*sin(phi)", "N m"),
+        ("kinetic_energy_of_bob", "m*(l*phi_dot)**2/2", "J"),
+        ("energy", "-m*g*l*cos(phi)", "J"),
+        ("work2", "m*g*l*phi", "J"),
+        ("network", "m*g*l", "N m"),
+        ("energy_rate", "m*g*l*phi_dot", "W"),
+        ("energy", "12*u", ""),
+    ],
+)
+def test_what_is_called_an_energy_is_in_joules(name: str, formula: str, unit: str) -> None:
+    """Dimensions tell no energy from a torque: where neither a name nor a term says it, the unit is N m."""
+    from dimensional import output, pendulum
+
+    from symdyn.scene.units import output_units
+
+    scene = pendulum(more=output(formula).replace("y =", f"{name} ="))
+    assert output_units(scene)[name] == unit
+
+
+def test_what_has_a_term_in_joules_is_in_joules() -> None:
+    from dimensional import pendulum
+
+    from symdyn.scene import parse
+    from symdyn.simulation.columns import unit_of
+
+    scene = pendulum()
+    said = {
+        "m*g*l - kinetic_energy": "J",
+        "kinetic_energy + potential_energy": "J",
+        "-work": "J",
+        "m*g*l*sin(phi)": "N m",
+    }
+    assert {text: unit_of(parse(text), scene) for text in said} == said
+
+
+@pytest.mark.runs("cc")
+def test_a_measure_that_is_called_an_energy_is_in_joules() -> None:
+    from dimensional import pendulum
+
+    found = symdyn.sweep(pendulum(), {"phi": [0.1]}, ["energy = max(m*g*l)", "y = max(m*g*l)"], until=0.1)
+    assert (found.units["energy"], found.units["y"]) == ("J", "N m")

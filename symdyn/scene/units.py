@@ -17,7 +17,7 @@ from symdyn.scene.checks.dimensions import ADVICE, analysed, doubts, words
 from symdyn.scene.checks.draft import Use, draft_of, uses
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.dimension import POWER, force_unit
+from symdyn.scene.values.dimension import POWER, TORQUE, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, quantities_in
@@ -28,6 +28,10 @@ from symdyn.scene.values.with_unit import with_unit
 
 PLAIN_NUMBERS = (number(2), number(Fraction(1, 2)), PI)
 """Factors of areas, energies and circles, which carry no dimension where the unit of an output is told."""
+
+
+JOULE, ENERGY = "J", re.compile(r"(?<![a-z])(energy|work)(?![a-z])")
+"""The unit of an energy, and what names of energies have in them as words."""
 
 
 def shown_unit(scene: Scene, unit: str) -> str:
@@ -100,25 +104,36 @@ def dimensions(scene: Scene) -> Analysis:
     return analysed(scene, (use for use in uses(draft_of(scene)) if use.quantity.symbols))
 
 
-def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) -> str:
+def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str], called: str = "") -> str:
     """Return the unit of what a formula looks at, "" where a number in it may carry one, or nothing tells.
 
-    Factors of 2, 1/2 and pi are taken as plain: m*v**2/2 is in N m.
+    Factors of 2, 1/2 and pi are taken as plain. Dimensions tell no energy from a torque: m*v**2/2 is in N m, unless
+    one of its terms is in J, or it is called an energy or a work.
 
     Args:
         scene: the scene.
         formula: in its letters and in columns of runs.
         columns: units of these.
+        called: the name of what it stands for.
     """
     units = letter_units(scene) | dict(columns)
-    first = next(terms(formula))
-    while first.op in (Op.ABS, Op.NEG):
-        first = first.args[0]
-    name = str(first.value) if first.op is Op.SYMBOL else ""
+    names = [_alone(term) for term in terms(formula)]
     if scene.dimensionless:
-        return told_units(scene).get(name, "")
-    if name in units:
-        return units[name]
+        return told_units(scene).get(names[0], "")
+    energy = any(units.get(name) == JOULE for name in names) or ENERGY.search(called)
+    found = units[names[0]] if names[0] in units else _looked_at(scene, formula, units)
+    return JOULE if energy and found == TORQUE.text else found
+
+
+def _alone(term: Quantity) -> str:
+    """Return the name of a letter that stands alone in a term, but for its sign; else ""."""
+    while term.op in (Op.ABS, Op.NEG):
+        term = term.args[0]
+    return str(term.value) if term.op is Op.SYMBOL else ""
+
+
+def _looked_at(scene: Scene, formula: Quantity, units: Mapping[str, str]) -> str:
+    """Return the unit that the dimensions of a formula tell, "" where they do not."""
     if not formula.symbols:
         return ""
     found = analysed(scene, (), units).of(formula)
@@ -127,7 +142,7 @@ def formula_unit(scene: Scene, formula: Quantity, columns: Mapping[str, str]) ->
 
 def output_units(scene: Scene) -> dict[str, str]:
     """Return the unit of every output, as it says or as its formula tells; else ""."""
-    return {one.name: one.unit or formula_unit(scene, one.formula, {}) for one in scene.outputs}
+    return {one.name: one.unit or formula_unit(scene, one.formula, {}, one.name) for one in scene.outputs}
 
 
 def row_units(scene: Scene) -> dict[str, str]:

@@ -111,7 +111,8 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
     }
     units = {one.name: one.unit for one in (*found, *said.values())}
     said |= {
-        one.name: Column(one.name, "outputs", one.unit or _unit(scene, one.formula, units)) for one in scene.outputs
+        one.name: Column(one.name, "outputs", one.unit or _unit(scene, one.formula, units, one.name))
+        for one in scene.outputs
     }
     own = {
         f"momentum_{velocity.removesuffix('_dot')}": unit
@@ -130,8 +131,8 @@ def unit_of(formula: Quantity, scene: Scene) -> str:
     return _unit(scene, formula, {one.name: one.unit for one in columns(replace(scene, outputs=()), names)})
 
 
-def _unit(scene: Scene, formula: Quantity, units: Mapping[str, str]) -> str:
-    return formula_unit(scene, formula, column_units(formula.symbols) | dict(units))
+def _unit(scene: Scene, formula: Quantity, units: Mapping[str, str], called: str = "") -> str:
+    return formula_unit(scene, formula, column_units(formula.symbols) | dict(units), called)
 
 
 def column_units(names: Iterable[str]) -> dict[str, str]:

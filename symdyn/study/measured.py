@@ -7,6 +7,6 @@ from symdyn.scene.units import formula_unit
 from symdyn.simulation.ensemble.measures import Measure, fold_units
 
 
-def unit_of(measure: Measure, scene: Scene) -> str:
+def unit_of(measure: Measure, scene: Scene, called: str = "") -> str:
     """Return the unit of a measure; "" where a number in it may carry one, or nothing tells it."""
-    return formula_unit(scene, measure.formula, fold_units(scene, measure.folds))
+    return formula_unit(scene, measure.formula, fold_units(scene, measure.folds), called)

@@ -122,7 +122,8 @@ def usual_block(count: int) -> int:
 def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
     """Return a measure with its unit; what is wrong with it is among the faults."""
     read = read_measure(scene, one.formula, faults)
-    return one if read is None else replace(one, unit=unit_of(read, scene))
+    called = one.name if one.name.isidentifier() else ""  # what has no name is called as it is written
+    return one if read is None else replace(one, unit=unit_of(read, scene, called))
 
 
 def _letters(forces: Any) -> tuple[str, ...]:
