@@ -249,7 +249,7 @@ def test_plain_names_are_good(name):
         (3, "not text but of type int"),
         *((name, "keyword of C|keyword of Python") for name in C_KEYWORDS),
         *((name, "function or constant of formulas") for name in FORMULA_NAMES),
-        ("t", "the time in formulas; try t1"),
+        ("t", "the time in formulas and runs; rename it, such as t_0"),
     ],
 )
 def test_names_that_no_target_can_print_are_refused(name, fault):
