@@ -12,7 +12,7 @@ from typing import cast
 from symdyn.arguments import check_arguments
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, assemble
+from symdyn.scene.declaration.declare import TABLE_KEYS, Declaration, reading_of
 from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Scene
@@ -47,9 +47,7 @@ def read(path: Path | Opened, options: ReadOptions) -> Reading:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise SceneError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
-    faults = Faults(str(path))
-    scene = _scene(text, faults, options)
-    return Reading(scene, tuple(faults.notes))
+    return _reading(text, Faults(str(path)), options)
 
 
 def read_text(text: str, source: str = "scene.toml") -> Scene:
@@ -63,19 +61,11 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
         SceneError: with every fault of the text, one line each.
     """
     check_arguments(read_text, locals(), SceneError)
-    return _scene(text, Faults(source), ReadOptions())
+    return _reading(text, Faults(source), ReadOptions()).scene
 
 
-def _scene(text: str, faults: Faults, options: ReadOptions) -> Scene:
-    declaration = _declaration(tables_of(text, faults.source), faults.source, faults)
-    return assemble(
-        declaration,
-        faults.source,
-        faults,
-        options.allow_invalid_inertia,
-        options.spanning_tree,
-        options.dimensionless,
-    )
+def _reading(text: str, faults: Faults, options: ReadOptions) -> Reading:
+    return reading_of(_declaration(tables_of(text, faults.source), faults.source, faults), faults, options)
 
 
 def tables_of(text: str, source: str) -> dict[str, object]:

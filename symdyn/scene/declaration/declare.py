@@ -13,6 +13,7 @@ from symdyn.scene.declaration.body_table import read_body
 from symdyn.scene.declaration.dh import BODY_KEYS, expand
 from symdyn.scene.declaration.joint_table import joint_keys, read_joints, read_loops
 from symdyn.scene.declaration.locking import lock, read_locks
+from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.declaration.value_in_unit import read_coherent, read_valued
 from symdyn.scene.forces import read_elements
@@ -68,6 +69,16 @@ class Declaration:
     inputs: tuple[Entry, ...] = ()
     outputs: tuple[Entry, ...] = ()
     units: object = None
+
+
+def reading_of(declaration: Declaration, faults: Faults, options: ReadOptions) -> Reading:
+    """Return what a file declares, checked, with the notes that are in `faults` then.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    asked = (options.allow_invalid_inertia, options.spanning_tree, options.dimensionless)
+    return Reading(assemble(declaration, faults.source, faults, *asked), tuple(faults.notes))
 
 
 def assemble(

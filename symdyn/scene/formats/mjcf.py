@@ -20,7 +20,7 @@ from typing import Any
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.extras import install
-from symdyn.scene.declaration.declare import assemble
+from symdyn.scene.declaration.declare import reading_of
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.mjcf_made import check_made
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
@@ -94,15 +94,7 @@ def read(file: Path | Opened, options: ReadOptions) -> Reading:
     _sane(model, faults)
     faults.close()
     declaration = Tree(mujoco, spec, model, faults, options).declaration(path.stem)
-    scene = assemble(
-        declaration,
-        str(path),
-        faults,
-        options.allow_invalid_inertia,
-        options.spanning_tree,
-        options.dimensionless,
-    )
-    return Reading(scene, tuple(faults.notes))
+    return reading_of(declaration, faults, options)
 
 
 def _spec(mujoco: Any, file: Path | Opened, files: Mapping[Path, XmlElement]) -> Any:

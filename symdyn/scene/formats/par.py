@@ -22,7 +22,7 @@ from pathlib import Path
 
 from symdyn.bounds import BOUNDS
 from symdyn.graph import Op
-from symdyn.scene.declaration.declare import Declaration, assemble
+from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions, read_bounded
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.par_sheet import (
@@ -86,15 +86,7 @@ def read_text(text: str, source: str, options: ReadOptions = ReadOptions()) -> R
     sheet = parse_sheet(text, faults)
     faults.close()
     declaration = _Reader(sheet, faults, options).declaration(Path(source).stem)
-    scene = assemble(
-        declaration,
-        source,
-        faults,
-        options.allow_invalid_inertia,
-        options.spanning_tree,
-        options.dimensionless,
-    )
-    return Reading(scene, tuple(faults.notes))
+    return reading_of(declaration, faults, options)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.declare import Declaration, assemble
+from symdyn.scene.declaration.declare import Declaration, reading_of
 from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
 from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.attributes import Attributes
@@ -78,15 +78,7 @@ def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Fa
     robot = _Robot(root, faults, options)
     declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
     robot.note_data()
-    scene = assemble(
-        declaration,
-        source,
-        faults,
-        options.allow_invalid_inertia,
-        options.spanning_tree,
-        options.dimensionless,
-    )
-    return Reading(scene, tuple(faults.notes))
+    return reading_of(declaration, faults, options)
 
 
 def _refuse_xacro(root: XmlElement, source: str) -> None:
