@@ -37,6 +37,9 @@ NOISE = 1e-3
 
 AXES = [[0, 0, 1], [0, 1, 0], [1, 0, 0]]
 
+LOAD = (1.5, (0.2, 0.15, 0.1))
+"""Mass, kg, and place on the last body, m, of a payload: on no axis through that frame, so every drive feels it."""
+
 LOST = {"urdf": ("armature", "offset"), "gains": ("offset",), "loop": ("offset",)}
 """Terms that a kind has not: URDF holds none of the two, and an offset shows no current."""
 
@@ -193,7 +196,6 @@ def fitted(case: Drawn, folder: Path, kind: str):
     scene, true = symdyn.read(folder / "declared.toml"), symdyn.read(folder / "true.toml")
     names = [one for one in scene.drives if one]
     draw = np.random.default_rng(5)
-    load = 1.5
 
     def log(seed: int, loaded: bool) -> dict[str, np.ndarray]:
         t, q, qd, qdd = motion(true, seed)
@@ -205,20 +207,20 @@ def fitted(case: Drawn, folder: Path, kind: str):
         return {"t": t, **{name: q[:, k] for k, name in enumerate(true.coordinates)}, **shown}
 
     more = {}
+    load = Payload(scene.bodies[-1].name, *LOAD, (0, 0, 0), log=1)
     logs = [log(1, False)]
     if case.gains:
-        last = scene.bodies[-1].name
         logs.append(log(2, True))
-        more = {"units": dict.fromkeys(case.gains, "A"), "payloads": Payload(last, load, (0, 0, 0), (0, 0, 0), log=1)}
+        more = {"units": dict.fromkeys(case.gains, "A"), "payloads": load}
     return identify(scene, logs, friction=case.terms, **more), true, motion
 
 
-def heavier(scene, mass: float):
-    """Return the scene with a point mass at the origin of its last body."""
+def heavier(scene, load: Payload):
+    """Return the scene with a payload on its last body."""
     from symdyn.identification.scene import body_of_ten
 
     known = unknowns(scene)
-    ten = known.ten(known.values)[-1] + np.array([mass, *[0] * 9])
+    ten = known.ten(known.values)[-1] + load.ten
     return replace(scene, bodies=(*scene.bodies[:-1], body_of_ten(scene.bodies[-1], ten)))
 
 
