@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from symdyn.errors import SceneError
+import symdyn
+from symdyn.errors import SceneError, SymdynError
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import mjcf
 from symdyn.scene.formats.urdf import read
@@ -135,3 +140,53 @@ def test_small_ones_are_made(tmp_path: Path) -> None:
     path.write_text(f"<mujoco><asset>{assets}</asset>{world}</mujoco>", encoding="utf-8")
 
     assert mjcf.read(path, ReadOptions()).scene.bodies
+
+
+@pytest.mark.mends("30.also.bounds-of-meshes")
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["parts.obj", "corners.obj", "faces.obj", "binary.stl", "text.stl"])
+def test_a_mesh_of_too_many_parts_or_triangles_is_refused_before_it_is_loaded(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    number = 1_000_001
+    corners, facet = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", b"facet normal 0 0 1 outer loop endloop endfacet\n"
+    content: dict[str, Callable[[], bytes]] = {
+        "parts.obj": lambda: corners + b"".join(b"g g%d\nusemtl m%d\nf 1 2 3\n" % (k, k) for k in range(11_000)),
+        "corners.obj": lambda: corners + (b"f" + b" 1 2 3" * 300 + b"\n") * (number // 898 + 1),
+        "faces.obj": lambda: corners + b"f 1 2 3\n" * number,
+        "binary.stl": lambda: b" " * 80 + number.to_bytes(4, "little") + bytes(50 * number),
+        "text.stl": lambda: b"solid a\n" + facet * number + b"endsolid\n",
+    }
+    (tmp_path / kind).write_bytes(content[kind]())
+    monkeypatch.setattr(trimesh, "load_scene", lambda *args, **more: pytest.fail("it was loaded"))
+
+    solids, notes = shown(tmp_path, kind)
+    assert solids == []
+    assert re.search(r"shows (some )?\d+ (parts|triangles); \d+ are the most that is read", notes[0])
+
+
+@pytest.mark.mends("30.also.bounds-of-arrays")
+@pytest.mark.parametrize("told", [True, False])
+def test_a_run_without_coordinates_is_refused_before_its_arrays_are_read(
+    told: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An array that says it is of 80 TB is not made either."""
+    from symdyn.linear.run_files import read_run
+
+    path = tmp_path / "run.npz"
+    names = {"q": np.zeros((9, 1)), "qd": np.zeros((9, 1)), "tau": np.zeros((9, 1)), "velocities": ["q1_dot"]}
+    if not told:
+        np.savez_compressed(path, t=np.zeros(9))
+    else:
+        np.savez(path, t=np.zeros(9), coordinates=["q1"], **names)
+        with zipfile.ZipFile(path) as old:
+            inside = {one.filename: old.read(one) for one in old.infolist()}
+        inside["t.npy"] = inside["t.npy"].replace(b"(9,), }" + b" " * 13, b"(9999999999999,), }" + b" ", 1)
+        with zipfile.ZipFile(path, "w") as new:
+            for name, content in inside.items():
+                new.writestr(name, content)
+    monkeypatch.setattr(np.lib.npyio.NpzFile, "__getitem__", lambda self, name: pytest.fail(f"{name} was read"))
+
+    with pytest.raises(SymdynError, match=r"is no run that simulate has written"):
+        read_run(symdyn.example("pendulum"), path)

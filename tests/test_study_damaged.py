@@ -92,7 +92,7 @@ UNSEEN = ("deleted", "folder", "bit at 0.5", "bit at 0.8", "bit at 1.0")
 )
 def test_a_damaged_store_gives_the_same_numbers_or_is_refused(damage: str, whole: Path, tmp_path: Path) -> None:
     wrong, right = [], hashed(symdyn.study.open(whole))
-    for number, file in enumerate(FILES):
+    for number, file in enumerate(name for name in FILES if (whole / name).is_file()):
         store = tmp_path / f"{number}.zarr"
         shutil.copytree(whole, store)
         DAMAGES[damage](store / file)
