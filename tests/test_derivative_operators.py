@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 from arms import chain
+from counts_of_literature import state_dependent_counts
 from mechanisms import COUPLED, jointed, with_loads
 from small_steps import BIG, Numbers, State, apart
 
 import symdyn
 from symdyn.dynamics import OUTPUTS, Workspace, derive, derive_one, roads_of
-from symdyn.dynamics.roads.count import state_dependent_counts
 from symdyn.dynamics.roads.named_functions import ARGUMENTS, DIRECTIONS
 from symdyn.dynamics.roads.operators import OPERATORS
 from symdyn.emit import emit

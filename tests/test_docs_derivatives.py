@@ -6,9 +6,9 @@ import doctest
 from pathlib import Path
 
 import pytest
+from counts_of_literature import state_dependent_counts
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.roads.count import state_dependent_counts
 from symdyn.scene import read
 
 ROOT = Path(__file__).parent.parent

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from counts_of_literature import state_dependent_counts
 
-from symdyn.dynamics.roads.count import state_dependent_counts
 from symdyn.graph import Graph
 from symdyn.program import Counts
 from symdyn.scene import dh_table, scene, with_symbolic_inertia

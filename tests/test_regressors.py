@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from counts_of_literature import state_dependent_counts
 
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one, linear_parameters
 from symdyn.dynamics.roads.base_columns import base_columns, base_values
-from symdyn.dynamics.roads.count import state_dependent_counts
 from symdyn.dynamics.roads.linear_forces import columns, parameters
 from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS

@@ -14,7 +14,7 @@ from symdyn.graph import evaluate
 from symdyn.scene import Scene, acceleration_name, read
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.interactive.numbered import Numbered
-from symdyn.teach.interactive.shown import BY_STEP, Owners, is_shown, pointed
+from symdyn.teach.interactive.shown import BY_STEP, POINTING, SHOWN, Owners, pointed
 from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -213,6 +213,10 @@ def test_a_printed_lesson_has_no_numbers_that_move(browser: Any, tmp_path: Path)
         assert page.evaluate("[...document.querySelectorAll('.n')].every(x => getComputedStyle(x).display === 'none')")
         for moving in (".stage", "#part-live"):
             assert page.eval_on_selector(moving, "x => getComputedStyle(x).display") == "none"
+
+
+def is_shown(word: str) -> bool:
+    return word in SHOWN or any(word.startswith(kind) and len(word) > len(kind) for kind in POINTING)
 
 
 def test_every_word_that_a_step_shows_is_known() -> None:

@@ -13,7 +13,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 
-from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS, operations
+from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS
 from symdyn.dynamics.recursive.row_kinds import kinds_of
 from symdyn.dynamics.recursive.sweeps import Sweep
 from symdyn.dynamics.recursive.table_loops import TableLoop
@@ -125,12 +125,3 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
 def _time(argument: str) -> int:
     """Return the binding time of an argument, a row of `BINDING`; the last one if it is in no row."""
     return next((k for k, (_, names) in enumerate(BINDING) if argument in names), len(BINDING) - 1)
-
-
-def state_dependent_counts(function: Function) -> Counts:
-    """Return the operations of `function` that depend on q, q̇, q̈ or τ, as the literature counts them.
-
-    What depends on parameters alone is worked out once for a robot and left out. Twice a number is an addition.
-    """
-    state = {symbol for a in function.arguments if a.name not in BINDING[0][1] for symbol in a.symbols}
-    return Counts(**Counter(operations(function.entries, state)))

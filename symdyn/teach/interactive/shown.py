@@ -73,11 +73,6 @@ BY_STEP: Mapping[str, tuple[str, ...]] = {
 _IN_ITS_OWN_FRAME = re.compile(r"(\d)\1(?![\d])")  # F_22 is about body 2, in frame 2
 
 
-def is_shown(word: str) -> bool:
-    """Tell whether a word is one of `Step.show`."""
-    return word in SHOWN or any(word.startswith(kind) and len(word) > len(kind) for kind in POINTING)
-
-
 @dataclass(frozen=True)
 class Owners:
     """Whose vectors names speak of.
