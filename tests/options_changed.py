@@ -49,25 +49,44 @@ class Verb:
 
 RUN = f"simulate {CART} --until 0.5 --forces F=cos(9*t) -o run.csv"
 
+ANY = {"--no-units": f"| {UNLIKE}", "--json": ""}
+"""Of scenes."""
+
+RUNS = {"--start": "theta=0.5", "--start-rates": "theta=0.5", "--rtol": "1e-3", "--atol": "1e-2", "--method": "radau"}
+"""Of runs."""
+
+LOOPS = {"--formulation": "lagrange", "--independent": f"phi | {BAR}", "--baumgarte": f"5,5 | {BAR}"}
+"""Of equations."""
+
+SHOWN = {
+    "--reactions": "ground",
+    "--plot": "run.svg",
+    "--plot-columns": "x | --plot run.svg",
+    "--animate": "run.svg",
+    "--fps": "5 | --animate run.svg",
+    "--size": "100x90 | --animate run.svg",
+    "--once": "| --animate run.svg",
+}
+"""Of what is shown of a motion."""
+
 TRIED: dict[str, Verb] = {
     "equations": Verb(
         CART,
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
             "--symbolic": f"all | {DOOR}",
             "--bind": "mc=2 | --document",
             "--format": "text",
             "--as": "matrix",
             "--angles": f"short | {TWO}",
             "--document": "",
-            "--json": "",
             "--digits": f"2 | {DOOR} --format text",
         },
     ),
     "walkthrough": Verb(
         f"{CART} -o lesson.md",
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
             "--detail": "brief",
             "--until": "energies",
             "--format": "latex",
@@ -78,7 +97,6 @@ TRIED: dict[str, Verb] = {
             "--ask": "velocity | --exercises",
             "--sheet": "questions | --exercises",
             "--seed": "7 | --exercises",
-            "--json": "",
             "--bind": "g=1",
             "--output": "other.md",
         },
@@ -86,7 +104,8 @@ TRIED: dict[str, Verb] = {
     "generate": Verb(
         f"{CART} -o out --functions mass_matrix,forward_dynamics",
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
+            **LOOPS,
             "--target": "c",
             "--functions": "mass_matrix",
             "--real": "float | --target c",
@@ -96,20 +115,18 @@ TRIED: dict[str, Verb] = {
             "--doubles": "| --target ufunc",
             "--external": "| --target casadi",
             "--mex": "| --target matlab",
-            "--formulation": "lagrange",
-            "--independent": f"phi | {BAR}",
-            "--baumgarte": f"5,5 | {BAR}",
             "--prepare": f"| {DOOR} --symbolic all",
             "--static": "",
             "--bind": "g=1",
             "--output": "elsewhere",
-            "--json": "",
         },
     ),
     "simulate": Verb(
         f"{CART} --until 0.4 --start theta=0.05 -o run.csv --method dop853",
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
+            **RUNS,
+            **SHOWN,
             "--until": "0.5",
             "--forces": "F=t",
             "--feedback": "gains.json",
@@ -117,23 +134,10 @@ TRIED: dict[str, Verb] = {
             "--delay": "0.01 | --feedback gains.json --period 0.1",
             "--limits": "F=0.1 | --feedback gains.json --start theta=0.2",
             "--ignore-limits": f"| {CRANK} --start q1=0",
-            "--start": "theta=0.5",
-            "--start-rates": "theta=0.5",
             "--stop": "theta-0.1",
             "--report": "t-0.1",
-            "--method": "radau",
-            "--rtol": "1e-3",
-            "--atol": "1e-2",
             "--every": "0.1",
-            "--reactions": "ground",
             "--output": "other.csv",
-            "--plot": "run.svg",
-            "--plot-columns": "x | --plot run.svg",
-            "--animate": "run.svg",
-            "--fps": "5 | --animate run.svg",
-            "--size": "100x90 | --animate run.svg",
-            "--once": "| --animate run.svg",
-            "--json": "",
             "--bind": "g=1",
             "--digits": "3",
         },
@@ -142,10 +146,10 @@ TRIED: dict[str, Verb] = {
     "sweep": Verb(
         f"{CART} --over mc=[1,2] --measure max(theta) --until 0.1 --start theta=0.3 --method dop853",
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
+            **RUNS,
             "--over": "mc=[1,3]",
             "--every": "0.05 | --measure mean(theta)",
-            "--method": "radau",
             "--ignore-limits": f"| {CRANK} --over q1_dot=[2,3] --measure max(q1) --start q1=0",
             "--measure": "min(theta)",
             "--until": "0.2",
@@ -153,42 +157,30 @@ TRIED: dict[str, Verb] = {
             "--count": "5 | --over mc=uniform(1,2) --design random",
             "--seed": "5 | --over mc=uniform(1,2) --design random --count 4",
             "--forces": "F=t",
-            "--start": "theta=0.5",
-            "--start-rates": "theta=0.5",
-            "--rtol": "1e-3",
-            "--atol": "1e-2",
             "--output": "found.zarr",
             "--plot": "found.svg",
             "--plot-kind": "histogram | --plot found.svg",
             "--first-order": "",
-            "--json": "",
             "--bind": "g=1",
         },
     ),
     "inverse": Verb(
         f"{CART} --motion theta=t**2+0.3 --until 0.4 -o forces.csv",
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
+            **SHOWN,
             "--motion": "x=t**2",
             "--start": "x=0.5",
             "--until": "0.5",
             "--every": "0.1",
-            "--reactions": "ground",
             "--output": "other.csv",
-            "--plot": "run.svg",
-            "--plot-columns": "x | --plot run.svg",
-            "--animate": "run.svg",
-            "--fps": "5 | --animate run.svg",
-            "--size": "100x90 | --animate run.svg",
-            "--once": "| --animate run.svg",
-            "--json": "",
             "--bind": "g=1",
         },
     ),
     "linearize": Verb(
         CART,
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
             "--at": "theta=pi",
             "--rates": "theta=1 | --anywhere",
             "--forces": "F=1 | --anywhere",
@@ -211,7 +203,6 @@ TRIED: dict[str, Verb] = {
             "--reach": "",
             "--bode": "bode.svg",
             "--dt": "0.1",
-            "--json": "",
             "--bind": "g=1",
         },
         (RUN,),
@@ -219,22 +210,19 @@ TRIED: dict[str, Verb] = {
     "info": Verb(
         CART,
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
+            **LOOPS,
             "--symbolic": f"all | {DOOR}",
             "--bind": "g=1",
-            "--formulation": "lagrange",
-            "--independent": f"phi | {BAR}",
-            "--baumgarte": f"5,5 | {BAR}",
             "--units": "",
             "--frames": "",
             "--base-parameters": "",
-            "--json": "",
         },
     ),
     "draw": Verb(
         f"{CART} -o cart.svg",
         {
-            "--no-units": f"| {UNLIKE}",
+            **ANY,
             "--output": "other.svg",
             "--at": "theta=1",
             "--view": "30,20",
@@ -242,12 +230,11 @@ TRIED: dict[str, Verb] = {
             "--labels": "bodies",
             "--body": "pole",
             "--scheme": "dark",
-            "--json": "",
         },
     ),
     "convert": Verb(
         f"{GRIPPER} made.toml",
-        {"--no-snap": "", "--floating-base": "base", "--no-units": f"| {UNLIKE}", "--json": ""},
+        {**ANY, "--no-snap": "", "--floating-base": "base"},
     ),
     "new": Verb("fresh", {"--template": "rrr", "--example": "arm7", "--n": "5 | --template chain", "--json": ""}),
 }

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from words_changed import COMPUTED, ONLY_TOLD, SILENT, every, known, section_of, seen
+from words_changed import ONLY_TOLD, SILENT, every, known, scenes, section_of
+from words_looked_at import COMPUTED, differs
 
 SHARE = 33
 """Of so many words one is tried always."""
@@ -20,7 +21,7 @@ def test_every_word_has_a_row_or_a_reason() -> None:
 
 
 def check(place: int) -> None:
-    word, looked = section_of(ROWS[place]), seen(ROWS[place])
+    word, looked = section_of(ROWS[place]), differs(scenes(ROWS[place]))
     assert looked, f"{word}: nothing that is computed or told depends on it"
     told = any(word == one or word.startswith(f"{one}/") for one in ONLY_TOLD)
     assert told or looked in COMPUTED, f"{word}: {looked} alone depends on it"
@@ -44,4 +45,4 @@ def test_another_value_of_any_word_changes_something(place: int) -> None:
 @pytest.mark.runs("cc")
 def test_a_unit_changes_what_is_computed() -> None:
     row = next(one for one in ROWS if one[0] == ("parameters", "k", "unit"))
-    assert seen(row) in COMPUTED
+    assert differs(scenes(row)) in COMPUTED
