@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -86,6 +88,22 @@ def test_one_start_is_said_to_be_one(problem: Collocation, monkeypatch: pytest.M
     assert found.optima == (found,)
     assert found.notes[-1].endswith("1.5 (1 start); another start may find a better one: starts=8")
     assert found.notes[-1] in found._repr_mimebundle_()["text/html"]
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.mends("30.control.3")
+@pytest.mark.mends("30.class.optimum")
+def test_a_page_of_an_optimum_says_how_it_was_searched(problem: Collocation, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever solver ends at the guess."""
+    solver = MagicMock(return_value={"x": problem.guess, "lam_g": np.zeros(int(problem.binding.sum()))})
+    solver.stats.return_value = {"return_status": "Solve_Succeeded", "iter_count": 1, "success": True}
+    monkeypatch.setitem(sys.modules, "casadi", MagicMock(nlpsol=lambda *_: solver))
+    for name in ("_callback", "_hessian"):
+        monkeypatch.setattr(ipopt, name, MagicMock())
+    page = ipopt.solve(problem)._repr_mimebundle_()["text/html"]
+
+    assert "searched from 1 start: 1 optimum by the conditions of first order" in page
+    assert "another start may find a better one" in page
 
 
 @pytest.mark.runs("cc")

@@ -141,7 +141,6 @@ def test_fixed_joints_may_be_among_the_names() -> None:
     )
 
 
-@pytest.mark.mends("30.robots.2")
 def test_who_says_that_we_agree_with_pinocchio_says_the_order_of_joints() -> None:
     """Paragraph by paragraph, and item by item."""
     claims = [
