@@ -273,6 +273,7 @@ FEW = [(0, "tree"), (4, "urdf"), (4, "gains"), (2, "loop")]
 
 @pytest.mark.long
 @pytest.mark.mends("30.robots.1")
+@pytest.mark.mends("30.class.joined")
 @pytest.mark.parametrize(("seed", "kind"), FEW)
 def test_what_was_identified_predicts_a_fresh_motion_from_its_file(seed: int, kind: str, tmp_path: Path) -> None:
     predicts(seed, kind, tmp_path)

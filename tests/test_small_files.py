@@ -143,6 +143,7 @@ def test_small_ones_are_made(tmp_path: Path) -> None:
 
 
 @pytest.mark.mends("30.also.bounds-of-meshes")
+@pytest.mark.mends("30.class.believed")
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["parts.obj", "corners.obj", "faces.obj", "binary.stl", "text.stl"])
 def test_a_mesh_of_too_many_parts_or_triangles_is_refused_before_it_is_loaded(

@@ -182,6 +182,7 @@ def test_a_large_store_is_read_column_by_column_and_says_what_is_spoilt(
 
 
 @pytest.mark.mends("30.attacks.3")
+@pytest.mark.mends("30.class.believed")
 @pytest.mark.parametrize("name", ["values", "measures", "codes", "all"])
 @pytest.mark.parametrize("other", [False, True])
 def test_a_block_in_the_place_of_another_is_made_again(name: str, other: bool, whole: Path, tmp_path: Path) -> None:
