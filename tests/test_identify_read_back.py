@@ -226,7 +226,8 @@ def heavier(scene, load: Payload):
 
 def with_dry(scene, path: Path):
     """Return the scene of a robot file with the friction that this holds and readers leave out."""
-    found = dict(re.findall(r'<joint name="(\w+)".*?friction="([^"]+)"', path.read_text(), re.DOTALL))
+    of_one = r'<joint name="(\w+)"(?:(?!</joint>).)*?friction="([^"]+)"'
+    found = dict(re.findall(of_one, path.read_text(), re.DOTALL))
     return replace(
         scene,
         joints=tuple(
