@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from symdyn.arguments import check_arguments
-from symdyn.errors import SceneError, quoted
+from symdyn.errors import SceneError
 from symdyn.graph import growing
 from symdyn.scene.declaration.reading import (
     BEGIN,
@@ -98,8 +98,6 @@ def read(
         SceneError: with every fault of the file, one line each.
     """
     check_arguments(read, locals(), SceneError)
-    if units is not None and not (isinstance(units, str) and units == "none"):
-        raise SceneError(f'units = {quoted(units)}: give "none", or leave it out')
     cuts = None if spanning_tree is None else tuple(spanning_tree)
     return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base, units == "none")).scene
 
