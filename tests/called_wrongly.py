@@ -62,7 +62,7 @@ DOORS: dict[str, list[dict[str, Any]]] = {
     "closed_form": [{}],
     "collocation": [{"until": 1, "intervals": 2}],
     "derive": [{"outputs": ["mass_matrix"]}],
-    "ensemble": [{"until": 0.01}],
+    "ensemble": [{"until": 0.01}, {"scene": "pendulum", "until": 0.01}],
     "equations": [{}],
     "example": [{"name": "cart_pole"}],
     "film": [{"times": T, "positions": [[0, 0], [0, 0.1]], "file": "run.svg"}],
@@ -75,7 +75,7 @@ DOORS: dict[str, list[dict[str, Any]]] = {
     "picture": [{}],
     "read": [{"path": example_folder() / "cart_pole.toml"}],
     "sensitivity": [{"until": 0.01}],
-    "simulate": [{"until": 0.01}],
+    "simulate": [{"until": 0.01}, {"scene": "pendulum", "until": 0.01}],
     "sweep": [
         {"over": {"mc": [1, 2]}, "measure": "max(abs(x))", "until": 0.01},
         {"over": {"mc": [1, 2]}, "measure": "M1_1", "function": "mass_matrix"},
@@ -85,7 +85,8 @@ DOORS: dict[str, list[dict[str, Any]]] = {
         {"over": {"mc": 0.01}, "motion": MOTION, "times": T},
     ],
 }
-"""What each door is called with but for its scene, when all is in order: a row where it reads other arguments."""
+"""What each door is called with, when all is in order, but for its scene if it is the usual one: a row where it reads
+other arguments."""
 
 NOUNS: dict[type, Callable[[], Any]] = {
     symdyn.Scene: cart,
@@ -186,7 +187,10 @@ class Called:
             return OTHERS.get(self.name, dict)()
         first = {"scene": cart, "equations": lambda: noun(Equations)}
         said = inspect.signature(self.function).parameters
-        return {**{name: make() for name, make in first.items() if name in said}, **DOORS[self.name][self.way]}
+        row = dict(DOORS[self.name][self.way])
+        if isinstance(example := row.get("scene"), str):
+            row["scene"] = symdyn.example(example)
+        return {**{name: make() for name, make in first.items() if name in said}, **row}
 
     def __call__(self, value: Any) -> Any:
         """Call it with a value, all else in order."""

@@ -6,13 +6,18 @@ that say which argument it is about.
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
+import numpy as np
 import pytest
-from called_wrongly import DOORS, NOUNS, Called, every_argument, fault
+from called_wrongly import DOORS, NOUNS, Called, every_argument, fault, noun
 from wrong_values import WRONG
 
 import symdyn
+from symdyn.errors import SceneError
+from symdyn.scene import Quantity, parse
+from symdyn.simulation.trajectory import Trajectory
 
 SHARE = 33
 """Of so many pairs of an argument and a value, one is tried always."""
@@ -43,6 +48,38 @@ def test_every_door_and_every_noun_is_called() -> None:
 def test_wrong_values_of_any_argument_are_taken_or_refused_in_words() -> None:
     every = [(called, wrong) for called in every_argument() for wrong in WRONG]
     assert faults_of(every[::SHARE]) == []
+
+
+@pytest.mark.mends("30.attacks.8")
+def test_the_reader_of_formulas_takes_text_or_says_what_it_was_given() -> None:
+    for wrong, make in WRONG.items():
+        with contextlib.suppress(SceneError):
+            assert isinstance(parse(make()), Quantity), wrong
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.mends("30.attacks.8")
+@pytest.mark.parametrize(
+    ("file", "way_out"),
+    [
+        ("\ud800", "characters that UTF-8 has"),
+        ("\ud800/run.csv", "characters that UTF-8 has"),
+        ("a" * 300 + ".csv", "a shorter name"),
+        ("there", "another name"),
+    ],
+)
+def test_a_file_that_cannot_be_is_told_with_a_way_out_that_is_one(file: str, way_out: str, tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    with pytest.raises(symdyn.SymdynError, match=f"give .*{way_out}$"):
+        noun(Trajectory).to_csv(file)
+
+
+@pytest.mark.mends("30.attacks.8")
+def test_records_are_no_labels() -> None:
+    records = np.zeros(2, dtype=[("name", "U8"), ("of", float)])
+    for wrong in (records, records[0], records.view(np.recarray)):
+        with pytest.raises(symdyn.SymdynError, match=r"labels = .*: give a list of texts"):
+            symdyn.picture(symdyn.example("pendulum"), labels=wrong)
 
 
 @pytest.mark.slow

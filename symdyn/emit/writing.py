@@ -10,11 +10,22 @@ import os
 import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from errno import EISDIR
+from errno import EILSEQ, EISDIR, ENAMETOOLONG, ENOSPC
 from pathlib import Path, PurePosixPath
 from typing import IO
 
 from symdyn.errors import EmitError, quoted
+
+ELSEWHERE = "give a folder that you may write to"
+SPELLED = "give names of characters that UTF-8 has"
+
+WAYS_OUT: Mapping[int | None, str] = {
+    EILSEQ: SPELLED,
+    EISDIR: "give another name",
+    ENAMETOOLONG: "give a shorter name",
+    ENOSPC: "make room, or give a folder on another disk",
+}
+"""What helps against what a system says, where it is not another folder."""
 
 Contents = str | bytes | Callable[[IO[bytes]], None]
 
@@ -57,8 +68,8 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
                 os.replace(temporary, place / name)
     except (OSError, ValueError) as fault:  # a name that no system can spell
         reason = getattr(fault, "strerror", None) or str(fault)
-        message = f"{place}: cannot write {', '.join(files)} there ({reason}); give a folder that you may write to"
-        raise EmitError(message) from fault
+        advice = WAYS_OUT.get(fault.errno, ELSEWHERE) if isinstance(fault, OSError) else SPELLED
+        raise EmitError(f"{place}: cannot write {', '.join(files)} there ({reason}); {advice}") from fault
     return tuple(place / name for name in files)
 
 
