@@ -38,6 +38,13 @@ from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
 
 STATES = 4
 
+OTHER_CODE = {
+    "prepare": "code without prepare",
+    "accuracy": "code of full accuracy",
+    "targets": "every module that runs quickly here",
+}
+"""Options of code that --rigorous does not measure, and what it measures."""
+
 
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
@@ -75,21 +82,12 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help="the state, e.g. q1=0.3,q1_dot=-1; what is not named is as the scene starts, free parameters are one",
     )
-    bounds.add_argument(
-        "--states", type=int, metavar="N", default=STATES, help=f"or so many sampled states (default: {STATES})"
-    )
+    bounds.add_argument("--states", type=int, metavar="N", help=f"or so many sampled states (default: {STATES})")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the certificate, or the bounds."""
-    if options.at is not None and not options.rigorous:
-        raise VerifyError("--at goes with --rigorous: proofs hold everywhere")
-    if options.rigorous and options.prepare:
-        raise VerifyError("--rigorous measures code without prepare; leave out --prepare")
-    if options.rigorous and options.accuracy:
-        raise VerifyError("--rigorous measures code of full accuracy; leave out --accuracy")
-    if options.states < 1:
-        raise VerifyError(f"--states {options.states}: give one state at least")
+    _check_rigorous(options)
     if options.files is not None:
         with Waiting() as progress:
             found = _of_files(options, progress)
@@ -102,7 +100,8 @@ def run(options: argparse.Namespace) -> int:
         at = None if options.at is None else numbers(options.at, scene)
         with Waiting() as progress:
             bounds = rigorous(
-                scene, outputs, at, options.states, options.seed, options.real, options.formulation, progress, closing
+                *(scene, outputs, at, STATES if options.states is None else options.states, options.seed),
+                *(options.real, options.formulation, progress, closing),
             )
         if options.json:
             give(bounds.as_dict())
@@ -129,6 +128,22 @@ def run(options: argparse.Namespace) -> int:
     return 0 if certificate.passed else 1
 
 
+def _check_rigorous(options: argparse.Namespace) -> None:
+    """Raise VerifyError for what would do nothing, with --rigorous or without."""
+    for option, value in (("--at", options.at), ("--states", options.states)):
+        if value is not None and not options.rigorous:
+            raise VerifyError(f"{option} goes with --rigorous: proofs hold everywhere")
+    if not options.rigorous:
+        return
+    for name, code in OTHER_CODE.items():
+        if getattr(options, name):
+            raise VerifyError(f"--rigorous measures {code}; leave out --{name}")
+    if options.at is not None and options.states is not None:
+        raise VerifyError("--at is one state, and --states samples others; leave one of the two out")
+    if options.states is not None and options.states < 1:
+        raise VerifyError(f"--states {options.states}: give one state at least")
+
+
 def _of_files(options: argparse.Namespace, progress: Callable[[str], None]) -> Certificate:
     """Return the certificate of the files of a folder; their headers say all that options could."""
     from symdyn.cli.verify_files import certify_files
@@ -151,7 +166,7 @@ def numbers(text: str, scene: Scene) -> dict[str, float]:
     Raises:
         SceneError: a part that is no name = number, or a name that comes twice.
     """
-    values, units, given = {}, letter_units(scene), read_bindings(text)
+    values, units, given = {}, letter_units(scene), read_bindings(text, "--at")
     ask_for_units(scene.parameters, given.items(), "--at")
     for name, formula in given.items():
         try:
