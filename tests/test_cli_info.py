@@ -13,6 +13,7 @@ from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
 from symdyn.dynamics.loops.assembly import witness
 from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.program import Counts, formulate, lower, prepare, skipped
@@ -20,6 +21,8 @@ from symdyn.program.passes import DEFAULT
 from symdyn.scene import bind, body, fixed, point, read, revolute, scene
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
+
+DOOR = str(Path(__file__).parent / "data" / "door.toml")
 
 Capture = pytest.CaptureFixture[str]
 
@@ -216,6 +219,50 @@ def test_verify_proves_a_bound_scene(capsys: Capture) -> None:
 def test_a_binding_that_makes_no_sense_is_one_message(words: list[str], message: str, capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "two_link.toml"), *words]) == 1
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.mends("30.also.long_values")
+@pytest.mark.parametrize("words", [["equations", "--bind"], ["info", "--bind"], ["verify", "--rigorous", "--at"]])
+def test_a_value_that_is_too_long_is_told_with_its_option_and_its_letter(words: list[str], capsys: Capture) -> None:
+    verb, *before = words
+
+    assert main([verb, str(EXAMPLES / "cart_pole.toml"), *before, f"l={'1' * 10_001}"]) == 1
+    assert f"{before[-1]}: l: is a formula of 10001 characters; 10000 are allowed" in capsys.readouterr().err
+
+
+@pytest.mark.mends("30.class.ignored")
+@pytest.mark.parametrize("format", ["latex", "text", "sympy"])
+@pytest.mark.parametrize("group", ["equations", "coefficients", "matrix"])
+def test_equations_hold_the_numbers_that_are_bound(format: str, group: str, capsys: Capture) -> None:
+    """What `--bind` gave showed in the table of symbols of a whole document alone."""
+    numbers = read_text((EXAMPLES / "cart_pole.toml").read_text().replace('"-g"', "-7"))
+    words = ["equations", str(EXAMPLES / "cart_pole.toml"), "--format", format, "--as", group, "--bind", "g=7"]
+
+    assert main(words) == 0
+    assert capsys.readouterr().out.strip() == equations_text(numbers, format, group).strip()
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.mends("30.class.ignored")
+@pytest.mark.parametrize(
+    "line",
+    ["generate -o {0} --functions mass_matrix", "draw -o {0}/a.svg", "inverse --motion q1=t --until 0.1 -o {0}/a.csv"],
+)
+def test_where_names_have_the_values_of_numbers_symbolic_says_that_it_changes_nothing(
+    line: str, tmp_path: Path, capsys: Capture
+) -> None:
+    verb, *words = line.format(tmp_path).split()
+
+    assert main([verb, DOOR, *words, "--symbolic", "all"]) == 0
+    assert "door: --symbolic all: changes nothing here" in capsys.readouterr().err
+
+
+def test_where_names_are_read_symbolic_says_nothing(tmp_path: Path, capsys: Capture) -> None:
+    words = ["--symbolic", "all"]
+
+    assert main(["generate", DOOR, *words, "-o", str(tmp_path), "--functions", "inverse_dynamics_by_m1"]) == 0
+    assert main(["equations", DOOR, *words]) == 0
+    assert "changes nothing" not in capsys.readouterr().err
 
 
 @pytest.mark.long

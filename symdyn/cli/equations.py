@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.talk import Waiting, print_text
 from symdyn.emit.print.equations_text import ANGLES, FORMATS, GROUPS, base_parameters_text, equations_text
 from symdyn.errors import EmitError
@@ -29,7 +29,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the equations."""
-    scene = read_scene(options)
+    scene = read_scene_to_move(options)
     with Waiting() as progress:
         progress("expanding")
         text = OTHERS.get(options.group, _equations)(scene, options)

@@ -16,6 +16,7 @@ from symdyn.cli.scene_options import (
     closing_of,
     functions_of,
     read_scene,
+    say_values_alone,
 )
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, available
@@ -78,6 +79,9 @@ def run(options: argparse.Namespace) -> int:
             say(f"symdyn: {reason}")
         if asked is None and not scene.points:
             say(f"symdyn: {scene.name}: {asking(leaves(scene))}")
+        by_names = tuple(f"_by_{one}" for one in ("parameters", *(one.name for one in scene.parameters)))
+        if not target.tunes and not any(one.partition(":")[0].endswith(by_names) for one in outputs):
+            say_values_alone(options, scene, f"target {target.name}")
         if target.tunes:
             program = tunable(scene, outputs, options.formulation, closing)
         else:

@@ -22,6 +22,9 @@ MOST_NOTES = 20
 STDIN = "-"
 """The scene that is standard input."""
 
+BY_VALUES = {"bench": (), "draw": (), "inverse": (), "simulate": ("stop", "report"), "stress": ()}
+"""Verbs that take parameters by their values alone, and their options that read names."""
+
 
 def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -> None:
     """Add the scene, which may be left out where it is optional, and the options that say how to read it."""
@@ -31,7 +34,8 @@ def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -
     group.add_argument(
         "--symbolic",
         choices=("inertia", "geometry", "all"),
-        help="named parameters in place of numbers, with those numbers as values",
+        help="named parameters in place of numbers, with those numbers as values: for formulas, lessons, files of "
+        "scenes, --over and code whose parameters stay free; other code and its numbers are the same",
     )
     group.add_argument(
         "--no-snap",
@@ -153,7 +157,19 @@ def read_scene(options: argparse.Namespace) -> Scene:
     scene, notes = scene_and_notes(options)
     for note in notes:
         say(note)
+    if options.verb in BY_VALUES and not any(getattr(options, name) for name in BY_VALUES[options.verb]):
+        say_values_alone(options, scene, options.verb)
     return scene
+
+
+def say_values_alone(options: argparse.Namespace, scene: Scene, who: str) -> None:
+    """Say that --symbolic, where it is given, changes nothing of what somebody does who takes values of parameters."""
+    if options.symbolic:
+        say(
+            f"{scene.name}: --symbolic {options.symbolic}: changes nothing here, since the names have the values that "
+            f"the numbers had, and {who} takes those; info and equations show the names, and they stay parameters in "
+            "generate --target fmu"
+        )
 
 
 def scene_and_notes(options: argparse.Namespace) -> tuple[Scene, list[str]]:
@@ -178,7 +194,7 @@ def _bindings(options: argparse.Namespace, scene: Scene) -> dict[str, str]:
 
 
 def read_scene_to_move(options: argparse.Namespace) -> Scene:
-    """Return the scene that the options name, for what is compiled with its parameters free: those bound are numbers.
+    """Return the scene that the options name, for what takes its parameters by name: those bound are numbers.
 
     What the reader notes goes to stderr.
     """

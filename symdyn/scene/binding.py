@@ -108,20 +108,27 @@ def without_hidden_zeros(scene: Scene) -> Scene:
     return map_quantities(scene, settled) if values else scene
 
 
-def read_bindings(text: str) -> dict[str, str]:
+def read_bindings(text: str, option: str = "--bind") -> dict[str, str]:
     """Return name and formula of every part of `m1=2.5, h1=1/2`.
 
+    Args:
+        text: the parts.
+        option: what gives them, for messages.
+
     Raises:
-        SceneError: a part that is no name = value, or a name that comes twice.
+        SceneError: a part that is no name = value, a name that comes twice, or a value that is no formula.
     """
     values: dict[str, str] = {}
     for part in split_commas(text) or [""]:
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not value:
-            raise SceneError(f'"{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
+            raise SceneError(f'{option}: "{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
         if name in values:
-            raise SceneError(f"{name} gets two values, {values[name]} and {value}; give one of them")
-        parse(value)
+            raise SceneError(f"{option}: {name} gets two values, {values[name]} and {value}; give one of them")
+        try:
+            parse(value)
+        except FormulaError as fault:
+            raise SceneError(f"{option}: {name}: {fault}") from None
         values[name] = value
     return values
 
