@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,8 @@ from symdyn.identification import OutputFit, output_error
 from symdyn.simulation.trajectory import Trajectory
 
 pytestmark = pytest.mark.runs("cc")
+
+ROD = Path(__file__).parent / "data" / "options" / "rod.urdf"
 
 SCATTER = 1e-3
 """Of measured columns, rad or m."""
@@ -145,3 +149,11 @@ def test_the_same_data_give_the_same_bytes() -> None:
 
     assert first.estimate.tobytes() == second.estimate.tobytes()
     assert first.covariance.tobytes() == second.covariance.tobytes()
+
+
+@pytest.mark.mends("30.also.nothing_to_look_for")
+def test_a_scene_of_numbers_alone_is_told_that_nothing_is_looked_for() -> None:
+    rod = symdyn.read(ROD)
+
+    with pytest.raises(IdentifyError, match=r"rod: parameters: none is looked for; name one .* or all by --symbolic"):
+        output_error(rod, {"t": np.linspace(0, 2, 41), "q1": np.ones(41), "tau1": np.ones(41)})

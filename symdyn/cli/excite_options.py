@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from symdyn.cli.scene_options import read_scene
+from symdyn.cli.scene_options import read_scene, say_values_alone
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs
@@ -66,6 +66,7 @@ def run_exciting(options: argparse.Namespace) -> int:
     except SimulateError as fault:
         raise IdentifyError(fault.faults) from None
     scene = read_scene(options)
+    say_values_alone(options, scene, "--excite")
     chosen = {name: usual if (given := getattr(options, name)) is None else given for name, usual in USUAL.items()}
     with Bar(f"exciting {scene.name}") as progress:
         found = excite(

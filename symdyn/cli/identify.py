@@ -9,7 +9,7 @@ from symdyn.cli.excite_options import EXCITING, add_exciting, run_exciting
 from symdyn.cli.identify_files import add_file_options, check_files, write_files
 from symdyn.cli.identify_runs import OUTPUT_ERROR, RUNS, add_run_options, run_output_error
 from symdyn.cli.payload_options import FORM, payloads
-from symdyn.cli.scene_options import add_reading_options, again, read_scene
+from symdyn.cli.scene_options import add_reading_options, again, read_scene, say_values_alone
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
@@ -80,6 +80,8 @@ def run(options: argparse.Namespace) -> int:
         )
     if options.by == OUTPUT_ERROR:
         return run_output_error(scene, options)
+    if not options.output:
+        say_values_alone(options, scene, "identify without -o")
     check_files(options)
     carried = payloads(options.payload)
     terms = [one.strip() for one in split_commas(options.friction or "")]

@@ -98,6 +98,11 @@ def output_error(
     down = {name for part in scene.gravity for name in part.symbols}
     free = tuple(one.name for one in opened(scene).scene.free_parameters if one.name not in down)
     chosen = tuple(dict.fromkeys(free if asked is None else asked))
+    if not chosen:
+        raise IdentifyError(
+            f"{scene.name}: parameters: none is looked for; name one in [parameters], beside gravity's, or all by "
+            "--symbolic"
+        )
     search, more = _begin(scene, names, logs, chosen, (start, start_rates))
     if asked is None:
         told = _told(search)

@@ -1,0 +1,127 @@
+"""Options of verbs that judge and measure, each with a value that is not the usual one; and what no row can show."""
+
+from __future__ import annotations
+
+from options_tried import BAR, CART, OPTIONS, ROD, TWO, Verb, read
+
+LOG = f"{OPTIONS}/log.csv"
+FILES = f"generate {CART} -o out --functions mass_matrix"
+
+CHECKED: dict[str, Verb] = {
+    "check-derivation": Verb(
+        f"{OPTIONS}/right.tex {CART}",
+        {
+            **{option: row.replace("| ", f"| {OPTIONS}/right.tex ") for option, row in read().items()},
+            "--symbolic": f"all | {OPTIONS}/energy.tex {OPTIONS}/rod.urdf",
+            "--no-snap": f"| {OPTIONS}/energy.tex {OPTIONS}/rod.urdf",
+            "--floating-base": f"base | {OPTIONS}/energy.tex {OPTIONS}/rod.urdf",
+            "--quiet": f"| {OPTIONS}/energy.tex {OPTIONS}/rod.urdf",
+            "--bind": "l=0",
+            "--what": f"k_z12 | {OPTIONS}/bare.tex {CART}",
+            "--book": f"| {OPTIONS}/book.tex {TWO}",
+            "--language": "sk",
+            "--json": "",
+        },
+    ),
+    "verify": Verb(
+        f"{CART} --functions mass_matrix",
+        {
+            **read("--targets numpy"),
+            "--bind": "mp=0",
+            "--functions": "gravity_forces",
+            "--formulation": "lagrange",
+            "--independent": f"phi | {BAR} --functions forward_dynamics",
+            "--baumgarte": f"5,5 | {BAR} --functions forward_dynamics",
+            "--prepare": f"| {TWO}",
+            "--real": "float",
+            "--accuracy": "1e-10 | --targets c",
+            "--targets": "js",
+            "--files": "out",
+            "--seed": "5",
+            "--rigorous": "",
+            "--at": "theta=0.3 | --rigorous",
+            "--states": "1 | --rigorous",
+            "--json": "",
+            "--digits": "1",
+        },
+        (FILES,),
+    ),
+    "identify": Verb(
+        f"{CART} {LOG}",
+        {
+            **read(files=LOG),
+            "--symbolic": f"all | {ROD} {LOG} -o found.toml",
+            "--bind": "l=0.7",
+            "--band": "2",
+            "--friction": "all",
+            "--hold-back": "0.25",
+            "--units": "F=kN",
+            "--payload": f"{LOG}:pole:mass=1",
+            "--keep-outliers": "",
+            "--output": "found.csv",
+            "--total-mass": "3 | -o found.toml",
+            "--force": "| -o there.toml",
+            "--by": f"output-error | {ROD} {LOG} --symbolic all",
+            "--parameters": f"fv1 | {ROD} {LOG} --symbolic all --by output-error",
+            "--start": f"q1=0.1 | {ROD} {LOG} --symbolic all --by output-error",
+            "--excite": f"| {ROD} --terms 2",
+            "--box": f"q1=-0.1..0.1 | {ROD} --excite --terms 2",
+            "--period": f"2 | {ROD} --excite --terms 2",
+            "--family": f"splines | {ROD} --excite --terms 2",
+            "--terms": f"3 | {ROD} --excite",
+            "--criterion": f"determinant | {ROD} --excite --terms 2",
+            "--noise": f"tau1=0.5 | {ROD} --excite --terms 2",
+            "--starts": f"2 | {ROD} --excite --terms 2",
+            "--seed": f"5 | {ROD} --excite --terms 2",
+            "--every": f"0.1 | {ROD} --excite --terms 2",
+            "--plot": f"run.svg | {ROD} --excite --terms 2",
+            "--json": "",
+            "--digits": "2",
+        },
+        (f"convert {CART} there.toml",),
+    ),
+    "bench": Verb(
+        f"{CART} --quick --no-trajectories --functions mass_matrix --json",
+        {
+            **read(),
+            "--bind": "mp=0",
+            "--functions": "gravity_forces",
+            "--quick": "",
+            "--no-trajectories": "",
+            "--seed": "5",
+            "--output": "out",
+            "--json": "",
+        },
+    ),
+    "stress": Verb(
+        f"{CART} --families angles",
+        {
+            **read(),
+            "--bind": "mp=0",
+            "--families": "numbers",
+            "--output": "out",
+            "--json": "",
+            "--digits": "1",
+        },
+    ),
+    "completion": Verb("bash", {"--json": ""}),
+    "doctor": Verb("", {"--json": ""}),
+}
+
+NOTHING: dict[str, tuple[str, ...]] = {
+    "--digits": ("check-derivation", "completion", "convert", "doctor", "generate", "inverse", "new"),
+    "--quiet": ("completion", "doctor", "new"),
+}
+"""Options of all verbs, and verbs that round no number for people, or say nothing beside their answer."""
+
+ELSEWHERE: dict[tuple[str, str], str] = {
+    ("bench", "--digits"): "of times, which differ each time: the same table as of stress, tests/test_shell.py",
+    ("info", "--schema"): "of no scene: tests/test_scene_schema.py",
+    ("draw", "--watch"): "ends with Ctrl-C: tests/test_watch.py",
+    ("sweep", "--scheduler"): "where it is computed, the same numbers: tests/test_sweep_cluster.py",
+    ("sweep", "--workers"): "likewise: tests/test_sweep.py",
+    **{("sweep", option): "of places: tests/test_sweep_places.py" for option in ("--function", "--at")},
+    ("inverse", "--path"): "of an arm: tests/test_inverse_paths.py",
+    ("linearize", "--speed"): "of what rolls: tests/test_linear_control.py",
+}
+"""Options that are shown to do something by another test: verb, option and which."""
