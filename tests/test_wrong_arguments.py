@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from called_wrongly import DOORS, NOUNS, Called, every_argument, fault, noun
+from called_wrongly import DOORS, NOUNS, Called, cart, every_argument, fault, noun
 from wrong_values import WRONG
 
 import symdyn
@@ -72,6 +72,15 @@ def test_a_file_that_cannot_be_is_told_with_a_way_out_that_is_one(file: str, way
     (tmp_path / "there").mkdir()
     with pytest.raises(symdyn.SymdynError, match=f"give .*{way_out}$"):
         noun(Trajectory).to_csv(file)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.mends("30.attacks.8")
+def test_what_is_walked_but_once_and_flags_of_numpy_are_taken() -> None:
+    assert symdyn.certify(cart(), ["mass_matrix"], targets=iter(["numpy"])).passed
+    once = symdyn.film(cart(), [0, 0.1], [[0, 0], [0, 0.1]], "once.svg", loop=np.array(False))
+    assert "freeze" in once.read_text()
+    assert symdyn.film(cart(), [0, 0.1], [[0, 0], [0, 0.1]], "again.svg", loop=np.array(True)).is_file()
 
 
 @pytest.mark.mends("30.attacks.8")

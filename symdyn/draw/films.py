@@ -17,7 +17,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, doubles, wholes
+from symdyn.arguments import check_arguments, doubles, flags, wholes
 from symdyn.draw.animate import animation, as_arrays, moments, moving
 from symdyn.draw.canvas import require
 from symdyn.draw.gltf import glb
@@ -122,7 +122,7 @@ def film(
     cart.svg True
     """
     check_arguments(film, locals(), DrawError)
-    (fps,), scene = doubles(fps), scene_of(scene)
+    (fps,), (loop,), scene = doubles(fps), flags(loop), scene_of(scene)
     reel = Reel(fps, _sides(size), loop)
     path = check_film(file, reel)
     kind = FILMS[path.suffix.lower()]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.arguments import check_arguments, wholes
+from symdyn.arguments import check_arguments, walked, wholes
 from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.emit.code.real import SINGLE
 from symdyn.emit.code.short_sines import find_short_sines
@@ -159,6 +159,8 @@ def certify(
         EmitError: there is no such target or accuracy, or it does not have the number type.
     """
     check_arguments(certify, locals())
+    if targets is not None:
+        (targets,) = walked(certify, locals(), "targets")
     if real not in SINGLE:
         raise VerifyError(f"real type {real!r} is not measured; give {' or '.join(SINGLE)}")
     asked, (seed,) = targets is not None, wholes(seed)
