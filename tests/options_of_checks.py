@@ -109,7 +109,7 @@ CHECKED: dict[str, Verb] = {
 }
 
 NOTHING: dict[str, tuple[str, ...]] = {
-    "--digits": ("check-derivation", "completion", "convert", "doctor", "generate", "inverse", "new"),
+    "--digits": ("check-derivation", "completion", "convert", "doctor", "draw", "generate", "inverse", "new"),
     "--quiet": ("completion", "doctor", "new"),
 }
 """Options of all verbs, and verbs that round no number for people, or say nothing beside their answer."""

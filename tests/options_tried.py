@@ -257,8 +257,7 @@ MOVED: dict[str, Verb] = {
     "draw": Verb(
         f"{CART} -o cart.svg",
         {
-            "--bind": "l=1",
-            "--digits": "2",
+            "--bind": f"a=1.2 | {BAR}",
             **read(),
             "--output": "other.svg",
             "--at": "theta=1",
