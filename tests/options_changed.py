@@ -61,7 +61,8 @@ def outcome(line: str, folder: Path, before: tuple[str, ...] = ()) -> tuple[int,
 
 
 def _timeless(text: str) -> str:
-    """Return what is told without the times that it took, which are others each time."""
+    """Return what is told without times and what the cache holds, which are others each time."""
+    text = re.sub(r"\d+ files, [\d.]+ \w+ *|\"(entries|bytes)\": \d+", "", text)
     return re.sub(r"[\d.e-]+ s(?= to prepare|, )", "", text)
 
 
