@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import ArrayLike
 
 import symdyn
 from symdyn.linear import Linearization, stability
@@ -28,20 +29,42 @@ def top(
     along = np.eye(3)[axis]
     inertia = (CENTRAL + (C - CENTRAL) * along).tolist()
     start = UPRIGHT[axis]
+    return written(arm * along, inertia, start, spin * along, name, body, drive)
+
+
+def written(
+    com: ArrayLike,
+    inertia: ArrayLike,
+    start: ArrayLike,
+    rates: ArrayLike,
+    name: str = "p",
+    body: str = "top",
+    drive: str = "false",
+    orientation: str = "quaternion",
+) -> str:
+    """Return a joint that turns every way and its body, moments about its centre of mass."""
     return f"""
 [bodies.{body}]
 mass = {MASS}
-com = {(arm * along).tolist()}
-inertia = {inertia}
+com = {np.asarray(com).tolist()}
+inertia = {np.asarray(inertia).tolist()}
 inertia_about = "com"
 [joints.{name}]
 type = "spherical"
+orientation = "{orientation}"
 parent = "ground"
 child = "{body}"
 drive = {drive}
-start = {start}
-start_rates = {(spin * along).tolist()}
+start = {np.asarray(start).tolist()}
+start_rates = {np.asarray(rates).tolist()}
 """
+
+
+def by_angles(axis: int, orientation: str, start: ArrayLike, rates: ArrayLike, drive: str = "false") -> str:
+    """Return the top by three angles, its axis of symmetry x, y or z of its own axes."""
+    along = np.eye(3)[axis]
+    inertia = np.diag(CENTRAL + (C - CENTRAL) * along)
+    return HEAD + written(ARM * along, inertia, start, rates, drive=drive, orientation=orientation)
 
 
 HALF = math.sqrt(0.5)
@@ -172,3 +195,96 @@ def test_an_input_along_an_axis_of_the_body_keeps_the_axes_of_the_body() -> None
     text = HEAD + top() + jet
     found = symdyn.linearize(read_text(text))
     assert not found.spin.any()
+
+
+HALF_TURN = math.pi / 2
+ANGLES = (
+    ("zyx", 2, [0, 0, 0]),
+    ("zyx", 1, [0.4, 0, HALF_TURN]),
+    ("zxy", 2, [0.3, 0, 0]),
+    ("zxz", 1, [0, HALF_TURN, 0]),
+)
+"""Sequences, axes of symmetry and angles with that axis upright, in which the first turns about it."""
+
+
+@pytest.mark.mends("30.also.axes")
+@pytest.mark.parametrize("drive", ["false", "true"])
+@pytest.mark.parametrize(("orientation", "axis", "start"), ANGLES)
+def test_a_top_by_angles_moves_as_the_one_by_a_quaternion(
+    orientation: str, axis: int, start: list[float], drive: str
+) -> None:
+    found = symdyn.linearize(read_text(by_angles(axis, orientation, start, [SPIN, 0, 0], drive)))
+    assert_allclose(eigenvalues(found), closed_form(), rtol=1e-9, atol=1e-6)
+    assert stability(found).verdict == "oscillating"
+    assert any("do not spin with it" in note for note in found.notes)
+
+
+@pytest.mark.mends("30.also.axes")
+def test_angles_of_what_is_no_body_of_rotation_turn_with_the_first_and_it_is_said() -> None:
+    text = HEAD.replace("-9.81", "0") + written([0, 0, 0], [2, 3, 4], [0, 0, 0], [3, 0, 0], orientation="zyx")
+    found = symdyn.linearize(read_text(text))
+    euler = math.sqrt(3)  # w √((C - A)(C - B)/AB); and the axis that stays is seen to turn back by w
+    assert_allclose([x.imag for x in eigenvalues(found)], [-3, -euler, euler, 3], rtol=1e-9)
+    assert any("turn with q1, and so are frequencies" in note for note in found.notes)
+
+
+def test_both_roads_to_a_sampled_system_meet_for_angles_in_axes_that_do_not_spin() -> None:
+    from symdyn.linear.prepared import prepared
+    from symdyn.linear.sampled import along_a_step, sampled
+
+    scene = read_text(by_angles(1, "zyx", [0.4, 0, HALF_TURN], [SPIN, 0, 0], "true"))
+    one = symdyn.linearize(scene)
+    exact, stepped = sampled(one, 0.03), along_a_step(prepared(scene), one, 0.03)
+    assert one.spin.any()
+    assert_allclose(stepped.A, exact.A, atol=1e-9)
+    assert_allclose(stepped.B, exact.B, atol=1e-9)
+
+
+def oblique(way: ArrayLike, angle: float, spin: float = SPIN) -> str:
+    """Return the upright top with the axes of its body turned by an angle about some direction."""
+    n = np.asarray(way) / np.linalg.norm(way)
+    across = np.cross(np.eye(3), n)
+    R = np.eye(3) + math.sin(angle) * across + (1 - math.cos(angle)) * across @ across
+    inertia = R @ np.diag([CENTRAL, CENTRAL, C]) @ R.T
+    start = [math.cos(angle / 2), *(-math.sin(angle / 2) * n)]
+    return HEAD + written(R[:, 2] * ARM, (inertia + inertia.T) / 2, start, R[:, 2] * spin)
+
+
+@pytest.mark.mends("30.also.axes")
+@pytest.mark.parametrize(("way", "angle"), [([1, 2, 0.5], 0.7), ([0, 1, 0], 0.3), ([1, 1, -3], 1.5)])
+@pytest.mark.parametrize(("spin", "verdict"), [(SPIN, "oscillating"), (51.0, "unstable")])
+def test_a_top_is_judged_alike_however_the_axes_of_its_body_are_turned(
+    way: list[float], angle: float, spin: float, verdict: str
+) -> None:
+    found = symdyn.linearize(read_text(oblique(way, angle, spin)))
+    assert_allclose(eigenvalues(found), closed_form(spin), rtol=1e-7, atol=1e-6)
+    assert stability(found).verdict == verdict
+    assert "undecided" not in found.zeros
+
+
+TILT = 0.5
+PRECESSION = min(np.roots([A * math.cos(TILT), -C * SPIN, WEIGHT]).tolist())
+"""The slow rate of A cos θ p² - C w p + m g l = 0, w along the axis of symmetry."""
+
+
+@pytest.mark.mends("30.also.axes")
+def test_a_precession_by_a_quaternion_is_refused_with_the_angles_in_which_it_is_steady() -> None:
+    start, rates = [math.cos(TILT / 2), math.sin(TILT / 2), 0, 0], [0, PRECESSION * math.sin(TILT), SPIN]
+    text = HEAD + written([0, 0, ARM], [CENTRAL, CENTRAL, C], start, rates)
+    with pytest.raises(symdyn.SymdynError, match='orientation = "zxz"'):
+        symdyn.linearize(read_text(text))
+
+
+def test_a_steady_precession_by_angles_nutates_as_its_equation_says() -> None:
+    """A θ'' = -V'(θ), V = (p - s cos θ)²/(2 A sin² θ) + m g l cos θ, p and s the momenta of precession and spin."""
+    own = SPIN - PRECESSION * math.cos(TILT)
+    found = symdyn.linearize(read_text(by_angles(2, "zxz", [0, TILT, 0], [PRECESSION, 0, own])))
+    s = C * SPIN
+    p = A * PRECESSION * math.sin(TILT) ** 2 + s * math.cos(TILT)
+
+    def V(x: float) -> float:
+        return (p - s * math.cos(x)) ** 2 / (2 * A * math.sin(x) ** 2) + WEIGHT * math.cos(x)
+
+    step = 1e-3
+    curved = (V(TILT + step) - 2 * V(TILT) + V(TILT - step)) / step**2
+    assert found.modes[0].value.imag == pytest.approx(math.sqrt(curved / A), rel=1e-5)

@@ -1,9 +1,12 @@
 """A linear system in axes that do not spin with the body that they are of, in which A may be constant.
 
 Where a joint turns a body with ω, which stays in the body's own axes, directions and velocities may be looked at in
-these, or in axes that do not turn with it. One rule chooses, for every joint with a quaternion: of axes in which A
+these, or in axes that do not turn with it. One rule chooses, for every joint that turns every way: of axes in which A
 stays the same along the motion those in which B and the mass matrix do, too; of these the ones that do not turn. So
 what is rotationally symmetric is looked at in axes that do not spin with it, and what is not, in its own.
+
+Angles are looked at so, too, while the first alone moves: then the axes of the others turn with it, and with the
+constant columns J of ω = J q̇, along axes of the body, they are spun by J⁻¹ ω̃ J where a quaternion's are by ω̃.
 """
 
 from __future__ import annotations
@@ -18,6 +21,8 @@ from symdyn.algebra.numeric import Array
 from symdyn.linear.linearization import Linearization
 from symdyn.rounding import in_digits
 from symdyn.scene import JOINTS
+from symdyn.scene.joints.joint_kind import Gimbal
+from symdyn.scene.values.joint import Joint
 
 STILL = 1e-12
 """Velocities, rad/s or m/s, that are none."""
@@ -33,7 +38,8 @@ MOST = 1000
 class Way:
     """Axes to look at what joints move: what is said of them, and Ω of Ṙ = Ω R, shape (nv, nv), rad/s.
 
-    R takes components in the body's axes to those of a frame that does not turn with it: Ω = ω̃ for its every vector.
+    R takes components in the body's axes to those of a frame that does not turn with it: Ω = ω̃ for its every vector,
+    and J⁻¹ ω̃ J for angles.
     """
 
     words: tuple[str, ...]
@@ -48,25 +54,66 @@ class Way:
 def ways(found: Linearization) -> Iterator[Way]:
     """Return the ways to look at a motion, those in axes that do not turn first, the bodies' own axes last."""
     every: list[list[Way]] = []
-    first, n = 0, len(found.point.u)
+    n, q, u = len(found.point.u), 0, 0
     for joint in found.scene.moving:
-        at = first
-        for block in JOINTS[joint.type].blocks(joint):
-            wide = len(block.velocities)
-            turning = found.point.u[at + wide - 3 : at + wide]
-            if block.letters and np.abs(turning).max() > STILL:
-                spin = np.zeros((n, n))
-                for part in range(at, at + wide, 3):
-                    spin[part : part + 3, part : part + 3] = _skew(turning)
-                what = "directions, velocities and drives" if any(joint.drives) else "directions and velocities"
-                told = f"{what} along axes of a body are in axes of {joint.child} that"
-                still = Way((f"{told} do not spin with it about its {_named(turning)}",), spin)
-                every.append([still, Way((f"{told} turn with it, and so are frequencies",), np.zeros((n, n)))])
-            at += wide
-        first += len(joint.rates)
+        kind = JOINTS[joint.type]
+        at = u
+        for block in kind.blocks(joint):
+            at += len(block.velocities)
+            if block.letters:
+                every += _of_quaternion(found, joint, at - len(block.velocities), at)
+        for gimbal in kind.gimbals(joint):
+            every += _of_angles(found, joint, gimbal, q + gimbal.first, u + gimbal.first)
+        q, u = q + len(kind.coordinates(joint)), u + len(joint.rates)
     for some in islice(product(*every), MOST):
         spin = sum((one.spin for one in some), np.zeros((n, n)))
         yield Way(tuple(word for one in some for word in one.words), spin)
+
+
+def _of_quaternion(found: Linearization, joint: Joint, first: int, end: int) -> Iterator[list[Way]]:
+    """Yield the ways to look at what a quaternion turns: velocities from `first` to `end`, the last three its ω."""
+    turning, n = found.point.u[end - 3 : end], len(found.point.u)
+    if np.abs(turning).max() <= STILL:
+        return
+    spin = np.zeros((n, n))
+    for part in range(first, end, 3):
+        spin[part : part + 3, part : part + 3] = _skew(turning)
+    what = "directions, velocities and drives" if any(joint.drives) else "directions and velocities"
+    told = f"{what} along axes of a body are in axes of {joint.child} that"
+    yield [
+        Way((f"{told} do not spin with it about its {_named(turning)}",), spin),
+        Way((f"{told} turn with it, and so are frequencies",), np.zeros((n, n))),
+    ]
+
+
+def _of_angles(found: Linearization, joint: Joint, gimbal: Gimbal, q: int, u: int) -> Iterator[list[Way]]:
+    """Yield the ways to look at three angles whose axes turn; coordinates begin at place q, velocities at u."""
+    rates, n = found.point.u[u : u + len(gimbal.axes)], len(found.point.u)
+    turning = [k for k, rate in enumerate(rates[:-1]) if abs(rate) > STILL]
+    if len(rates) < len("zyx") or not turning:
+        return
+    names = found.scene.coordinates[q : q + 3]
+    what = "rates and drives" if any(joint.drives) else "rates"
+    told = f"{' and '.join(names[turning[0] + 1 :])}, with their {what}, are in axes"
+    own = Way((f"{told} that turn with {names[turning[0]]}, and so are frequencies",), np.zeros((n, n)))
+    if np.abs(rates[1:]).max() > STILL:  # J changes
+        yield [own]
+        return
+    J = _columns(gimbal.axes, found.point.q[q : q + 3])
+    omega = J @ rates
+    spin = np.zeros((n, n))
+    spin[u : u + 3, u : u + 3] = np.linalg.solve(J, _skew(omega) @ J)
+    yield [Way((f"{told} of {joint.child} that do not spin with it about its {_named(omega)}",), spin), own]
+
+
+def _columns(axes: str, angles: Array) -> Array:
+    """Return J of ω = J q̇, along axes of the body, of three turns about moving axes, shape (3, 3)."""
+    J, back = np.zeros((3, 3)), np.eye(3)
+    for k in reversed(range(3)):
+        axis = np.eye(3)["xyz".index(axes[k])]
+        J[:, k] = back @ axis
+        back = back @ _turn(-float(angles[k]) * _skew(axis))
+    return J
 
 
 def _named(way: Array) -> str:
@@ -84,9 +131,10 @@ def _skew(axis: Array) -> Array:
 
 
 def _turn(spin: Array) -> Array:
-    """Return exp of a skew matrix, by its eigenvectors."""
-    values, vectors = np.linalg.eigh(1j * spin)
-    return np.asarray((vectors * np.exp(-1j * values)) @ vectors.conj().T).real
+    """Return exp of a spin, shape (n, n)."""
+    from scipy.linalg import expm  # late: it takes long to load
+
+    return np.asarray(expm(spin), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -119,7 +167,7 @@ def turned(start: Linearization, labels: Sequence[str], spin: Array, time: float
     W = np.eye(len(start.inputs))
     drives = [k for k, name in enumerate(start.scene.drives) if name and name in start.inputs.names]
     places = [start.inputs.names.index(str(start.scene.drives[k])) for k in drives]
-    W[np.ix_(places, places)] = back[np.ix_(drives, drives)]
+    W[np.ix_(places, places)] = _turn(time * spin).T[np.ix_(drives, drives)]  # so that their power stays
     return Turned((whole @ N)[chosen], (whole @ both @ N)[chosen], W)
 
 

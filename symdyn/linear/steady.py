@@ -287,7 +287,7 @@ def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], s
     sizes = {k: in_shown_unit(scene, f"{found.point.udot[k]:.6g}", f"{units[k]}/s^2") for k in off}
     told = ", ".join(f"{acceleration_name(scene.velocities[k])} = {size}" for k, size in sizes.items())
     what = "equilibrium" if still else "steady motion"
-    words = f"{scene.name}: no {what} at this point: {told}"
+    words = f"{scene.name}: no {what} at this point: {told}{_precession(found, off)}"
     place = nearest(asked, found.point.q, found.point.t) if still else _balanced(asked, found)
     held = _holding(asked, found) if still else ""
     hold = f"it is held there by {held}" if held else "give forces that hold it"
@@ -297,6 +297,20 @@ def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], s
     near = ",".join(f"{name}={_rounded(x)}" for name, x in zip(scene.coordinates, place, strict=True))
     kept = "" if still else " and the same rates"
     return f"{words}; the nearest {what} is at --at {near}{kept}; or {hold}, or --anywhere"
+
+
+def _precession(found: Linearization, off: Sequence[int]) -> str:
+    """Return what is said of accelerations of what spins by a quaternion: in angles a precession may be steady."""
+    first, words = 0, ""
+    for joint in found.scene.moving:
+        here = range(first, first + len(joint.rates))
+        if joint.velocities and any(k in off for k in here) and np.abs(found.point.u[here.start : here.stop]).any():
+            words += (
+                f" (velocities of joint {joint.name} are along axes of its body, in which those of a precession turn; "
+                'by angles, orientation = "zxz" and rates of them at the start, they stay)'
+            )
+        first = here.stop
+    return words
 
 
 def _rounded(x: float) -> str:

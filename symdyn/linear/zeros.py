@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.linear.modes import NOTHING, balance, spectrum, untouched
+from symdyn.linear.modes import NOTHING, balance, spectrum
 
 ZEROS = {
     "cyclic": "of cyclic positions, on which nothing depends",
@@ -51,7 +51,7 @@ def zeros(A: Array, count: int, positions: int, cyclic: Sequence[int], family: i
         ("cyclic", len(cyclic) - rolling),
         ("family", family),
         ("drifting", drifting if kind == "rest" else 0),
-        ("family", _neighbours(A, rest, p) if kind == "steady" else 0),
+        ("family", _neighbours(A[np.ix_(rest, rest)], sum(k < p for k in rest)) if kind == "steady" else 0),
     ):
         some = min(left, max(0, most))
         counts[of] = counts.get(of, 0) + some
@@ -60,10 +60,21 @@ def zeros(A: Array, count: int, positions: int, cyclic: Sequence[int], family: i
     return {of: counts[of] for of in ZEROS if counts[of]}
 
 
-def _neighbours(A: Array, rest: list[int], positions: int) -> int:
-    """Return how many ways lead to other steady motions: of another speed, on another circle, in another heading."""
-    p = 0
-    while more := untouched(A[np.ix_(rest, rest)], [i for i, k in enumerate(rest) if k < positions]):
-        p += len(more)
-        rest = [k for i, k in enumerate(rest) if i not in more]
-    return p + int(spectrum(A[np.ix_(rest, rest)]).still.shape[1])
+def _neighbours(A: Array, positions: int) -> int:
+    """Return how many ways lead to other steady motions: of another speed, on another circle, in another heading.
+
+    Directions of positions on which nothing depends come first, along states or oblique to them, as of what spins about
+    an axis that is none of its body's own.
+    """
+    scale = balance(A)
+    left, p = A * scale[None, :] / scale[:, None], positions
+    size, found = float(np.abs(left).max(initial=0.0)), 0
+    while p:
+        _, values, rows = np.linalg.svd(left[:, :p])
+        lost = p - int(np.sum(values > NOTHING * size))
+        if not lost:
+            break
+        turn = np.eye(len(left))
+        turn[:p, :p] = np.vstack([rows[p - lost :], rows[: p - lost]]).T
+        left, p, found = (turn.T @ left @ turn)[lost:, lost:], p - lost, found + lost
+    return found + int(spectrum(left).still.shape[1])
