@@ -19,6 +19,7 @@ from symdyn.emit.print.dalembert_page import dalembert_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import bind, body, express, parse, prismatic, read, scene
+from symdyn.teach import walkthrough
 
 
 def test_page_of_the_two_link_arm():
@@ -150,3 +151,19 @@ def test_the_document_compiles_and_fits_the_page(one, tmp_path):
 
     assert done.returncode == 0, done.stdout[-2000:]
     assert "Overfull" not in done.stdout
+
+
+@pytest.mark.mends("30.also.lessons")
+def test_a_system_of_many_megabytes_is_refused_with_its_size_before_it_is_written() -> None:
+    """As LaTeX the bicycle's would be 76 MB; two wheels' directions stand in every entry."""
+    bicycle = symdyn.example("bicycle")
+    for written in (dalembert_text, dalembert_lines):
+        with pytest.raises(symdyn.SymdynError, match="some 80 MB of formulas, and 5 MB are the most"):
+            written(bicycle)
+
+
+def test_a_lesson_of_many_megabytes_is_refused_with_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No scene is known that has one: other bounds keep lessons below a megabyte, so this one is lowered."""
+    monkeypatch.setattr("symdyn.emit.print.too_long.MOST", 0.001)
+    with pytest.raises(symdyn.SymdynError, match=r"lesson by dalembert would be some 0\.\d+ MB .*--detail brief"):
+        walkthrough(symdyn.example("four_bar"), road="dalembert")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import symdyn
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.document import Values
@@ -217,3 +218,51 @@ def test_a_drive_beside_friction_does_not_supply_all_by_itself() -> None:
     assert "what the drive of $x$ and what else acts there have to supply together" in text
     assert "Nothing drives $\\theta$, and nothing else acts there: the terms add up to zero." in text
     assert "The drive of $x$ has to supply this" not in text
+
+
+@pytest.mark.mends("30.also.lessons")
+def test_a_lesson_at_a_dead_centre_shows_the_acceleration_that_gravity_gives_there() -> None:
+    """The crank and the rod, whose rates are as 1 to -1/2, turn by I q'' = -m g s alone: no drive reaches them."""
+    inertia = 0.0825 + 2 * 0.25**2 + 0.2 * 0.5**2
+    state = shown(walkthrough(read(ROOT / "data/dead_centre.toml"), road="dalembert"))
+    assert state["q1_ddot"] == pytest.approx(-3 * 9.81 * 0.25 / inertia, rel=1e-3)
+
+
+def test_a_lesson_that_has_no_numbers_says_of_which_scene_and_where() -> None:
+    with pytest.raises(symdyn.SymdynError, match="deadcentre: where the lesson shows numbers"):
+        walkthrough(read(ROOT / "data/dead_centre.toml"), road="multipliers")
+
+
+STIFF = """
+name = "stiff"
+gravity = [0, -9.81, 0]
+[bodies.a]
+particles = [{ mass = 1, at = [1, 0, 0] }]
+[bodies.b]
+particles = [{ mass = 0.3, at = [0.4, 0.1, 0] }]
+[joints.A]
+type = "revolute"
+parent = "ground"
+child = "a"
+drive = false
+start = 0.3
+[joints.B]
+type = "revolute"
+parent = "a"
+child = "b"
+origin = [1, 0, 0]
+drive = false
+start = 0.7
+[springs.s]
+joint = "A"
+stiffness = 1e12
+[springs.r]
+joint = "B"
+stiffness = 1e10
+"""
+
+
+@pytest.mark.mends("30.also.lessons")
+@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
+def test_a_lesson_of_stiff_springs_is_not_stopped_by_rounding(road: str) -> None:
+    assert walkthrough(read_text(STIFF), road=road).sections

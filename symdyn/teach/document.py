@@ -298,6 +298,17 @@ class Document:
                     for inner in _opened(block):
                         yield step, inner
 
+    def forms(self) -> Iterator[Form]:
+        """Yield every form that stands in a display."""
+        for _, block in self.blocks():
+            if isinstance(block, Matrix):
+                yield from block.entries
+            elif isinstance(block, Formula):
+                yield block.form
+                yield from () if block.right is None else (block.right,)
+            elif isinstance(block, Braced):
+                yield from (term.form for term in block.terms)
+
     def value(self, form: Form) -> Expr:
         """Return what a form is worth on the graph: names in it are replaced by their values."""
         node = express_form(form, self.graph)

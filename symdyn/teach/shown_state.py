@@ -16,6 +16,7 @@ import numpy as np
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import pose
 from symdyn.draw.positions import limits_of
+from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.mechanism.prescribed import TIME, at_time, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.dynamics.roads.workspace import Workspace
@@ -125,6 +126,18 @@ def shown_state(scene: Scene) -> Chosen:
     """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
     graph = Graph()
     return choose_state(scene, state_symbols(scene, graph), graph, moving=not scene.is_closed)
+
+
+def rates_of(energies: Energies, state: State, chosen: Chosen) -> list[float]:
+    """Return the terms of d/dt K and d/dt P at a state, W: what their sum may be rounded by goes with these."""
+    moving = (*state.q, *state.qd), (*state.rates, *state.qdd)
+    return chosen.of(
+        *(
+            slope * rate
+            for energy in (energies.K, energies.P)
+            for slope, rate in zip(gradient(energy, moving[0]), moving[1], strict=True)
+        )
+    )
 
 
 def timed(scene: Scene) -> bool:

@@ -16,12 +16,19 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import Equilibrium, Unknown, equilibrium
 from symdyn.dynamics.reactions.members import placements, way_apart
 from symdyn.emit.print.lengths import Lengths, NamedLength, called
+from symdyn.emit.print.too_long import refuse_too_long
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
 from symdyn.scene import Scene, Strut, velocity_name
 
 MOST = 60
 """Unknowns beyond which nobody reads the system."""
+
+INSTEAD = (
+    "symdyn walkthrough --road dalembert writes it with names for what is long, and the outputs reactions and "
+    "reactions:joint compute it"
+)
+"""What to ask for where the system is too long."""
 
 Forms = Callable[[Expr], Form]
 
@@ -66,7 +73,11 @@ class Written:
 
 
 def forms_of(system: Equilibrium) -> Written:
-    """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring."""
+    """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring.
+
+    Raises:
+        EmitError: the entries together are too long to be written.
+    """
     state, graph, scene = system.hanging.state, system.hanging.graph, system.hanging.scene
     entries = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
     entries += [x for block in system.blocks.values() for part in block for x in part]
@@ -89,7 +100,10 @@ def forms_of(system: Equilibrium) -> Written:
         NamedLength(struts, index, name, velocity_name(name), Function(Op.SQRT, (write(square),)), write(rate))
         for struts, index, name, square, rate in lengths
     )
-    return Written(lambda node: write(short[node]), Lengths(named))
+    written = Written(lambda node: write(short[node]), Lengths(named))
+    blocks = [x for block in system.blocks.values() for part in block for x in part]  # written with and without x
+    refuse_too_long(scene.name, "D'Alembert's system", map(written, (*entries, *blocks)), INSTEAD)
+    return written
 
 
 def length_symbols(

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from symdyn.errors import EmitError
+from symdyn.emit.print.too_long import refuse_too_long
+from symdyn.errors import EmitError, NoValueError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
 from symdyn.scene.values.signals import as_parameters
 from symdyn.scene.values.texts import in_language
@@ -60,6 +61,9 @@ ROADS: Mapping[str, Road] = {
 
 DETAILS = ("brief", "full")
 
+SHORTER = "ask for less of it (--until, --detail brief), or for --format sliders; generated code has no such limit"
+"""What to ask for where a lesson is too long."""
+
 
 def walkthrough(
     scene: SceneLike, language: str = "en", detail: str = "full", until: str = "", road: str = ""
@@ -81,6 +85,7 @@ def walkthrough(
     Raises:
         EmitError: an unknown choice, or a scene that is too large to be read.
         DerivationError: the scene has no closed form, or constraints that Lagrange's road does not take.
+        NoValueError: a formula has no value where the lesson shows numbers.
     """
     scene = scene_of(scene)
     road = road or usual_road(scene)
@@ -93,8 +98,13 @@ def walkthrough(
     until = until or chosen.until[-1]
     if until not in chosen.until:
         raise EmitError(f"until {until!r} is no part of the road {road}; give one of {', '.join(chosen.until)}")
-    document = chosen.walkthrough(scene, language, until)
-    return document.brief() if detail == "brief" else document
+    try:
+        document = chosen.walkthrough(scene, language, until)
+    except NoValueError as fault:
+        raise NoValueError(f"{scene.name}: where the lesson shows numbers, such as at a dead centre: {fault}") from None
+    document = document.brief() if detail == "brief" else document
+    refuse_too_long(scene.name, f"the lesson by {road}", document.forms(), SHORTER)
+    return document
 
 
 def usual_road(scene: Scene) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 
+import numpy as np
+
 from symdyn.algebra.form import Number, power_of
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.lagrange.second_kind import driving_forces
@@ -13,11 +15,11 @@ from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
 from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
+from symdyn.teach.document import Block, Formula, Step, Values, Words
 from symdyn.teach.lesson import together
 from symdyn.teach.roads.dalembert.balance import Balance
-from symdyn.teach.roads.dalembert.shown_motion import determined, solved_at
-from symdyn.teach.roads.lagrange.velocities import PAGE, length
+from symdyn.teach.roads.dalembert.shown_motion import determined, no_motion, solved_at
+from symdyn.teach.roads.lagrange.velocities import PAGE, folded, length
 from symdyn.teach.shown_state import Chosen
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import Claim, prove
@@ -30,10 +32,8 @@ def solved_steps(lesson: Balance) -> list[Step]:
         return []
     blocks: list[Block] = []
     for symbol, node in zip(lesson.unknowns, lesson.solved, strict=True):
-        form = lesson.short(node)
-        formula = Formula(symbol.name, form)
-        long = lesson.say("long", name=symbol, terms=str(length(form)))
-        blocks.append(formula if length(form) <= PAGE else Fold(long, (formula,)))
+        formula = Formula(symbol.name, lesson.short(node))
+        blocks.append(formula if length(formula.form) <= PAGE else folded(lesson, formula))
     return [Step("solved", lesson.say("solved"), tuple(blocks), lesson.say("solved.reason"))]
 
 
@@ -96,7 +96,9 @@ def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Val
     x, _ = solved_at(lesson, chosen)
     values = chosen.of(*other.values())
     worst = max(abs(x[u] - value) for u, value in zip(other, values, strict=True))
-    assert worst <= 1e-8 * (1 + max(map(abs, values))), "the two roads differ in numbers"
+    size = max(*map(abs, values), np.abs(x).max())
+    if worst > 1e-8 * (1 + size):  # they are proved equal: this is next to a singular position
+        raise DerivationError(no_motion(lesson))
     rows = [
         (lesson.unknowns[u], lesson.written(float(x[u])), lesson.written(value))
         for u, value in zip(other, values, strict=True)

@@ -61,12 +61,25 @@ def _refuse_singular_angles(lesson: Balance, chosen: Chosen) -> None:
 
 
 def solved_at(lesson: Balance, chosen: Chosen) -> tuple[Array, bool]:
-    """Return the least x with A x + b = 0 of (5.18) in numbers, and whether it is the only one."""
+    """Return the least x with A x + b = 0 of (5.18) in numbers, and whether it is the only one.
+
+    Raises:
+        DerivationError: there is none at the chosen state.
+    """
     matrix, right = _system_at(lesson, chosen)
     x, _, rank, _ = np.linalg.lstsq(matrix, -right, rcond=1e-10)
     left = abs(matrix @ x + right).max(initial=0.0)
-    assert left <= 1e-8 * (1 + abs(right).max(initial=0.0)), "the bodies are not in equilibrium at the chosen state"
+    if left > 1e-8 * (1 + abs(right).max(initial=0.0)):
+        raise DerivationError(no_motion(lesson))
     return np.where(np.abs(x) < SMALL * (np.abs(x).max() or 1.0), 0.0, x), rank == len(x)
+
+
+def no_motion(lesson: Balance) -> str:
+    """Return what is said where a lesson finds no motion whose forces it could show."""
+    return (
+        f"{lesson.scene.name}: where the lesson shows numbers no accelerations fit the loops and rows (a change "
+        "point); give the joints another start"
+    )
 
 
 def determined(lesson: Balance, chosen: Chosen, unknowns: list[int]) -> bool:
@@ -128,11 +141,9 @@ def _accelerated(lesson: Balance, chosen: Chosen, G: Array, right: Array, free: 
     d = np.concatenate([right, -rest, np.zeros(len(idle))])
     found = np.linalg.lstsq(C, d, rcond=1e-10)[0]
     if abs(C @ found - d).max(initial=0.0) > 1e-7 * (1 + abs(d).max(initial=0.0)):
-        raise DerivationError(
-            f"{lesson.scene.name}: where the lesson shows numbers no accelerations fit the loops and rows (a change "
-            "point); give the joints another start"
-        )
+        raise DerivationError(no_motion(lesson))
     ways = null_space(C, rcond=1e-10)[:n]
+    ways = np.where(np.abs(ways) > SMALL, ways, 0.0)  # at a dead centre the equilibrium leaves none open
     wanted = np.array([ACCELERATIONS[place % len(ACCELERATIONS)] for place in range(len(free))])
     weight = np.array([1e4 if lesson.scene.drives[k] else 1.0 for k in free]).reshape(-1, 1)  # driven ones first
     missing = (wanted - found[free]).reshape(-1, 1)

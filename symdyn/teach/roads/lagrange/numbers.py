@@ -18,7 +18,7 @@ from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.masses import Mass
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_key, coefficient_unit, node_of
-from symdyn.teach.shown_state import Chosen, idle_velocities, timed
+from symdyn.teach.shown_state import Chosen, idle_velocities, rates_of, timed
 
 NONE = 1e-9
 """A sum of so small a part of its terms' amounts is rounding."""
@@ -112,9 +112,8 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)
     parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]
-    assert abs(left - sum(parts)) <= 1e-9 * (1 + sum(map(abs, parts))), (
-        "the power of the drives is not the rate of K + P"
-    )
+    size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
+    assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
     blocks: list[Block] = [
         Formula("E:", sum_of((Symbol("K:"), Symbol("P:")))),
         Formula(symbol.name, sum_of(power)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.algebra.form import Form, Symbol, product_of, signed_product, sum_of, terms_of
-from symdyn.graph import gradient, tangents
+from symdyn.graph import tangents
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.dimension import force_unit
 from symdyn.teach.document import Block, Formula, Step, Words
@@ -13,7 +13,7 @@ from symdyn.teach.lesson import named
 from symdyn.teach.roads.multipliers.balance import unit_of, valued
 from symdyn.teach.roads.multipliers.conditions import multiplier
 from symdyn.teach.roads.multipliers.constrained import Constrained
-from symdyn.teach.shown_state import Chosen
+from symdyn.teach.shown_state import Chosen, rates_of
 
 SMALL = 1e-9
 
@@ -47,8 +47,7 @@ def tied_power_step(lesson: Constrained, right: Sequence[Form], chosen: Chosen) 
     power = [signed_product(force, named(u)) for force, u in zip(right, state.qd, strict=True) if terms_of(force)]
     held = [product_of((multiplier(tie), Symbol(tie.rate))) for tie in lesson.ties]
     left, *parts = chosen.of(rate, *(valued(lesson, form) for form in (*power, *held)))
-    moved = zip(gradient(lesson.energy.K, state.qd), state.qdd, strict=True)
-    size = SMALL * (1 + sum(map(abs, (*parts, *chosen.of(*(p * a for p, a in moved))))))
+    size = SMALL * (1 + sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen)))))
     assert abs(left - sum(parts)) <= size, "the power of all forces is not d/dt (K + P)"
     assert sum(map(abs, parts[len(power) :])) <= size, "a condition does work"
     value, done = (0.0 if abs(x) <= size else x for x in (left, sum(parts[: len(power)])))
