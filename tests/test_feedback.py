@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -387,3 +389,44 @@ def test_what_the_page_says_in_python_runs() -> None:
     exec("\n".join(line.removeprefix("    ") for line in lines), known)
 
     assert np.abs(known["run"]["F"]).max() <= 10  # type: ignore[index]
+
+
+SAIL = """
+name = "sail"
+gravity = [0, 0, 0]
+[inputs.u]
+[bodies.boat]
+mass = 2
+[joints.x]
+type = "prismatic"
+parent = "ground"
+child = "boat"
+axis = [1, 0, 0]
+drive = false
+[loads.wind]
+body = "boat"
+force = ["sqrt(u)", 0, 0]
+"""
+
+
+class WaitedError(Exception):
+    """Nothing came in time."""
+
+
+@pytest.mark.mends("30.also.runs")
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"])
+def test_a_sample_that_leaves_no_accelerations_ends_the_run_there(method: str) -> None:
+    def ring(*_: object) -> None:
+        raise WaitedError
+
+    law = Feedback(lambda t, q, u: [0.15 - t], period=0.1)
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, 20.0)
+    try:
+        run = simulate(read_text(SAIL), until=1, feedback=law, method=method, say=lambda line: None)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert "cannot go on after t = 0.2 s: accelerations have no finite value there" in run.stopped
+    assert run.t[-1] == pytest.approx(0.2)

@@ -267,3 +267,19 @@ def test_what_the_page_says_runs() -> None:
     found, back = known["found"], known["back"]
     assert found.columns[-2:] == ("l", "mp")  # type: ignore[attr-defined]
     assert back.rows == ("theta_dot",)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("by", ["forward", "adjoint"])
+def test_progress_of_a_gradient_goes_from_zero_to_one(by: str) -> None:
+    heard: list[float] = []
+    sensitivity(example("cart_pole"), until=1, by=by, progress=heard.append)
+    assert heard == sorted(heard)
+    assert 0 < heard[0] < 0.5 < heard[-2] < heard[-1] == 1
+
+
+def test_a_gradient_that_takes_long_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symdyn.simulation.run.FIRST", 0.0)
+    monkeypatch.setattr("symdyn.simulation.run.LONG", 0.0)
+    lines: list[str] = []
+    sensitivity(example("cart_pole"), until=1, say=lines.append)
+    assert any("at this pace the end at t = 1 s" in line for line in lines)

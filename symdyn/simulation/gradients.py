@@ -10,7 +10,7 @@ changes while the independent start is held: what depends on it follows the para
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -32,7 +32,7 @@ from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import check_run, ready
 from symdyn.simulation.initial import Start, Values, read_start
 from symdyn.simulation.integrate import METHODS
-from symdyn.simulation.integrate.tape import Tape, taped
+from symdyn.simulation.integrate.tape import UNHEARD, Tape, taped
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, read_forces
@@ -105,6 +105,8 @@ def sensitivity(
     rtol: float | None = None,
     atol: float | None = None,
     values: Mapping[str, object] | None = None,
+    progress: Callable[[float], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Sensitivity:
     """Return how the state at the end of a run depends on its start and on parameters.
 
@@ -127,6 +129,8 @@ def sensitivity(
         rtol: relative tolerance of a step; None takes 1e-12.
         atol: absolute tolerance of a step; None takes rtol.
         values: of parameters, in place of those that the scene gives.
+        progress: called with the share that is done: to 0.5 of the run, from there on of its derivatives.
+        say: called with lines for the user: how long a long run takes.
 
     Raises:
         SimulateError: with every fault of the arguments; the run ends sooner, or would take years; or its equations
@@ -166,14 +170,19 @@ def sensitivity(
     stiff, probe = is_stiff(system, x, until), _probe(along, ways, changes)
     name = "radau" if stiff else "dop853"
     relative, absolute, others = METHODS[name].tolerances(name, RTOL if rtol is None else rtol, atol)
-    outlook = Outlook(until, None)
-    tape = taped(along, x[: along.size], probe, until, relative, absolute, stiff, outlook.look)
+    outlook, told = Outlook(until, say), progress or UNHEARD
+
+    def look(t: float) -> None:
+        outlook.look(t)
+        told(t / until / 2)
+
+    tape = taped(along, x[: along.size], probe, until, relative, absolute, stiff, look)
     wanted = [every.index(name) for name in rows]
     covectors = _ends(along, tape.x)[wanted]
     if by == "forward":
-        matrix = covectors @ tape.forward(along, ways, changes).T
+        matrix = covectors @ tape.forward(along, ways, changes, lambda part: told((1 + part) / 2)).T
     else:
-        moved, changed = tape.backward(along, covectors)
+        moved, changed = tape.backward(along, covectors, lambda part: told((1 + part) / 2))
         matrix = moved @ ways.T + changed @ changes[:, : len(along.parameters)].T
     return replace(_found(along, tape, until, rows, names, matrix, by), notes=(*initial.notes, *system.notes, *others))
 

@@ -31,7 +31,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     """Yield the pieces of the motion by the integrator that SciPy calls `name`.
 
     Raises:
-        IntegrationError: the step has become too small.
+        IntegrationError: the step has become too small, or there are no rates to go on with.
     """
     from scipy import integrate
 
@@ -56,6 +56,8 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
         size = None
         if solver.status == "running":  # else its last step was cut short
             size = min(getattr(solver, "h_abs", None) or solver.step_size, problem.bound - t)
+        if not np.isfinite(problem.system.rates(t, x)).all():  # of these SciPy would look for a first step for ever
+            raise IntegrationError(f"{name} cannot go on after t = {t:g} s: accelerations have no finite value there")
         solver = kind(problem.system.rates, t, x, problem.bound, first_step=size, **options)
 
     return follow(problem, steps(), resume, 1e5 if name in MULTISTEP else 1.0)

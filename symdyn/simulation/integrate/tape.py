@@ -27,6 +27,11 @@ from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.variational import Flow
 from symdyn.simulation.integrate.method import LIBRARIES_RAISE, IntegrationError
 
+Told = Callable[[float], None]
+"""Hears a time or a share."""
+
+UNHEARD: Told = lambda _: None  # noqa: E731
+
 ROOT = math.sqrt(6)
 
 RADAU = (
@@ -67,18 +72,26 @@ class Tape:
     steps: tuple[Taken, ...]
     x: Array
 
-    def forward(self, flow: Flow, ways: Array, changes: Array) -> Array:
-        """Return δx at the end, shape (k, nx), of δx at the start, shape (k, nx), and δp, shape (k, np)."""
-        for step in self.steps:
+    def forward(self, flow: Flow, ways: Array, changes: Array, told: Told = UNHEARD) -> Array:
+        """Return δx at the end, shape (k, nx), of δx at the start, shape (k, nx), and δp, shape (k, np).
+
+        `told` hears the share of the steps that is done.
+        """
+        for done, step in enumerate(self.steps, 1):
             ways = ways + step.h * np.einsum("i,ikn->kn", self.b, self._slopes(flow, step, ways, changes))
+            told(done / len(self.steps))
         return ways
 
-    def backward(self, flow: Flow, covectors: Array) -> tuple[Array, Array]:
-        """Return λᵀ ∂(end)/∂(start), shape (k, nx), and λᵀ ∂(end)/∂p, shape (k, np), of λ, shape (k, nx)."""
+    def backward(self, flow: Flow, covectors: Array, told: Told = UNHEARD) -> tuple[Array, Array]:
+        """Return λᵀ ∂(end)/∂(start), shape (k, nx), and λᵀ ∂(end)/∂p, shape (k, np), of λ, shape (k, nx).
+
+        `told` hears the share of the steps that is done.
+        """
         changes = np.zeros((len(covectors), len(flow.parameters)))
-        for step in reversed(self.steps):
+        for done, step in enumerate(reversed(self.steps), 1):
             moved, changed = self._pulled(flow, step, covectors)
             covectors, changes = covectors + moved, changes + changed
+            told(done / len(self.steps))
         return covectors, changes
 
     def _slopes(self, flow: Flow, step: Taken, ways: Array, changes: Array) -> Array:
@@ -133,7 +146,7 @@ def taped(
     rtol: float,
     atol: float,
     stiff: bool,
-    look: Callable[[float], None] = lambda t: None,
+    look: Told = UNHEARD,
 ) -> Tape:
     """Return the run of a system from t = 0 by DOP853, or by Radau where it is stiff.
 
