@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from symdyn import ensemble, simulate, sweep
+from symdyn import ensemble, example, simulate, sweep
 from symdyn.cli import main
 from symdyn.scene import Scene, read_text
 from symdyn.simulation import METHODS
@@ -307,3 +307,21 @@ def test_ensembles_end_their_runs_where_a_formula_has_a_real_value(method: str |
             stops=formula,
         )  # fmt: skip
         assert runs.t == pytest.approx(np.array(known), abs=1e-7), formula
+
+
+@pytest.mark.mends("30.also.runs")
+@pytest.mark.parametrize("method", ["dop853", "rk45", "radau", "bdf", "lsoda", "taylor"])
+def test_what_loops_keep_at_zero_passes_it_nowhere(method: str) -> None:
+    """The rod's end stays on the line that the piston slides on, to the limit that loops are kept to."""
+    kept = ["r*sin(phi) + l*sin(phi + psi)", "phi_dot*r*cos(phi) + (phi_dot + psi_dot)*l*cos(phi + psi)"]
+    run = simulate(example("slider_crank"), until=0.5, start={"phi": "0.5"}, method=method, reports=kept)
+    assert run.events == ()
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "bdf"])
+def test_a_loop_that_starts_at_a_zero_passes_it_when_it_comes_back(method: str) -> None:
+    """With next to no load the crank swings about its lowest place and is back at half a period."""
+    rest = {"start": {"phi": "-1.5"}, "start_rates": {"phi_dot": "1"}, "values": {"k": "1e-9"}}
+    run = simulate(example("slider_crank"), until=3, method=method, stops="phi + 1.5", **rest)
+    assert run.stopped == "phi + 1.5"
+    assert run.t[-1] > 0.1

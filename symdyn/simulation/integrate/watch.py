@@ -59,6 +59,10 @@ class Step:
         return x
 
 
+LOOSE = 100.0
+"""Times the limit to which loops are kept that a state between two steps is off by."""
+
+
 class Watch:
     """Looks for the events of a run, step after step.
 
@@ -182,7 +186,18 @@ class Watch:
         return values
 
     def _noise(self, t: float, x: Array) -> Array:
-        """Return what rounding of a state, shape (nx,), may make of the formulas."""
-        moved = np.vstack([x, x + np.diag(ROUNDING * x)])
-        values = self._look(np.full(len(moved), t), moved)
+        """Return what rounding of a state, shape (nx,), may make of the formulas, and loops that are all but closed.
+
+        Limits have their slack for that.
+        """
+        found = self._moved(t, x, ROUNDING * x)
+        if self.problem.system.closed:
+            open_by = LOOSE * self.problem.project.limit * np.maximum(1.0, np.abs(x))
+            free = slice(self.problem.outward)
+            found[free] += self._moved(t, x, open_by)[free]
+        return found
+
+    def _moved(self, t: float, x: Array, by: Array) -> Array:
+        """Return by how much formulas change where each entry of a state does."""
+        values = self._look(np.full(len(x) + 1, t), np.vstack([x, x + np.diag(by)]))
         return np.asarray(np.abs(values[1:] - values[0]).sum(axis=0))
