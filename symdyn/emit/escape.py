@@ -136,4 +136,4 @@ def in_julia_docstring(text: str) -> str:
 
 def _printable(line: str) -> str:
     """Return `line` without control and direction characters, which compilers warn about."""
-    return "".join(character if character.isprintable() else " " for character in line)
+    return line if line.isprintable() else "".join(one if one.isprintable() else " " for one in line)
