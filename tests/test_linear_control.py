@@ -18,9 +18,9 @@ from numpy.testing import assert_allclose
 from symdyn.cli import main
 from symdyn.errors import LinearizeError
 from symdyn.linear import linearize
-from symdyn.linear.bode import bode, table
-from symdyn.linear.locus import over, told
-from symdyn.linear.moving import animate, motion
+from symdyn.linear.bode import bode, bode_table
+from symdyn.linear.locus import locus_lines, root_locus
+from symdyn.linear.moving import animate_modes, motion
 from symdyn.linear.over_values import read_values, systems
 from symdyn.linear.prepared import prepared
 from symdyn.linear.reach import controllability, observability
@@ -107,7 +107,7 @@ def test_the_bicycle_has_the_matrices_of_its_paper():
 def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
     make = systems(example("bicycle"), "v")
     speeds = np.arange(0.0, 11.0)
-    locus = over("v", speeds, make)
+    locus = root_locus("v", speeds, make)
 
     for v, row in zip(speeds, locus.eigenvalues, strict=True):
         wanted = [[float(x) for x in pair] for pair in PAPER["eigenvalues_re_im_by_speed"][f"{v:.0f}"]]
@@ -117,7 +117,7 @@ def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
     assert capsize.value == pytest.approx(float(PAPER["v_capsize"]), rel=1e-11)
     assert (weave.frequency > 0.5, weave.grows, capsize.frequency, capsize.grows) == (True, False, 0.0, True)
     assert [count for _, _, count in locus.ranges] == [2, 0, 1]
-    assert told(locus)[3] == "v = 4.29238 ... 6.02426: nothing grows"
+    assert locus_lines(locus)[3] == "v = 4.29238 ... 6.02426: nothing grows"
 
 
 # Against python-control
@@ -296,7 +296,7 @@ def test_zeros_of_several_inputs_and_outputs_are_those_of_the_whole():
 def test_a_place_of_rest_is_followed_as_a_torque_grows():
     """sin θ = P/(m g l): ω² = (g/l) cos θ, until it can hold no more."""
     scene = read_text(PENDULUM, "pendulum.toml")
-    locus = over("P", np.linspace(0, 9, 7), systems(scene, "P", forces={"T": "P"}))
+    locus = root_locus("P", np.linspace(0, 9, 7), systems(scene, "P", forces={"T": "P"}))
     omega = np.sqrt(9.81 * np.cos(np.arcsin(locus.values / 9.81)))
 
     assert_allclose(np.abs(locus.eigenvalues[:, 0]), omega, rtol=1e-9)
@@ -325,7 +325,7 @@ def test_a_hoop_holds_its_bead_below_until_it_turns_at_the_root_of_g_over_r():
     text = text.replace("[bodies.bob]", "[parameters]\nw = 1\n[bodies.spindle]\n[bodies.bob]")
     text += '[joints.shaft]\ntype = "revolute"\nparent = "ground"\nchild = "spindle"\naxis = [0, 1, 0]\n'
     text += 'coordinate = "turn"\nmotion = "w*t"\n'
-    locus = over("w", np.linspace(1, 5, 9), systems(read_text(text, "hoop.toml"), "w"))
+    locus = root_locus("w", np.linspace(1, 5, 9), systems(read_text(text, "hoop.toml"), "w"))
 
     assert [one.value for one in locus.critical] == [pytest.approx(np.sqrt(9.81), rel=1e-6)]
 
@@ -348,7 +348,7 @@ def test_a_disc_rolls_upright_where_it_is_fast_enough():
     """C (C + m r²) ω² > A m g r, which is ω² > g/(3 r) of a thin disc; the letter of the speed is no parameter."""
     disc = read(DATA / "found" / "rolling_disc_zxy.toml")
     upright = {"q1": "0", "q2": "0", "q3": "0", "z": "r"}
-    locus = over("s", np.linspace(1, 8, 8), systems(disc, "s", upright, {"q3": "s", "q1": "0", "q2": "0"}))
+    locus = root_locus("s", np.linspace(1, 8, 8), systems(disc, "s", upright, {"q3": "s", "q1": "0", "q2": "0"}))
 
     assert [(one.value, one.grows) for one in locus.critical] == [
         (pytest.approx(np.sqrt(9.81 / (3 * 0.26)), rel=1e-10), False)
@@ -366,7 +366,7 @@ def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
     assert 0.05 < np.abs(q - one.point.q).max() < 0.7
     numbers = prepared(scene).functions.w.loops.numbers
     assert max(np.abs(numbers.residual(row)).max() for row in q) < 1e-9
-    written = animate(one, tmp_path / "mode.svg")
+    written = animate_modes(one, tmp_path / "mode.svg")
     assert len(written) == len([mode for mode in one.modes if np.abs(mode.shape[: one.positions]).max() > 1e-6])
     assert all("<animate" in path.read_text(encoding="utf-8") for path, _ in written)
     assert len(t) == len(q)
@@ -453,7 +453,7 @@ def test_a_name_that_changes_nothing_is_told():
     with pytest.raises(LinearizeError, match="x moves; a range is of a parameter"):
         systems(example("cart_pole"), "x", forces={"F": "-x"})
     with pytest.raises(LinearizeError, match="values must be finite and increase"):
-        over("b", [1.0, 0.5], systems(example("cart_pole"), "b"))
+        root_locus("b", [1.0, 0.5], systems(example("cart_pole"), "b"))
 
 
 def test_a_system_without_inputs_has_no_responses_and_no_gains():
@@ -468,7 +468,7 @@ def test_a_system_without_inputs_has_no_responses_and_no_gains():
 
 
 def test_a_table_of_responses_has_a_column_for_what_follows():
-    head, first, *_ = table(bode(system("cart_pole"), [1.0])).splitlines()
+    head, first, *_ = bode_table(bode(system("cart_pole"), [1.0])).splitlines()
 
     assert head == "frequency_Hz,x / F dB,x / F deg,theta / F dB,theta / F deg"
     assert len(first.split(",")) == 5

@@ -15,7 +15,7 @@ from symdyn.scene.values.table import Faults
 from symdyn.study.design import Design, read_design
 from symdyn.study.indices import indices
 from symdyn.study.over import read_over
-from symdyn.study.plots import PLOTS, draw, fitting, plot, swing
+from symdyn.study.plots import PLOTS, drawn_study, fitting, plot, swing
 from symdyn.study.study import Study
 
 Columns = Mapping[str, np.ndarray]
@@ -123,14 +123,14 @@ def test_other_designs_and_names_are_refused_in_words() -> None:
     with pytest.raises(UnknownNameError, match="no measure z"):
         study(OVER_ISHIGAMI, "saltelli", 8, ishigami).indices("z")
     with pytest.raises(SimulateError, match=r"heat shows two varied names; 3 vary here; of this .* are tornado"):
-        draw(drawn, "svg", kind="heat")
+        drawn_study(drawn, "svg", kind="heat")
     with pytest.raises(SimulateError, match="plot: tornato is not known; did you mean tornado"):
-        draw(drawn, "svg", kind="tornato")
+        drawn_study(drawn, "svg", kind="tornato")
     with pytest.raises(SimulateError, match="z is no measure; there are y"):
-        draw(drawn, "svg", ["z"])
+        drawn_study(drawn, "svg", ["z"])
     none = study(OVER_ISHIGAMI, "random", 3, lambda *x: {"y": np.full(3, np.nan)})
     with pytest.raises(SimulateError, match="no run has a value of y"):
-        draw(none, "svg")
+        drawn_study(none, "svg")
 
 
 @pytest.mark.long
@@ -171,8 +171,8 @@ def test_each_kind_of_plot_fits_its_study_is_the_same_bytes_and_obeys_no_name(ki
     one = STUDIES[kind]
 
     assert fitting(one) == kind
-    first = draw(one, "svg")
-    assert first == draw(one, "svg", ["y"], kind)
+    first = drawn_study(one, "svg")
+    assert first == drawn_study(one, "svg", ["y"], kind)
     for ending in ("svg", "png", "pdf", "html"):
         plot(one, tmp_path / f"plot.{ending}")
         assert (tmp_path / f"plot.{ending}").stat().st_size > 1000

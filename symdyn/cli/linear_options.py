@@ -11,7 +11,8 @@ from symdyn.cli.scene_options import split
 from symdyn.cli.trajectory_options import add_film_options, flattened, pairs, reel
 from symdyn.draw.films import FILMS
 from symdyn.errors import LinearizeError
-from symdyn.linear import locus, over_values
+from symdyn.linear.locus import locus_lines, locus_plot, locus_table, root_locus
+from symdyn.linear.over_values import read_values, systems
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.plot import check_plot
@@ -95,15 +96,15 @@ def rates_of(options: argparse.Namespace) -> dict[str, str]:
 
 def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
     """Return lines and data of the root locus over a range, and write its files."""
-    name, values = over_values.read_values(options.over, scene=scene)
-    system = over_values.systems(
+    name, values = read_values(options.over, scene=scene)
+    system = systems(
         scene, name, pairs(options.at, "--at"), rates_of(options), flattened(options.forces), (),
         split(options.independent) or (), options.anywhere,
     )  # fmt: skip
-    found = locus.over(name, values, system)
+    found = root_locus(name, values, system)
     title = f"{scene.name}: eigenvalues over {name}"
-    lines = locus.told(found)
-    lines += written(options.locus or [], lambda: locus.table(found), lambda kind: locus.plot(found, title, kind))
+    lines = locus_lines(found)
+    lines += written(options.locus or [], lambda: locus_table(found), lambda kind: locus_plot(found, title, kind))
     data = {
         "over": name, "values": found.values.tolist(), "growing": found.growing.tolist(),
         "eigenvalues": [pairs_of(row) for row in found.branches],

@@ -18,10 +18,12 @@ import numpy as np
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import say
 from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
-from symdyn.emit import writing
-from symdyn.linear import bode, moving, over_values
+from symdyn.emit.writing import Contents
+from symdyn.linear.bode import Bode, bode, bode_plot, bode_table
 from symdyn.linear.formulas import Symbolic
 from symdyn.linear.linearization import Linearization
+from symdyn.linear.moving import MODE_PERIOD, animate_modes
+from symdyn.linear.over_values import numbers
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.reach import Reach, controllability, observability, shown
 from symdyn.linear.regulator import Observer, Regulator, kalman, lqr
@@ -132,16 +134,16 @@ def _reached(found: Reach) -> Data:
 
 
 def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    hertz = over_values.numbers(options.hertz, "--hertz") if options.hertz else None
-    found = bode.bode(system.found, hertz)
+    hertz = numbers(options.hertz, "--hertz") if options.hertz else None
+    found = bode(system.found, hertz)
     if not options.bode:
-        return bode.table(found).splitlines(), _response(found)
+        return bode_table(found).splitlines(), _response(found)
     title = f"{system.found.scene.name}: frequency response"
-    lines = written(options.bode, lambda: bode.table(found), lambda kind: bode.plot(found, title, kind))
+    lines = written(options.bode, lambda: bode_table(found), lambda kind: bode_plot(found, title, kind))
     return lines, _response(found)
 
 
-def _response(found: bode.Bode) -> Data:
+def _response(found: Bode) -> Data:
     channels = [
         {"of": title, "decibels": _finite(size), "degrees": _finite(phase)} for title, size, phase in found.pairs
     ]
@@ -153,10 +155,10 @@ def _finite(values: Any) -> list[float | None]:
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    found = moving.animate(system.found, Path(options.animate), reel(options), lambda line: say(f"symdyn: {line}"))
+    found = animate_modes(system.found, Path(options.animate), reel(options), lambda line: say(f"symdyn: {line}"))
     lines = [
         f"{path}: the mode {shown(mode.value)} 1/s"
-        + (f", {in_digits(mode.frequency, 6)} Hz, a round in {moving.PERIOD:g} s" if mode.oscillates else "")
+        + (f", {in_digits(mode.frequency, 6)} Hz, a round in {MODE_PERIOD:g} s" if mode.oscillates else "")
         for path, mode in found
     ]
     return lines, [{"file": str(path), "eigenvalue": pairs_of([mode.value])[0]} for path, mode in found]
@@ -292,6 +294,6 @@ def written(names: Sequence[str], table: Callable[[], str], picture: Callable[[s
     """Write files by their endings, and return their names."""
     for name in names:
         ending = Path(name).suffix.lower()
-        contents: writing.Contents = table() if ending == ".csv" else picture(ending[1:])
+        contents: Contents = table() if ending == ".csv" else picture(ending[1:])
         write_whole(Path(name), contents)
     return [str(name) for name in names]

@@ -13,7 +13,8 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import FORCES, JOINTS, Body, Contact, Element, Joint, Load, Scene, express
 from symdyn.scene.forces.contact import in_plane
 from symdyn.scene.forces.force_kind import Rim
-from symdyn.scene.joints import JointMotion, blocks
+from symdyn.scene.joints import JointMotion
+from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Transform, apply, unit_transform
 
 Key = tuple[Any, ...]  # what, then whose: names, numbers, elements
@@ -49,7 +50,7 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
             wanted["radius", one] = (express(one.radius, graph),)
         if one.axis:
             wanted["axis", one] = apply(placed[one.place.body].R, vector(one.axis, graph))
-        T, normal = placed[one.plane.body], blocks.unit(one.plane.normal, graph)
+        T, normal = placed[one.plane.body], unit(one.plane.normal, graph)
         wanted |= {("normal", one): apply(T.R, normal), ("along", one): apply(T.R, in_plane(normal))}
         wanted["plane", one] = T.point(vector(one.plane.at, graph))
     return wanted

@@ -9,12 +9,12 @@ from pathlib import Path
 from symdyn.draw.canvas import require
 from symdyn.draw.paint import painted
 from symdyn.draw.svg import Drawing
-from symdyn.emit import writing
+from symdyn.emit.writing import Contents, write
 from symdyn.errors import DrawError, EmitError
 
 File = str | PathLike[str]
 
-PICTURES: Mapping[str, Callable[[Drawing, str, str], writing.Contents]] = {
+PICTURES: Mapping[str, Callable[[Drawing, str, str], Contents]] = {
     ".svg": lambda drawing, text, scheme: text,
     ".pdf": lambda drawing, text, scheme: painted(drawing, "pdf", scheme),
     ".png": lambda drawing, text, scheme: painted(drawing, "png", scheme),
@@ -46,13 +46,13 @@ def write_picture(file: File, drawing: Drawing, text: str, scheme: str) -> None:
     write_whole(path, PICTURES[path.suffix.lower()](drawing, text, scheme))
 
 
-def write_whole(path: Path, contents: writing.Contents) -> None:
+def write_whole(path: Path, contents: Contents) -> None:
     """Write a file, all of it or nothing.
 
     Raises:
         DrawError: it cannot be written, and why.
     """
     try:
-        writing.write({path.name: contents}, path.parent)
+        write({path.name: contents}, path.parent)
     except EmitError as fault:
         raise DrawError(str(fault)) from None

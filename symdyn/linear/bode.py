@@ -95,7 +95,7 @@ def _usual(one: Linearization) -> Array:
     return np.asarray(np.geomspace(min(sizes) / 10, max(sizes) * 10, POINTS))
 
 
-def table(found: Bode) -> str:
+def bode_table(found: Bode) -> str:
     """Return lines of CSV: frequency, Hz, then decibels and degrees of each pair."""
     head = ["frequency_Hz"]
     columns = [found.hertz]
@@ -106,7 +106,7 @@ def table(found: Bode) -> str:
     return "\n".join([",".join(head), *rows, ""])
 
 
-def plot(found: Bode, title: str, kind: str) -> bytes:
+def bode_plot(found: Bode, title: str, kind: str) -> bytes:
     """Return the plot as "svg", "pdf" or "png": sizes above, phases below."""
 
     def fill(figure: Any) -> None:

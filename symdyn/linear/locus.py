@@ -98,7 +98,7 @@ class Locus:
         return list(zip(edges[:-1], edges[1:], counts, strict=True))
 
 
-def over(name: str, values: Sequence[float] | Array, system: Callable[[float], Linearization]) -> Locus:
+def root_locus(name: str, values: Sequence[float] | Array, system: Callable[[float], Linearization]) -> Locus:
     """Return the eigenvalues of a system at values of a parameter, and where their real parts cross zero.
 
     Args:
@@ -201,7 +201,7 @@ def _halved(system: Callable[[float], Linearization], low: float, high: float) -
     return Critical((low + high) / 2, fastest.frequency if fastest.oscillates else 0.0, above > below)
 
 
-def told(found: Locus) -> list[str]:
+def locus_lines(found: Locus) -> list[str]:
     """Return critical values and ranges in words, one line each."""
     lines = [f"{found.name} = {one}" for one in found.critical]
     for low, high, count in found.ranges:
@@ -210,7 +210,7 @@ def told(found: Locus) -> list[str]:
     return lines
 
 
-def table(found: Locus) -> str:
+def locus_table(found: Locus) -> str:
     """Return lines of CSV: the value, real and imaginary parts of the branches, 1/s, and how many grow."""
     n = found.branches.shape[1]
     head = [found.name, *(f"{part}{k + 1}" for k in range(n) for part in ("re", "im")), "growing"]
@@ -221,7 +221,7 @@ def table(found: Locus) -> str:
     return "\n".join([*lines, ""])
 
 
-def plot(found: Locus, title: str, kind: str) -> bytes:
+def locus_plot(found: Locus, title: str, kind: str) -> bytes:
     """Return the plot as "svg", "pdf" or "png": parts over the parameter, and the locus in the plane."""
 
     def fill(figure: Any) -> None:

@@ -1,6 +1,6 @@
 """Modes as motions that can be drawn: q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a size that is seen.
 
-What oscillates goes round once in PERIOD seconds, however fast it is; what does not goes out and comes back. Growth and
+What oscillates goes round once in `MODE_PERIOD`, however fast it is; what does not goes out and comes back. Growth and
 decay are left out, and loops are closed at every moment: a shape is shown, and not a run. Positions on which no
 velocity depends, as where a bicycle is and where it heads, do not tell the size, and stay where they would go far: the
 picture is that of who rides along.
@@ -28,7 +28,7 @@ from symdyn.linear.modes import Mode, untouched
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.record import check_film
 
-PERIOD, MOMENTS = 2.0, 61
+MODE_PERIOD, MOMENTS = 2.0, 61
 """Seconds that one round is shown in, and moments of it."""
 
 ANGLE, PART = 0.3, 0.12
@@ -63,7 +63,7 @@ def motion(one: Linearization, mode: Mode) -> tuple[Array, Array]:
     labels = COLUMNS["q"](Workspace(one.scene))
     held = [labels.index(name) for name in (*one.states.names[: one.positions], *one.dropped)]
     found = [newton(numbers, numbers.normalised(point + one.moves @ shift), held) for shift in shifts]
-    return turn / (2 * math.pi) * PERIOD, np.array(found)
+    return turn / (2 * math.pi) * MODE_PERIOD, np.array(found)
 
 
 def _ridden(one: Linearization) -> list[int]:
@@ -106,7 +106,7 @@ def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tupl
     return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]
 
 
-def animate(
+def animate_modes(
     one: Linearization, path: Path, reel: Reel | None = None, note: Callable[[str], None] | None = None
 ) -> Sequence[tuple[Path, Mode]]:
     """Write every mode as a film, of a kind that `symdyn.draw.film` writes, and return which is where.

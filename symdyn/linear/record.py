@@ -11,7 +11,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.emit import writing
+from symdyn.emit.writing import Contents
 from symdyn.errors import LinearizeError, SimulateError
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.report import as_json
@@ -75,7 +75,7 @@ def _about(one: Linearization) -> dict[str, Any]:
     return {key: value for key, value in as_json(one).items() if key not in ("A", "B", "C", "D", "formulas")}
 
 
-WRITERS: Mapping[str, Callable[[Sequence[Linearization]], writing.Contents]] = {
+WRITERS: Mapping[str, Callable[[Sequence[Linearization]], Contents]] = {
     ".npz": lambda found: partial(write_npz, found),
     ".mat": lambda found: partial(write_mat, found),
     ".csv": csv_text,

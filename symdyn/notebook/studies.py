@@ -9,8 +9,9 @@ from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Cell, Markup, head, note, notes, picture, table, verdict
 from symdyn.simulation.integrate import importable
-from symdyn.study import Indices, Study, Uncertainty, bands, plots
-from symdyn.study.plots import SHARES
+from symdyn.study import Indices, Study, Uncertainty
+from symdyn.study.bands import drawn_bands
+from symdyn.study.plots import SHARES, drawn_study
 
 MOST = 10_000
 """Numbers beyond which dots make a smaller picture than lines."""
@@ -45,7 +46,7 @@ def _picture(found: Study) -> Markup:
     shown = [name for name, column in found.measures.items() if np.isfinite(column).any()]
     kind = "svg" if len(found) <= MOST else "png"
     try:
-        drawn = plots.draw(found, kind, shown)
+        drawn = drawn_study(found, kind, shown)
     except SimulateError as fault:  # too few groups for indices
         return note(str(fault))
     return picture(drawn, kind, f"plots of {found.scene}", dark=False)
@@ -78,7 +79,7 @@ def uncertainty(found: Uncertainty) -> list[Markup]:
         body.append([one.name, one.unit, float(found.run[one.name][-1]), float(found[one.name][-1]), due])
     if importable(EXTRAS["plot"].modules[0]):
         kind = "svg" if len(found.t) * len(found.names) <= MOST else "png"
-        drawn = picture(bands.draw(found, kind), kind, f"error bars of {found.run.scene.name}", dark=False)
+        drawn = picture(drawn_bands(found, kind), kind, f"error bars of {found.run.scene.name}", dark=False)
     else:
         drawn = note(f"plots need matplotlib: {install('plot')}")
     return [

@@ -13,7 +13,7 @@ import numpy as np
 
 from symdyn import draw
 from symdyn.draw.reel import Reel
-from symdyn.emit import writing
+from symdyn.emit.writing import Contents, write
 from symdyn.errors import DrawError, EmitError, SimulateError
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def about(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
-WRITERS: Mapping[str, Callable[[Trajectory], writing.Contents]] = {
+WRITERS: Mapping[str, Callable[[Trajectory], Contents]] = {
     ".csv": csv_text,
     ".npz": lambda trajectory: partial(write_npz, trajectory),
 }
@@ -109,13 +109,13 @@ def film(
     )  # fmt: skip
 
 
-def write_whole(path: Path, contents: writing.Contents) -> None:
+def write_whole(path: Path, contents: Contents) -> None:
     """Write a file, all of it or nothing.
 
     Raises:
         SimulateError: it cannot be written, and why.
     """
     try:
-        writing.write({path.name: contents}, path.parent)
+        write({path.name: contents}, path.parent)
     except EmitError as fault:
         raise SimulateError(str(fault)) from None

@@ -11,7 +11,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.arguments import check_arguments
-from symdyn.emit import writing
+from symdyn.emit.writing import write_file
 from symdyn.errors import EmitError, UnknownNameError, quoted
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.values.names import listed
@@ -161,7 +161,7 @@ class Trajectory(Shown):
         """
         text = tables.csv_text(*self.table(), self.low)
         if isinstance(file, (str, Path)):
-            writing.write_file(file, text)
+            write_file(file, text)
         elif file is not None:
             try:
                 file.write(text)

@@ -27,7 +27,7 @@ def figure(found: Uncertainty, names: Sequence[str] = ()) -> Figure:
     return shown_figure(found.run.scene.name, size, fill, 3 * len(found.t) * len(found.names))
 
 
-def draw(found: Uncertainty, form: str, names: Sequence[str] = ()) -> bytes:
+def drawn_bands(found: Uncertainty, form: str, names: Sequence[str] = ()) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same numbers, the same bytes."""
     size, fill = _filling(found, names)
     return framed(found.run.scene.name, size, form, fill)
@@ -42,7 +42,7 @@ def plot(found: Uncertainty, path: Path, names: Sequence[str] = ()) -> None:
     """
     check_plot(path)
     facts = [("scene", found.run.scene.name), ("uncertain", ", ".join(found.varied))]
-    write_picture(path, found.run.scene.name, partial(draw, found, names=names), facts)
+    write_picture(path, found.run.scene.name, partial(drawn_bands, found, names=names), facts)
 
 
 def _filling(found: Uncertainty, names: Sequence[str]) -> tuple[tuple[float, float], Callable[[Any], None]]:

@@ -11,13 +11,13 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.arguments import check_arguments
-from symdyn.emit import writing
+from symdyn.emit.writing import write_file
 from symdyn.errors import EmitError, UnknownNameError, quoted
 from symdyn.scene.values.names import choice, listed
 from symdyn.shown import Shown
-from symdyn.simulation import tables
 from symdyn.simulation.columns import Column
 from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.simulation.tables import csv_text, frame
 from symdyn.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SD = "sd_"
-"""What a standard deviation's column begins with, in tables."""
+"""What a standard deviation's column begins with, in """
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,9 +115,9 @@ class Uncertainty(Shown):
             EmitError: the file cannot be written.
         """
         check_arguments(Uncertainty.to_csv, locals(), EmitError)
-        text = tables.csv_text(*self.table())
+        text = csv_text(*self.table())
         if file is not None:
-            writing.write_file(file, text)
+            write_file(file, text)
         return text
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -128,7 +128,7 @@ class Uncertainty(Shown):
         """
         each = (Column(start + one.name, one.kind, one.unit) for one in self.columns for start in ("", SD))
         about: dict[str, Any] = {"scene": self.run.scene.name, "varied": self.varied}
-        return tables.frame((Column(TIME, "time", "s"), *each), self.table()[1], about)
+        return frame((Column(TIME, "time", "s"), *each), self.table()[1], about)
 
     def plot(self, *names: str | Sequence[str]) -> Figure:
         """Return a figure of matplotlib, which a notebook shows: each column with bands of one and two deviations.

@@ -236,7 +236,7 @@ def figure(study: Study, measures: Sequence[str] = (), kind: str | None = None) 
     return shown_figure(study.scene, size, fill, len(study) * len(study.names))
 
 
-def draw(study: Study, form: str, measures: Sequence[str] = (), kind: str | None = None) -> bytes:
+def drawn_study(study: Study, form: str, measures: Sequence[str] = (), kind: str | None = None) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same study, the same bytes. Errors as of `figure`."""
     size, fill = _filling(study, measures, kind)
     return framed(study.scene, size, form, fill)
@@ -247,7 +247,7 @@ def plot(study: Study, path: Path, measures: Sequence[str] = (), kind: str | Non
     check_study_plot(path, kind)
     facts = [("scene", study.scene), ("runs", str(len(study))), ("without a value", str(study.failed))]
     facts += [(key, str(study.about[key])) for key in ("design", "seed") if key in study.about]
-    write_picture(path, study.scene, partial(draw, study, measures=measures, kind=kind), facts)
+    write_picture(path, study.scene, partial(drawn_study, study, measures=measures, kind=kind), facts)
 
 
 def _filling(

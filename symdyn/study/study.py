@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
 from symdyn.arguments import check_arguments, doubles, walked
-from symdyn.emit import writing
+from symdyn.emit.writing import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values.names import choice, listed
 from symdyn.shown import Shown
@@ -172,7 +172,7 @@ class Study(Shown):
         lines += [",".join([*map(repr, row.tolist()), WORDS[int(code)]]) for row, code in rows]
         text = "\n".join(lines) + "\n"
         if file is not None:
-            writing.write_file(file, text)
+            write_file(file, text)
         return text
 
     def indices(self, measure: str, level: float = 0.95) -> Indices:

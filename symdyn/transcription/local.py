@@ -32,8 +32,8 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads.named_functions import Argument
+from symdyn.dynamics.roads.recursive_derivatives import inverse_derivatives
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.graph.ops import SYMBOL
@@ -189,7 +189,7 @@ def slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -
         return by_graph
     state, n = {"q": w.state.q, "qd": w.state.qd, "qdd": w.state.qdd}, w.state.n
     place = {x: k for k, x in enumerate(chain(*state.values()))}
-    recursion = recursive_derivatives.inverse(w, tuple(state))
+    recursion = inverse_derivatives(w, tuple(state))
     slopes = {(i, k): x for (i, k), x in by_graph.items() if i >= n or inputs[k] not in place}
     beside = partials(found.rest[:n], inputs)
     for i, (k, x) in product(range(n), enumerate(inputs)):

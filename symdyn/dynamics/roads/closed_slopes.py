@@ -123,7 +123,7 @@ def implicit(w: Workspace, way: str, *along: str) -> Columns:
 def by_recursion(w: Workspace, way: str, *along: str) -> Columns:
     """Return the same, forces of the tree differentiated along all directions by its recursion first."""
     n, tau = w.state.n, w.state.tau
-    by_tree = recursive_derivatives.inverse(w, ("q", "qd"))
+    by_tree = recursive_derivatives.inverse_derivatives(w, ("q", "qd"))
     carried = w.loops.constraint_forces(multiplier_symbols(w))
     rest = [*(-x - force for x, force in zip(carried, tau, strict=True)), *w.once(equations)[n:]]
     sides = []

@@ -121,8 +121,8 @@ def along_all(w: Workspace, arguments: Sequence[str]) -> list[Direction]:
 
 
 JACOBIANS: dict[str, dict[str, Callable[[Workspace, Sequence[str]], Sequence[Expr]]]] = {
-    "inverse_dynamics": {"recursive": recursive_derivatives.inverse},
-    "forward_dynamics": {"recursive": recursive_derivatives.forward},
+    "inverse_dynamics": {"recursive": recursive_derivatives.inverse_derivatives},
+    "forward_dynamics": {"recursive": recursive_derivatives.forward_derivatives},
 }
 """Roads to J of an output beside differentiation, by its name and theirs: each takes the arguments along which J is
 wanted, some of the output's in their order, and returns J row by row."""

@@ -44,12 +44,12 @@ COUNTED = 16
 """Velocities up to which variants are compared by counting."""
 
 
-def inverse(w: Workspace, along: Sequence[str]) -> list[Expr]:
+def inverse_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of inverse dynamics along "q", "qd" or "qdd", row by row."""
     return _beside(w.once(_inverse), along)
 
 
-def forward(w: Workspace, along: Sequence[str]) -> list[Expr]:
+def forward_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of forward dynamics along "q", "qd" or "tau", row by row."""
     return _beside(w.once(_forward).slopes, along)
 
