@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-def csv_text(names: Sequence[str], table: Array, low: Array | None = None) -> str:
+def columns_csv(names: Sequence[str], table: Array, low: Array | None = None) -> str:
     """Return a header, then the shortest digits that read back to the same doubles.
 
     With `low`, what columns from the second on are beyond their doubles, these have 32 digits.

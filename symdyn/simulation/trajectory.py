@@ -159,7 +159,7 @@ class Trajectory(Shown):
         Raises:
             EmitError: the file cannot be written, or takes no text.
         """
-        text = tables.csv_text(*self.table(), self.low)
+        text = tables.columns_csv(*self.table(), self.low)
         if isinstance(file, (str, Path)):
             write_file(file, text)
         elif file is not None:

@@ -17,7 +17,7 @@ from symdyn.scene.values.names import choice, listed
 from symdyn.shown import Shown
 from symdyn.simulation.columns import Column
 from symdyn.simulation.prescribed.formulas_in_time import TIME
-from symdyn.simulation.tables import csv_text, frame
+from symdyn.simulation.tables import columns_csv, frame
 from symdyn.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class Uncertainty(Shown):
             EmitError: the file cannot be written.
         """
         check_arguments(Uncertainty.to_csv, locals(), EmitError)
-        text = csv_text(*self.table())
+        text = columns_csv(*self.table())
         if file is not None:
             write_file(file, text)
         return text
