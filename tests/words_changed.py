@@ -165,7 +165,7 @@ WORDS: tuple[Row, ...] = (
     row("inputs/v/latex", r"\nu", ABSENT, inputs__v={"value": 2}, joints__pin__force="v"),
     row("inputs/v/text", "of a motor", ABSENT, inputs__v={"value": 2}),
     row("outputs/y/formula", "2*q1", "3*q1"),
-    row("outputs/y/unit", "m", ABSENT, outputs__y={"formula": "2*q1"}),
+    row("outputs/y/unit", "J", ABSENT, outputs__y={"formula": "2*M0"}),  # N m by its dimension
     row("outputs/y/text", "height", ABSENT, outputs__y={"formula": "2*q1"}),
     row("springs/coil/joint", "pin", "rail", springs__coil={"stiffness": 3}),
     row("springs/coil/from", "tip", "arm", **COIL),
@@ -309,8 +309,8 @@ def known() -> set[str]:
 
 
 def _paths(shape: Any) -> Iterator[str]:
-    if not isinstance(shape, Mapping):
-        return
+    if not isinstance(shape, Mapping) or shape.get("properties", {}).keys() == {"value", "unit"}:
+        return  # a number with its unit, which stands wherever a number does
     for word, inside in shape.get("properties", {}).items():
         if word:
             yield word
