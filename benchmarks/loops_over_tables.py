@@ -13,8 +13,7 @@ from statistics import median
 import numpy as np
 import numpy.typing as npt
 from bars import Bar
-from native import address
-from native import loops as clock
+from native import address, loops as clock
 
 from symdyn.build.c_module import bind_rows, build
 from symdyn.emit import emit

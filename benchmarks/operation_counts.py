@@ -17,7 +17,8 @@ from cases import chain
 from robots_dh import ROBOTS, Robot, robot_scene
 
 from symdyn.dynamics import Equations, Workspace, derive_one
-from symdyn.program import Counts, formulate, lower, prepare
+from symdyn.dynamics.roads import Counts
+from symdyn.program import formulate, lower, prepare
 from symdyn.scene import Scene, read, with_symbols
 
 ROOT = Path(__file__).parent.parent

@@ -21,142 +21,34 @@
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
     from symdyn.build import build                          the same, compiled and loaded
 
-Everything is imported when it is first used: `dir(symdyn)` lists these doors and the rooms behind them.
+Everything is imported when it is first used: `dir(symdyn)` lists these functions and the packages behind them.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from sys import modules
+import os
+import sys
 
-TYPE_CHECKING = False  # importing typing would take longer than all else here
-if TYPE_CHECKING:
-    from symdyn.build import lambdify
-    from symdyn.build.backends.door import load
-    from symdyn.draw import animation, film, picture
-    from symdyn.dynamics import derive
-    from symdyn.dynamics.closed_forms.closed_form import closed_form
-    from symdyn.emit.print.equations_of_motion import equations
-    from symdyn.errors import SymdynError
-    from symdyn.identification import identify
-    from symdyn.linear import linearize
-    from symdyn.program import lower
-    from symdyn.scene import Scene, example, read
-    from symdyn.simulation import inverse, sensitivity, simulate
-    from symdyn.simulation.ensemble.door import ensemble
-    from symdyn.study import sweep, uncertainty
-    from symdyn.transcription import collocation
-    from symdyn.verify import certify
+import lazy_loader
 
-    from . import (  # noqa: F401
-        bench,
-        build,
-        draw,
-        dynamics,
-        emit,
-        errors,
-        graph,
-        identification,
-        linear,
-        program,
-        scene,
-        simulation,
-        study,
-        teach,
-        transcription,
-        verify,
-    )
+_offered, _, _names = lazy_loader.attach_stub(__name__, __file__)
+_packages = [name for name in _names if os.path.exists(os.path.join(__path__[0], name)) or name == "errors"]
 
-    __version__: str
-
-_ROOMS = (
-    "bench",
-    "build",
-    "draw",
-    "dynamics",
-    "emit",
-    "errors",
-    "graph",
-    "identification",
-    "linear",
-    "program",
-    "scene",
-    "simulation",
-    "study",
-    "teach",
-    "transcription",
-    "verify",
-)
-
-_DOORS = {
-    "Scene": "symdyn.scene",
-    "SymdynError": "symdyn.errors",
-    "animation": "symdyn.draw",
-    "certify": "symdyn.verify",
-    "collocation": "symdyn.transcription",
-    "closed_form": "symdyn.dynamics.closed_forms.closed_form",
-    "derive": "symdyn.dynamics",
-    "ensemble": "symdyn.simulation.ensemble.door",
-    "equations": "symdyn.emit.print.equations_of_motion",
-    "example": "symdyn.scene",
-    "film": "symdyn.draw",
-    "identify": "symdyn.identification",
-    "inverse": "symdyn.simulation",
-    "lambdify": "symdyn.build",
-    "linearize": "symdyn.linear",
-    "load": "symdyn.build.backends.door",
-    "lower": "symdyn.program",
-    "picture": "symdyn.draw",
-    "read": "symdyn.scene",
-    "sensitivity": "symdyn.simulation",
-    "simulate": "symdyn.simulation",
-    "sweep": "symdyn.study",
-    "uncertainty": "symdyn.study",
-}
-
-__all__ = [
-    "Scene",
-    "SymdynError",
-    "animation",
-    "certify",
-    "closed_form",
-    "collocation",
-    "derive",
-    "ensemble",
-    "equations",
-    "example",
-    "film",
-    "identify",
-    "inverse",
-    "lambdify",
-    "linearize",
-    "load",
-    "lower",
-    "picture",
-    "read",
-    "sensitivity",
-    "simulate",
-    "sweep",
-    "uncertainty",
-]
+__all__ = [name for name in _names if name not in _packages]
 
 
 def __dir__() -> list[str]:
     """Return what there is for a user."""
-    return [*__all__, *_ROOMS, *(name for name in globals() if name.startswith("__")), "__version__"]
+    return [*__all__, *_packages, *(name for name in globals() if name.startswith("__")), "__version__"]
 
 
-if not TYPE_CHECKING:  # else a type checker would believe that there is whatever is asked for
+def __getattr__(name: str) -> object:
+    """Import what is offered when it is first asked for."""
+    if name in _names:
+        return _offered(name)
+    if name == "__version__":
+        from symdyn.resources import version
 
-    def __getattr__(name):
-        """Import a door or a room when it is first asked for."""
-        if name in _DOORS:
-            return getattr(import_module(_DOORS[name]), name)
-        if name in _ROOMS:
-            return import_module(f"symdyn.{name}")
-        if name == "__version__":
-            from symdyn.resources import version
-
-            return version()
-        said = f"symdyn has no {name!r}; it has {', '.join(__all__)}"
-        raise AttributeError(said, name=name, obj=modules[__name__])
+        return version()
+    said = f"symdyn has no {name!r}; it has {', '.join(__all__)}"
+    raise AttributeError(said, name=name, obj=sys.modules[__name__])

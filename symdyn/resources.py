@@ -23,8 +23,7 @@ def _folder(name: str) -> Path:
 
 def version() -> str:
     """Return the version that is installed."""
-    from importlib.metadata import PackageNotFoundError
-    from importlib.metadata import version as installed
+    from importlib.metadata import PackageNotFoundError, version as installed
 
     try:
         return installed("symdyn")

@@ -19,7 +19,7 @@ from symdyn.graph import Expr, tangents
 from symdyn.scene import Body, Joint, Load, Place, Scene, number, parse
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform
-from symdyn.verify import PROVED
+from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.quaternions import on_unit_sphere
 

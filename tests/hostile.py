@@ -174,7 +174,11 @@ def write(door: str, scene: Path, folder: Path) -> list[Path]:
 @contextmanager
 def unescaped(name: str, instead: Any) -> Iterator[None]:
     """Let something stand in place of a function of `symdyn.emit.escape`, or of a check at the door, everywhere."""
-    from symdyn.emit import TARGETS, render
+    from importlib import import_module
+
+    from symdyn.emit import TARGETS
+
+    render = import_module("symdyn.emit.render")
 
     def holders(value: Any) -> list[Any]:
         ours = [module for key, module in sys.modules.items() if key.startswith("symdyn")]

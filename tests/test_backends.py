@@ -12,8 +12,7 @@ from symdyn.build.backends import door
 from symdyn.build.backends.words import ALL, ALONG, BACK, BENT, VALUE, Code, Word
 from symdyn.dynamics import LoopChoices
 from symdyn.errors import BuildError, MissingProgram
-from symdyn.program import formulate, lower
-from symdyn.program import prepare as prepared
+from symdyn.program import formulate, lower, prepare as prepared
 from symdyn.scene import Scene
 
 

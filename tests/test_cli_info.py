@@ -13,10 +13,11 @@ from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
 from symdyn.dynamics.loops.assembly import witness
 from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.roads import Counts
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
-from symdyn.program import Counts, formulate, lower, prepare, skipped
+from symdyn.program import formulate, lower, prepare, skipped
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import bind, body, fixed, point, read, revolute, scene
 from symdyn.scene.starters import starter

@@ -28,7 +28,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.linear import linearize
 from symdyn.scene import Scene, read_text
-from symdyn.verify import PROVED, Claim, certify, prove
+from symdyn.verdict import PROVED
+from symdyn.verify import Claim, certify, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
 pytestmark = pytest.mark.long

@@ -11,8 +11,7 @@ from typing import Any
 
 import pytest
 from dimensional import PENDULUM, output, pendulum
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import symdyn
 from symdyn.cli import main

@@ -15,7 +15,8 @@ from symdyn.emit import emit
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
 from symdyn.scene import read, read_text
-from symdyn.verify import PROVED, certify
+from symdyn.verdict import PROVED
+from symdyn.verify import certify
 
 ROOT = Path(__file__).parent.parent
 PINNED = [ROOT / "tests" / "data" / f"pinned_{name}.toml" for name in ("particle", "rod")]

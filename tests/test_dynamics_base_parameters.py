@@ -26,10 +26,9 @@ from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.emit.print.equations_text import base_parameters_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable, substitute
-from symdyn.scene import body as rigid
-from symdyn.scene import parse, prismatic, revolute, scene, with_symbolic_inertia
+from symdyn.scene import body as rigid, parse, prismatic, revolute, scene, with_symbolic_inertia
 from symdyn.scene.values.quantity import express
-from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))

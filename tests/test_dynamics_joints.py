@@ -22,7 +22,7 @@ from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.quantity import symbol
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, elementary, scale, sub, zero_vector
-from symdyn.verify import PROVED
+from symdyn.verdict import PROVED
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere

@@ -18,7 +18,7 @@ from symdyn.dynamics.recursive.crba import crba
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import Scene, body, number, prismatic, read_text, revolute, scene
-from symdyn.verify import PROVED
+from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere

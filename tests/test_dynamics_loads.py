@@ -40,7 +40,8 @@ from symdyn.scene import (
     revolute,
     scene,
 )
-from symdyn.verify import PROVED, certify
+from symdyn.verdict import PROVED
+from symdyn.verify import certify
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere

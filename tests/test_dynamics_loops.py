@@ -51,7 +51,8 @@ from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.quantity import ONE, ZERO
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform, elementary, unit_transform
-from symdyn.verify import DIFFERENT, NUMERICAL, PROVED, Claim, laws, prove
+from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
+from symdyn.verify import Claim, laws, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
 CLOSING = [name for name in JOINTS if name not in ("free", "custom")]

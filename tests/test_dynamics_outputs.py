@@ -32,7 +32,8 @@ from symdyn.graph import reachable
 from symdyn.program.formulation import candidates, cheapest
 from symdyn.scene import Scene, Signal, acceleration_name, bind, number, read, read_text, symbol
 from symdyn.scene.starters import starter
-from symdyn.verify import PROVED, certify, laws, prove
+from symdyn.verdict import PROVED
+from symdyn.verify import certify, laws, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DEFAULTS = {one.name: one.default for one in fields(Output) if one.default is not MISSING}

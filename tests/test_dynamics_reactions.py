@@ -33,7 +33,7 @@ from symdyn.graph import substitute
 from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, parse
 from symdyn.scene.toml import read_text
 from symdyn.teach import walkthrough
-from symdyn.verify import DIFFERENT, NUMERICAL, PROVED
+from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.laws_of_reactions import solvable

@@ -21,7 +21,7 @@ from symdyn.dynamics.recursive.links import GeneralTurn, PlanarTurn
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import body, prismatic, read_text, revolute, scene
-from symdyn.verify import PROVED
+from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))

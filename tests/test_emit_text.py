@@ -7,8 +7,7 @@ from fractions import Fraction
 
 import numpy
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 
 from symdyn.algebra.numeric import Batches
 from symdyn.emit.code.identifiers import function_names, stem

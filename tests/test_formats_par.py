@@ -37,7 +37,8 @@ from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
 from symdyn.scene.values.quantity import number, symbol
 from symdyn.scene.values.value import value_of
-from symdyn.verify import PROVED, Claim, prove
+from symdyn.verdict import PROVED
+from symdyn.verify import Claim, prove
 
 ROOT = Path(__file__).parents[1]
 

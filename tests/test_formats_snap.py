@@ -5,8 +5,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from symdyn.scene import parse
 from symdyn.scene.formats.snap import DENOMINATORS, PI_50, is_rounding, snap_angle

@@ -28,7 +28,7 @@ from symdyn.scene.formats.xml import parse_xml
 from symdyn.scene.values.model import STANDARD_GRAVITY
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.value import value_of
-from symdyn.verify import DIFFERENT, PROVED
+from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import Claim, prove
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"

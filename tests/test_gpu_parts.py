@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cuda_on_host import compiled, launcher, run
-from hypothesis import given as drawn
-from hypothesis import strategies as st
+from hypothesis import given as drawn, strategies as st
 from test_gpu import given, opencl
 
 import symdyn

@@ -6,8 +6,7 @@ from fractions import Fraction
 
 import pytest
 from graphs import LEAVES
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from symdyn.algebra.big import BigFloats
 from symdyn.graph import (

@@ -12,8 +12,7 @@ import pytest
 
 from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.errors import SceneError
-from symdyn.scene import JOINTS, Scene, lock, parse, read_text
-from symdyn.scene.joints import JointKind
+from symdyn.scene import JOINTS, JointKind, Scene, lock, parse, read_text
 
 TEXT = """
 name = "one"

@@ -50,8 +50,23 @@ def imports_of(module: str) -> tuple[ast.Import | ast.ImportFrom, ...]:
 
 
 @cache
+def offered(package: str) -> dict[str, str]:
+    """Return the names that a package offers to others, and the module that each is from."""
+    stub = ROOT.joinpath(*package.split(".")[1:], "__init__.pyi")
+    body = ast.parse(stub.read_text(encoding="utf-8")).body if stub.exists() else []
+    return {
+        one.name: f"{package}.{node.module}" if node.module else f"{package}.{one.name}"
+        for node in body
+        if isinstance(node, ast.ImportFrom)
+        for one in node.names
+    }
+
+
+@cache
 def home(module: str, name: str) -> str:
-    """Return the module that a name is from, through the rooms' front pages; "" for one of another package."""
+    """Return the module that a name is from, through the fronts of packages; "" for one of another package."""
+    if name in offered(module):
+        return offered(module)[name]
     if f"{module}.{name}" in modules():
         return f"{module}.{name}"
     for node in imports_of(module) if module in modules() else ():

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cuda_on_host import HEADER as CARD
-from cuda_on_host import LAUNCH
+from cuda_on_host import HEADER as CARD, LAUNCH
 from formulas import every_op
 from names_of_headers import headers, names_of
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from counts_of_literature import state_dependent_counts
 
+from symdyn.dynamics.roads import Counts
 from symdyn.graph import Graph
-from symdyn.program import Counts
 from symdyn.scene import dh_table, scene, with_symbolic_inertia
 
 from formulas import one  # isort: skip

@@ -7,11 +7,12 @@ from arms import EXAMPLES, two_link
 from formulas import argument, function, one
 
 from symdyn.dynamics import Equations, derive
+from symdyn.dynamics.roads import Counts
 from symdyn.dynamics.roads.count import BINDING, count, count_by_binding
 from symdyn.graph import Graph, Op, reachable
-from symdyn.program import Counts, at_rest, lower
+from symdyn.program import at_rest, lower
 from symdyn.scene import Scene, read
-from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 

@@ -11,7 +11,7 @@ from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
 from symdyn.program.formulation import LONGEST, candidates
 from symdyn.scene import read
-from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 SMALL = [two_link(), read(EXAMPLES / "cart_pole.toml"), random_tree(3, 3), coupled_tree(2, 4)]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from formulas import every_op, one
 
 from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.roads import Counts
 from symdyn.dynamics.roads.count import count
 from symdyn.graph import Graph, Op
-from symdyn.program import Counts, lower
+from symdyn.program import lower
 
 
 def test_a_shared_product_counts_once_and_a_sign_never():

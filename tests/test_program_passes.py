@@ -10,16 +10,17 @@ from formulas import argument, every_op, function, one
 from mechanisms import coupled_tree, random_tree
 
 from symdyn.dynamics import available, derive
+from symdyn.dynamics.roads import Counts
 from symdyn.dynamics.roads.count import count, count_by_binding
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, reachable
-from symdyn.program import Counts, lower
+from symdyn.program import lower
 from symdyn.program.passes import PASSES, optimise
 from symdyn.program.passes.factor import factor
 from symdyn.program.passes.signs import signs
 from symdyn.program.passes.strength import strength
 from symdyn.scene import read
-from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 SCENES = [

@@ -18,13 +18,15 @@ from symdyn.build import build, run_python
 from symdyn.build.extension import build_extension
 from symdyn.cli import main
 from symdyn.dynamics import Equations
+from symdyn.dynamics.roads import Counts
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
-from symdyn.program import Counts, Program, formulate, lower, prepare
+from symdyn.program import Program, formulate, lower, prepare
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import Parameter, Scene, bind, read
-from symdyn.verify import DIFFERENT, PROVED, certify
+from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verify import certify
 
 pytestmark = pytest.mark.runs("cc")
 

@@ -20,7 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import evaluate
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.ten_parameters import INERTIAL
-from symdyn.verify import PROVED
+from symdyn.verdict import PROVED
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))

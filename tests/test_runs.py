@@ -4,6 +4,7 @@ import io
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,12 @@ from symdyn.cli import main
 from symdyn.errors import SceneError, SimulateError, SymdynError, UnknownNameError
 from symdyn.scene import read, read_text
 from symdyn.simulation import Trajectory, inverse, simulate
-from symdyn.simulation import plot as plots
 from symdyn.simulation.columns import columns
 from symdyn.simulation.panels import panels
 from symdyn.simulation.plot import _label, draw
 from symdyn.simulation.prescribed.numbers_in_time import read_columns
+
+plots = import_module("symdyn.simulation.plot")  # a name that its package offers for something else
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "cart_pole.toml"

@@ -32,7 +32,7 @@ from symdyn.scene import (
     scene,
     velocity_name,
 )
-from symdyn.verify import NUMERICAL, PROVED
+from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 HAND = """

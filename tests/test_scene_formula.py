@@ -8,8 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from calls import counted
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.values.formula import FormulaError, parse, quantity

@@ -14,7 +14,8 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.scene import body, express, fixed, helical, lock, number, parse, prismatic, read_text, revolute, scene
-from symdyn.verify import PROVED, certify
+from symdyn.verdict import PROVED
+from symdyn.verify import certify
 
 LINK = {"mass": 2, "com": ["1/3", 0, "1/10"], "inertia": [1, 2, 2], "about": "com"}
 

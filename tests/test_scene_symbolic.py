@@ -33,7 +33,7 @@ from symdyn.scene import (
     with_symbols,
     write_text,
 )
-from symdyn.verify import PROVED
+from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 from arms import cart_pole, chain, spatial_arm, three_link
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from mechanisms import coupled_tree, random_tree
 
 from symdyn.errors import SceneError

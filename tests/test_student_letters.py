@@ -18,7 +18,7 @@ from symdyn.emit.print.printable import printable
 from symdyn.errors import SymdynError
 from symdyn.scene import Scene, acceleration_name, read, read_text
 from symdyn.teach import check_derivation
-from symdyn.verify import DIFFERENT
+from symdyn.verdict import DIFFERENT
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

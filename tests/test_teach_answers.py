@@ -10,7 +10,7 @@ from symdyn.scene import read
 from symdyn.scene.toml import read_text
 from symdyn.teach.student.answers import in_words
 from symdyn.teach.student.derivation_check import check_derivation
-from symdyn.verify import DIFFERENT, PROVED
+from symdyn.verdict import DIFFERENT, PROVED
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM, CART = read(EXAMPLES / "two_link.toml"), read(EXAMPLES / "cart_pole.toml")

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 from calls import counted
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, express_form, power_of, product_of, sum_of
 from symdyn.cli import main
@@ -26,7 +25,8 @@ from symdyn.teach.student.answers import in_words
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
-from symdyn.verify import DIFFERENT, PROVED, Claim, prove
+from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verify import Claim, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

@@ -145,7 +145,8 @@ def test_languages_have_the_same_keys_and_places() -> None:
 
 
 def test_answers_of_blanks_are_what_the_graph_says(lesson: Document) -> None:
-    from symdyn.verify import PROVED, Claim, prove
+    from symdyn.verdict import PROVED
+    from symdyn.verify import Claim, prove
 
     claims = []
     for blank in blanks(lesson):

@@ -17,7 +17,8 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.practice.exercises import with_exercises
 from symdyn.teach.roads.lessons import usual_road
-from symdyn.verify import PROVED, Claim, prove
+from symdyn.verdict import PROVED
+from symdyn.verify import Claim, prove
 
 HERE = Path(__file__).parent
 HINGES = """

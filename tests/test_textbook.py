@@ -12,7 +12,7 @@ import pytest
 from textbook import Arm, verdict, with_friction
 
 from symdyn.graph import gradient, substitute
-from symdyn.verify import DIFFERENT, PROVED
+from symdyn.verdict import DIFFERENT, PROVED
 
 
 @pytest.fixture(scope="module", params=["lagrange", "recursive"])

@@ -10,8 +10,7 @@ import random
 
 import pytest
 from arms import puma560, two_link
-from figure_5_39 import Loop, matrix_times, single_loop
-from figure_5_39 import vector as exact
+from figure_5_39 import Loop, matrix_times, single_loop, vector as exact
 from mechanisms import coupled_tree, jointed, random_tree
 from oracles import BIG
 from running import solved_at
@@ -26,7 +25,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Body, Particle, express, number
 from symdyn.spatial import add, apply, apply_transposed, cross, identity, multiply, neg, scale, skew, sub, transpose
-from symdyn.verify import DIFFERENT, PROVED
+from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import prove
 from symdyn.verify.laws_of_reactions import solvable
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 import pytest
 
 import symdyn
-from symdyn.program import lower
-from symdyn.program import prepare as prepare_program
+from symdyn.program import lower, prepare as prepare_program
 from symdyn.verify import blocks, building
 from symdyn.verify.building import Building
 

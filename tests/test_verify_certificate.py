@@ -18,7 +18,8 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.program import lower
 from symdyn.scene import read, read_text
-from symdyn.verify import DIFFERENT, PROVED, certify, measure
+from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verify import certify, measure
 
 pytestmark = pytest.mark.runs()
 

@@ -12,7 +12,7 @@ from symdyn.algebra.finite_field import Needs, draw_prime, needs
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Graph, Op, reachable, substitute, tangents
 from symdyn.scene import number
-from symdyn.verify import DIFFERENT, NUMERICAL, PROVED
+from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
 

@@ -13,8 +13,7 @@ import symdyn
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.code.real import SINGLE
 from symdyn.errors import EmitError
-from symdyn.program import Program, at_rest, lower
-from symdyn.program import prepare as prepare_program
+from symdyn.program import Program, at_rest, lower, prepare as prepare_program
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, Printed, Written, languages, printed, prove_texts
 

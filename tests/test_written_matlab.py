@@ -8,8 +8,7 @@ import pytest
 
 import symdyn
 from symdyn.emit import emit
-from symdyn.program import Program
-from symdyn.program import prepare as prepare_program
+from symdyn.program import Program, prepare as prepare_program
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, Written, printed, prove_texts
 from symdyn.verify.written.matlab import column_major

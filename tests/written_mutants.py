@@ -28,8 +28,7 @@ import symdyn
 from symdyn.build import RUNNERS
 from symdyn.emit import Sources, emit
 from symdyn.errors import SymdynError
-from symdyn.program import Program
-from symdyn.program import prepare as prepare_program
+from symdyn.program import Program, prepare as prepare_program
 from symdyn.program.prepare import is_prepared
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, languages, printed, prove_texts

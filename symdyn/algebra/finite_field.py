@@ -28,8 +28,7 @@ from math import gcd, isqrt, lcm
 
 from flint import fmpz
 
-from symdyn.graph import Expr, Op, evaluate, linear_form, reachable
-from symdyn.graph.identities import SMALL_PRIMES
+from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate, linear_form, reachable
 
 BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene
 SPARE_BITS = 24  # so that the primes drawn are random ones

@@ -16,8 +16,7 @@ from fractions import Fraction
 from math import gcd, inf, lcm
 
 from symdyn.errors import DerivationError
-from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
-from symdyn.graph.identities import SMALL_PRIMES
+from symdyn.graph import FUNCTIONS, SMALL_PRIMES, Expr, Op, linear_form, reachable
 
 COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
     Fraction(0): (4, 0, 0, 0),

@@ -15,8 +15,7 @@ import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array, Batches
 from symdyn.errors import NoValueError
-from symdyn.graph import Expr, Op, reachable
-from symdyn.graph.evaluate import arithmetic
+from symdyn.graph import Expr, Op, arithmetic, reachable
 
 Places = npt.NDArray[np.intp]
 

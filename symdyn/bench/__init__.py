@@ -1,6 +1,5 @@
 """Run time against error, work against precision, and hard cases: what the code is worth, measured."""
 
-from symdyn.bench.measurements import Bench, Curve, Errors, Measured, MotionPrecision, Point
-from symdyn.bench.time_and_error import bench
+import lazy_loader
 
-__all__ = ["Bench", "Curve", "Errors", "Measured", "MotionPrecision", "Point", "bench"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

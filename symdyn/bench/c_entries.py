@@ -11,13 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build import build
-from symdyn.emit import Sources
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import REALS
-from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH
-from symdyn.program import Routine
-from symdyn.program.assemble import shared
+from symdyn.emit import BATCH, Sources, render
+from symdyn.emit.code import REALS, stem
+from symdyn.program import Routine, shared
 
 Array = npt.NDArray[Any]
 States = Mapping[str, Array]

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from symdyn.simulation import Trajectory
-from symdyn.simulation.trajectory import END
+from symdyn.simulation import END, Trajectory
 from symdyn.verdict import HOLD, NOT_SHOWN, Claims, Judged, Unclaimed, verdict
 
 NOTHING = "nothing could be compared"

@@ -18,13 +18,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
-from symdyn.program.states import values_of
-from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate import METHODS, importable
-from symdyn.simulation.integrate.heyoka_expressions import library, refuses, translate
+from symdyn.program import values_of
+from symdyn.simulation import METHODS, StateEquations, importable, library, refuses, translate
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]

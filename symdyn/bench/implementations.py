@@ -15,14 +15,10 @@ import numpy as np
 
 from symdyn.bench.c_entries import ALONE, ENTRIES, MANY, Array, Call, Prepare, States, addressed_in, as_it_is, with_loop
 from symdyn.bench.reference import state_of
-from symdyn.build import RUNNERS, Runner
-from symdyn.build.extension import build_extension
+from symdyn.build import RUNNERS, Runner, build_extension
 from symdyn.dynamics import Equations
-from symdyn.emit import TARGETS, Sources, emit
-from symdyn.emit.code.real import REALS, SINGLE
-from symdyn.emit.code.short_sines import SHORT_SINES, find_short_sines
-from symdyn.emit.targets.c import BATCH, C
-from symdyn.emit.targets.ufunc import UFUNC
+from symdyn.emit import BATCH, TARGETS, UFUNC, C, Sources, emit
+from symdyn.emit.code import REALS, SHORT_SINES, SINGLE, find_short_sines
 from symdyn.errors import EmitError, MissingCompiler
 from symdyn.program import Program, Routine, lower
 

@@ -26,16 +26,13 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb_mat
 
-from symdyn.algebra.balls import Balls
-from symdyn.algebra.big import Bounded, RunningErrors
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Balls, Bounded, Floats, RunningErrors
 from symdyn.dynamics import Function, row_of
-from symdyn.dynamics.mechanism.prescribed import has_motion
-from symdyn.emit.code.short_sines import bound_of_sines
+from symdyn.dynamics.mechanism import has_motion
+from symdyn.emit.code import bound_of_sines
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate, reachable
-from symdyn.program import Routine, formulate, lower
-from symdyn.program.states import FUNCTION_ULPS, ROUNDOFF, values_of
+from symdyn.program import FUNCTION_ULPS, ROUNDOFF, Routine, formulate, lower, values_of
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]

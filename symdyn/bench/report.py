@@ -11,11 +11,10 @@ from typing import Any
 from symdyn.bench.case import Stress
 from symdyn.bench.measurements import Bench, Curve, Measured, MotionPrecision, Point
 from symdyn.bench.plots import Dot, Series, log_log
-from symdyn.emit.escape import in_markdown
-from symdyn.emit.render import render
+from symdyn.emit import in_markdown, render
 from symdyn.rounding import in_digits
 from symdyn.verdict import DIFFERENT, NOT_SHOWN
-from symdyn.verify.certificate import finite
+from symdyn.verify import finite
 
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
 DEEPER = ("implementation", "states", "ulp", "of own bound", "backward")

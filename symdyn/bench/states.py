@@ -15,13 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.dynamics import Argument
-from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.mechanism.prescribed import INPUTS
-from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS
+from symdyn.dynamics.loops import Numbers
+from symdyn.dynamics.mechanism import INPUTS
+from symdyn.dynamics.roads import DIRECTIONS, WEIGHTS
 from symdyn.errors import DerivationError
-from symdyn.program.states import quaternion_places
-from symdyn.scene import Scene
-from symdyn.scene.units import coordinate_units
+from symdyn.program import quaternion_places
+from symdyn.scene import Scene, coordinate_units
 
 Array = npt.NDArray[np.float64]
 

@@ -19,16 +19,11 @@ from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
-from symdyn.build import run_python
-from symdyn.build.compiler import find_compiler
-from symdyn.build.extension import python_headers
-from symdyn.build.folder import CACHE_VARIABLE
+from symdyn.build import CACHE_VARIABLE, find_compiler, python_headers, run_python
 from symdyn.dynamics import Equations, Unasked, Workspace, available, derive_one, roads_of, row_of
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
-from symdyn.program import formulate, lower
-from symdyn.program.formulation import candidates, cheapest
-from symdyn.program.states import ROUNDOFF, TINIEST
+from symdyn.program import ROUNDOFF, TINIEST, candidates, cheapest, formulate, lower
 from symdyn.scene import Scene, SceneLike, scene_of
 
 Array = npt.NDArray[np.float64]

@@ -17,15 +17,21 @@ from symdyn.bench.extended import truth
 from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.extras import install
-from symdyn.scene import Scene
-from symdyn.scene.units import coordinate_units
-from symdyn.simulation.equations.projection import Projection
-from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.forward import ready
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
-from symdyn.simulation.monitors import observe
+from symdyn.scene import Scene, coordinate_units
+from symdyn.simulation import (
+    METHODS,
+    IntegrationError,
+    Piece,
+    Problem,
+    Projection,
+    StateEquations,
+    importable,
+    integrate,
+    observe,
+    read_start,
+    ready,
+    state_equations,
+)
 
 Array = npt.NDArray[np.float64]
 

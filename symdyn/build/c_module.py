@@ -17,13 +17,10 @@ from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.on_threads import price, run_rows, split
 from symdyn.build.warned import check_target
-from symdyn.emit import Sources, emit
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import find_real
-from symdyn.emit.targets.c import BATCH, HEADER_ONLY, C
+from symdyn.emit import BATCH, HEADER_ONLY, C, Sources, emit
+from symdyn.emit.code import find_real, stem
 from symdyn.errors import BuildError
-from symdyn.program import Program
-from symdyn.program.assemble import shared
+from symdyn.program import Program, shared
 
 Array = npt.NDArray[Any]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symdyn.build.mockup_binary import with_binaries
-from symdyn.emit import Sources
-from symdyn.emit.targets.fmu import FMU
+from symdyn.emit import FMU, Sources
 from symdyn.errors import BuildError
 
 COMPLETED: dict[str, tuple[Callable[[Sources], Sources], str]] = {

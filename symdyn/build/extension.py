@@ -16,8 +16,7 @@ from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import Kind, load_library
 from symdyn.build.warned import check_target
-from symdyn.emit import Sources
-from symdyn.emit.targets.ufunc import UFUNC
+from symdyn.emit import UFUNC, Sources
 from symdyn.errors import MissingCompiler
 
 INCLUDE = Path(sysconfig.get_path("include"))

@@ -20,8 +20,7 @@ from symdyn.build.extension import extension_kind
 from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.lock import Lock
 from symdyn.build.runners import or_warn, run_python
-from symdyn.emit import emit
-from symdyn.emit.targets.later import RUNTIME, Code, Entry, code, fits_float, runtime, runtime_templates
+from symdyn.emit import RUNTIME, Code, Entry, emit, fits_float, runtime, runtime_code, runtime_templates
 from symdyn.program import Program
 
 
@@ -92,7 +91,7 @@ class Places:
         """
         with self._lock:
             if (real, rows) not in self._found:
-                made = partial(self._compiled, code(self.program, real, rows, self.accuracy))
+                made = partial(self._compiled, runtime_code(self.program, real, rows, self.accuracy))
                 self._found[real, rows] = (or_warn(made, self.makers.asked) or 0) if rows else made()
         return self._found[real, rows]
 
@@ -102,7 +101,7 @@ class Places:
         Raises:
             BuildError: it cannot be compiled.
         """
-        made = code(self.program)
+        made = runtime_code(self.program)
         if not made.entries:
             return None
         self._found["double", False] = place = self._compiled(made)
@@ -139,7 +138,7 @@ class Later:
 
     def doc(self) -> str | None:
         """Return what `help` says, for which nothing is compiled."""
-        entries = code(self._places.program).entries
+        entries = runtime_code(self._places.program).entries
         return entries[0].doc if entries else self.found().__doc__
 
     def everything(self) -> None:
@@ -175,7 +174,7 @@ def soon(program: Program) -> Mapping[str, Callable[..., Any]]:
     """Return the functions of a program by name, of doubles, compiled in a tenth of the time that `load` takes."""
 
     def make() -> dict[str, Callable[..., Any]]:
-        makers, made = Makers(), code(program)
+        makers, made = Makers(), runtime_code(program)
         places = makers.places(made, soon=True) if made.entries else ()
         return {one.name: makers.ufunc(one, at, False, None) for one, at in zip(made.entries, places, strict=True)}
 

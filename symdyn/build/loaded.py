@@ -22,18 +22,12 @@ from symdyn.dynamics import (
     request_of,
     row_of,
 )
-from symdyn.emit import TARGETS, emit
-from symdyn.emit.targets.c import C
-from symdyn.emit.targets.numpy import NUMPY
+from symdyn.emit import NUMPY, TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
-from symdyn.program import Program, formulate, identifier, lower
-from symdyn.program import prepare as prepare_program
-from symdyn.program.formulation import looped
-from symdyn.program.prepare import is_prepared
+from symdyn.program import Program, formulate, identifier, is_prepared, looped, lower, prepare as prepare_program
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values import suggestion, value_of
 from symdyn.shown import Shown
 
 MOST_SHOWN = 4

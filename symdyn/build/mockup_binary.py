@@ -10,8 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from symdyn.build.compiler import PATIENCE, Compiler, compile_library, find_compiler
-from symdyn.emit import Sources
-from symdyn.emit.targets.fmu import FMU, members, packed
+from symdyn.emit import FMU, Sources, members, packed
 from symdyn.errors import BuildError
 
 SYSTEMS = {

@@ -14,8 +14,8 @@ from math import prod
 from typing import Any
 
 from symdyn.dynamics import Function
-from symdyn.dynamics.roads.count import count
-from symdyn.program.assemble import shared
+from symdyn.dynamics.roads import count
+from symdyn.program import shared
 
 WORTH = 12_500_000
 """Price of what a thread must have to be worth starting: 180 µs on the fastest core that was measured, so that a call

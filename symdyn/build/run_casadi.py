@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import Sources
-from symdyn.emit.targets.casadi import CASADI
+from symdyn.emit import CASADI, Sources
 from symdyn.errors import MissingProgram
 from symdyn.extras import install
 

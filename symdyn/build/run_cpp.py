@@ -9,11 +9,8 @@ from symdyn.build.compiler import CPLUSPLUS, find_compiler
 from symdyn.build.dialects import CALLS, Needs
 from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.warned import check_target
-from symdyn.emit import Sources
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH
-from symdyn.emit.targets.cpp import CPP, namespace
+from symdyn.emit import BATCH, CPP, Sources, namespace, render
+from symdyn.emit.code import stem
 
 
 def run_cpp(sources: Sources) -> Module:

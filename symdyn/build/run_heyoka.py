@@ -14,8 +14,7 @@ import numpy.typing as npt
 from symdyn.build.run_casadi import called, loaded
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import Sources
-from symdyn.emit.targets.heyoka import HEYOKA
+from symdyn.emit import HEYOKA, Sources
 
 
 def run_heyoka(sources: Sources) -> SimpleNamespace:

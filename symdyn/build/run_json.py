@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.warned import check_target
-from symdyn.emit import Sources
-from symdyn.emit.targets.json_graph import JSON
+from symdyn.emit import JSON, Sources
 
 OPERATIONS: Mapping[str, Callable[..., float]] = {
     "pi": lambda: math.pi,

@@ -16,10 +16,7 @@ import numpy.typing as npt
 from symdyn.build.commands import waiting
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import Sources
-from symdyn.emit.render import verbatim
-from symdyn.emit.targets.javascript import JS
-from symdyn.emit.targets.wasm import WASM
+from symdyn.emit import JS, WASM, Sources, verbatim
 from symdyn.errors import BuildError, MissingNode
 
 NODE_COMMANDS = ("node", "nodejs")

@@ -18,10 +18,8 @@ import numpy.typing as npt
 from symdyn.build.commands import waiting
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import Sources, write
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.render import verbatim
-from symdyn.emit.targets.matlab import FLAGS, MATLAB, MEX
+from symdyn.emit import FLAGS, MATLAB, MEX, Sources, verbatim, write
+from symdyn.emit.code import stem
 from symdyn.errors import BuildError, MissingProgram
 
 OCTAVE_COMMANDS = ("octave-cli", "octave")

@@ -19,11 +19,8 @@ import numpy as np
 
 from symdyn.build.c_module import Array, CFunction
 from symdyn.build.warned import check_target
-from symdyn.emit import Sources
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import find_real
-from symdyn.emit.targets.gpu import GPU
-from symdyn.emit.targets.gpu.kernels import rooms
+from symdyn.emit import GPU, Sources, rooms
+from symdyn.emit.code import find_real, stem
 from symdyn.errors import BuildError, MissingProgram
 
 VENDORS, VENDORS_VARIABLE = "/etc/OpenCL/vendors", "OCL_ICD_VENDORS"

@@ -10,13 +10,9 @@ from symdyn.build.compiler import RUSTC, find_compiler
 from symdyn.build.dialects import CALLS, Needs
 from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.warned import check_target
-from symdyn.emit import Sources
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH
-from symdyn.emit.targets.rust import RUST
-from symdyn.emit.targets.rust.module import TYPES
-from symdyn.program.assemble import shared
+from symdyn.emit import BATCH, RUST, TYPES, Sources, render
+from symdyn.emit.code import stem
+from symdyn.program import shared
 
 
 def run_rust(sources: Sources) -> Module:

@@ -20,20 +20,25 @@ from symdyn.build.run_octave import run_matlab
 from symdyn.build.run_opencl import run_opencl
 from symdyn.build.run_rust import run_rust
 from symdyn.build.warned import check_target, warn_once
-from symdyn.emit import Sources, emit
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.targets.c import BATCH, C
-from symdyn.emit.targets.casadi import CASADI
-from symdyn.emit.targets.cpp import CPP
-from symdyn.emit.targets.gpu import GPU
-from symdyn.emit.targets.heyoka import HEYOKA
-from symdyn.emit.targets.javascript import JS
-from symdyn.emit.targets.json_graph import JSON
-from symdyn.emit.targets.matlab import MATLAB
-from symdyn.emit.targets.numpy import NUMPY
-from symdyn.emit.targets.rust import RUST
-from symdyn.emit.targets.ufunc import DOUBLES, UFUNC
-from symdyn.emit.targets.wasm import WASM
+from symdyn.emit import (
+    BATCH,
+    CASADI,
+    CPP,
+    DOUBLES,
+    GPU,
+    HEYOKA,
+    JS,
+    JSON,
+    MATLAB,
+    NUMPY,
+    RUST,
+    UFUNC,
+    WASM,
+    C,
+    Sources,
+    emit,
+)
+from symdyn.emit.code import stem
 from symdyn.errors import CompilerFault, MissingProgram
 
 Call = Callable[..., Any]

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.bench import Bench, bench
-from symdyn.bench.report import as_json, best, choices_of, html, markdown, nanoseconds
+from symdyn.bench import Bench, as_json, bench, best, choices_of, html, markdown, nanoseconds
 from symdyn.cli.scene_options import add_reading_options, again, functions_of, read_scene
 from symdyn.cli.talk import Waiting, give, print_table, say, wrote
-from symdyn.emit.writing import write
+from symdyn.emit import write
 from symdyn.rounding import in_digits
 
 LONG = (

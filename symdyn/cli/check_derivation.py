@@ -11,16 +11,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from symdyn.algebra.form import Form
+from symdyn.algebra import Form
 from symdyn.bounds import BOUNDS
 from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene
 from symdyn.cli.talk import Waiting, fail, give, print_text
-from symdyn.emit.print.formula_text import text_of
+from symdyn.emit.print import text_of
 from symdyn.errors import SymdynError, TeachError, printable
-from symdyn.teach import check_derivation, in_words
-from symdyn.teach.languages import languages
-from symdyn.teach.student.answer import Answer
-from symdyn.teach.student.statements import find_target
+from symdyn.teach import Answer, check_derivation, find_target, in_words, languages
 
 LARGEST = BOUNDS["bytes of a student's file"]
 

@@ -13,8 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from symdyn.cli.talk import print_text
 from symdyn.errors import SymdynError
 from symdyn.extras import install
-from symdyn.scene.examples import examples
-from symdyn.scene.starters import STARTERS
+from symdyn.scene import STARTERS, examples
 
 SHELLS = ("bash", "zsh", "fish")
 

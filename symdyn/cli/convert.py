@@ -9,8 +9,7 @@ from symdyn.cli.scene_options import add_reading_options, read_scene
 from symdyn.cli.talk import give, print_paths, say
 from symdyn.emit import write
 from symdyn.errors import EmitError
-from symdyn.scene import write_text
-from symdyn.scene.scene_files import format_to_write
+from symdyn.scene import format_to_write, write_text
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

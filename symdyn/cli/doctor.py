@@ -10,18 +10,23 @@ import platform
 import shutil
 import sys
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError, packages_distributions
-from importlib.metadata import version as installed
+from importlib.metadata import PackageNotFoundError, packages_distributions, version as installed
 from importlib.util import find_spec
 from os import W_OK, access
 from typing import Any
 
-from symdyn.build.compiler import CPLUSPLUS, RUSTC, find_compiler, try_compiler
-from symdyn.build.entry import distrust
-from symdyn.build.extension import python_headers
-from symdyn.build.folder import CACHE_VARIABLE, cache_folder
-from symdyn.build.run_node import NODE_COMMANDS
-from symdyn.build.run_octave import OCTAVE_COMMANDS
+from symdyn.build import (
+    CACHE_VARIABLE,
+    CPLUSPLUS,
+    NODE_COMMANDS,
+    OCTAVE_COMMANDS,
+    RUSTC,
+    cache_folder,
+    distrust,
+    find_compiler,
+    python_headers,
+    try_compiler,
+)
 from symdyn.cli.talk import give, print_table, print_text
 from symdyn.errors import BuildError, printable
 from symdyn.extras import EXTRAS, install

@@ -12,18 +12,13 @@ import math
 import sys
 from pathlib import Path
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene, scene_and_notes
 from symdyn.cli.talk import Waiting, print_paths, print_text, say
-from symdyn.draw import free_body, picture, pose
-from symdyn.draw.picture_files import check_picture
+from symdyn.draw import check_picture, free_body, picture, pose
 from symdyn.errors import DrawError
-from symdyn.scene import FormulaError, Scene, parse
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.unit import read_unit
-from symdyn.scene.values.value import value_of
-from symdyn.scene.values.with_unit import fits
+from symdyn.scene import FormulaError, Scene, letter_units, parse
+from symdyn.scene.values import fits, read_unit, split_commas, value_of
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.talk import Waiting, print_text
-from symdyn.emit.print.equations_text import ANGLES, FORMATS, GROUPS, base_parameters_text, equations_text
+from symdyn.emit.print import ANGLES, FORMATS, GROUPS, base_parameters_text, equations_text
 from symdyn.errors import EmitError
 from symdyn.scene import Scene
 
@@ -49,10 +49,10 @@ def _base_parameters(scene: Scene, options: argparse.Namespace) -> str:
 
 def _dalembert(scene: Scene, options: argparse.Namespace) -> str:
     if options.format == "text" and not options.document:
-        from symdyn.emit.print.dalembert_lines import dalembert_lines
+        from symdyn.emit.print import dalembert_lines
 
         return dalembert_lines(scene)
-    from symdyn.emit.print.dalembert_page import dalembert_text
+    from symdyn.emit.print import dalembert_text
 
     if options.format != "latex":
         raise EmitError(

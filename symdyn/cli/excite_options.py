@@ -13,8 +13,7 @@ from symdyn.cli.talk import Bar, give, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import CRITERIA, FAMILIES, excite
-from symdyn.simulation.plot import check_plot, plot
-from symdyn.simulation.record import check_record, record
+from symdyn.simulation import check_plot, check_record, plot, record
 
 USUAL: dict[str, Any] = {
     "period": 10.0, "family": "fourier", "terms": 5, "criterion": "condition", "starts": 4, "seed": 0, "every": 0.01,

@@ -16,23 +16,30 @@ from symdyn.dynamics import (
     expected,
     unique_reactions,
 )
-from symdyn.dynamics.loops.mobility import mobility
-from symdyn.dynamics.reactions.ties import why_no_reactions
-from symdyn.dynamics.roads.closed_derivatives import RESIDUAL, UNPROJECTED
-from symdyn.dynamics.roads.operators import WORDS
-from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
-from symdyn.dynamics.roads.state_matrices import STATE_MATRICES
-from symdyn.emit.print.equations_text import base_parameter_texts
-from symdyn.emit.print.frames_text import frame_texts
+from symdyn.dynamics.loops import mobility
+from symdyn.dynamics.reactions import why_no_reactions
+from symdyn.dynamics.roads import COMPONENTS, RESIDUAL, STATE_MATRICES, UNPROJECTED, WORDS, Counts, joints_of, told
+from symdyn.emit.print import base_parameter_texts, frame_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
-from symdyn.program import Counts, choose, count_derived, formulate, lower, prepare, skipped
-from symdyn.program.prepare import is_prepared
-from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, spell
-from symdyn.scene.declaration.value_in_unit import as_written
-from symdyn.scene.robot_words import leaves
-from symdyn.scene.units import doubtful, mistakable, output_units, shown_unit, told_units
-from symdyn.scene.values.model import Letter
+from symdyn.program import choose, count_derived, formulate, is_prepared, lower, prepare, skipped
+from symdyn.scene import (
+    FORCES,
+    JOINTS,
+    Joint,
+    Place,
+    Quantity,
+    Scene,
+    as_written,
+    doubtful,
+    leaves,
+    mistakable,
+    output_units,
+    shown_unit,
+    spell,
+    told_units,
+)
+from symdyn.scene.values import Letter
 
 MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""

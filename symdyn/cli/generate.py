@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from symdyn.build.complete import complete
+from symdyn.build import complete
 from symdyn.cli.scene_options import (
     add_closing,
     add_formulation,
@@ -21,13 +21,10 @@ from symdyn.cli.scene_options import (
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, available
 from symdyn.emit import TARGETS, beside, emit, write
-from symdyn.emit.code.real import REALS
-from symdyn.emit.code.short_sines import SHORT_SINES
+from symdyn.emit.code import REALS, SHORT_SINES
 from symdyn.errors import EmitError
-from symdyn.program import at_rest, formulate, kept_in_lines, lower, prepare, tunable
-from symdyn.program.prepare import is_prepared
-from symdyn.scene import Scene
-from symdyn.scene.robot_words import leaves
+from symdyn.program import at_rest, formulate, is_prepared, kept_in_lines, lower, prepare, tunable
+from symdyn.scene import Scene, leaves
 
 MADE, BEGINNING = b"Written by symdyn generate", 1000
 """What a file beside sources says of itself in its first bytes, so many."""

@@ -13,11 +13,9 @@ from symdyn.cli.scene_options import add_reading_options, again, read_scene, say
 from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
-from symdyn.identification import Identification, identify
-from symdyn.identification.linear_model import TERMS
-from symdyn.identification.units import GAINED
+from symdyn.identification import GAINED, TERMS, Identification, identify
 from symdyn.rounding import in_digits
-from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values import split_commas
 
 EXCITE, REGRESSION = "--excite", "--by regression"
 

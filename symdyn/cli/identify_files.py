@@ -13,10 +13,7 @@ from pathlib import Path
 from symdyn.cli.talk import say, wrote
 from symdyn.emit import write
 from symdyn.errors import IdentifyError
-from symdyn.identification import Identification
-from symdyn.identification.report import report
-from symdyn.identification.scene import Identified, identified
-from symdyn.identification.written_scene import written
+from symdyn.identification import Identification, Identified, identified, report, written
 from symdyn.unlocked import cached_property
 
 

@@ -8,7 +8,7 @@ from symdyn.cli.talk import Waiting, finite, give, print_table, say
 from symdyn.cli.trajectory_options import pairs
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values import split_commas
 
 OUTPUT_ERROR = "output-error"
 

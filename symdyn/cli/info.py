@@ -15,9 +15,9 @@ from typing import Any
 from symdyn.cli.facts import gather, parts
 from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_options, closing_of, read_scene
 from symdyn.cli.talk import Waiting, asking, give, print_json, print_rich, print_table, say, short
+from symdyn.dynamics.roads import Counts
 from symdyn.graph import growing
-from symdyn.program import Counts
-from symdyn.scene.schema import schema
+from symdyn.scene import schema
 
 MOST_NESTED = 200
 """Joints up to which the tree is drawn with its branches; a longer chain would leave the page."""

@@ -18,9 +18,7 @@ from symdyn.cli.trajectory_options import (
 )
 from symdyn.errors import SimulateError
 from symdyn.simulation import inverse, read_motion, read_path
-from symdyn.simulation.prescribed.forces import read_inputs
-from symdyn.simulation.prescribed.path_entries import tables_in
-from symdyn.simulation.prescribed.scene_motion import motion_times
+from symdyn.simulation.prescribed import motion_times, read_inputs, tables_in
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

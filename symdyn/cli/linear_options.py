@@ -9,15 +9,13 @@ from pathlib import Path
 from symdyn.cli.linear_tools import ASKED, PICTURES, Data, Lines, System, pairs_of, written
 from symdyn.cli.scene_options import split
 from symdyn.cli.trajectory_options import add_film_options, flattened, pairs, reel
-from symdyn.draw.films import FILMS
+from symdyn.draw import FILMS
 from symdyn.errors import LinearizeError
-from symdyn.linear.locus import locus_lines, locus_plot, locus_table, root_locus
-from symdyn.linear.over_values import read_values, systems
+from symdyn.linear import locus_lines, locus_plot, locus_table, read_values, root_locus, systems
 from symdyn.scene import Scene
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.plot import check_plot
-from symdyn.simulation.prescribed.formulas_in_time import noted
-from symdyn.simulation.record import check_film
+from symdyn.scene.values import Faults
+from symdyn.simulation import check_film, check_plot
+from symdyn.simulation.prescribed import noted
 
 ENDINGS = {
     "bode": (".csv", *PICTURES),

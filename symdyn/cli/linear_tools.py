@@ -18,20 +18,34 @@ import numpy as np
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import say
 from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
-from symdyn.emit.writing import Contents
-from symdyn.linear.bode import Bode, bode, bode_plot, bode_table
-from symdyn.linear.formulas import Symbolic
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.moving import MODE_PERIOD, animate_modes
-from symdyn.linear.over_values import numbers
-from symdyn.linear.prepared import Prepared
-from symdyn.linear.reach import Reach, controllability, observability, shown
-from symdyn.linear.regulator import Observer, Regulator, kalman, lqr
-from symdyn.linear.sampled import Sampled, along_a_step, sampled
-from symdyn.linear.transfer import transfers
-from symdyn.linear.weights import read_weights
+from symdyn.emit import Contents
+from symdyn.linear import (
+    MODE_PERIOD,
+    Bode,
+    Linearization,
+    Observer,
+    Prepared,
+    Reach,
+    Regulator,
+    Sampled,
+    Symbolic,
+    along_a_step,
+    animate_modes,
+    bode,
+    bode_plot,
+    bode_table,
+    controllability,
+    kalman,
+    lqr,
+    numbers,
+    observability,
+    read_weights,
+    sampled,
+    shown,
+    transfers,
+)
 from symdyn.rounding import in_digits
-from symdyn.simulation.record import write_whole
+from symdyn.simulation import write_whole
 
 Lines: TypeAlias = list[str]
 Data: TypeAlias = dict[str, Any]

@@ -13,20 +13,26 @@ from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, sp
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
 from symdyn.errors import LinearizeError
-from symdyn.linear.equilibrium import equilibria
-from symdyn.linear.formulas import Symbolic
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.linearized import along, told_of
-from symdyn.linear.prepared import prepared
-from symdyn.linear.record import check_record, record
-from symdyn.linear.report import as_json, latex, text
-from symdyn.linear.run_files import read_run
-from symdyn.linear.steady import at_rest, settled
-from symdyn.linear.symbolic import symbolic
+from symdyn.linear import (
+    Linearization,
+    Symbolic,
+    along,
+    as_json,
+    at_rest,
+    check_record,
+    equilibria,
+    latex,
+    prepared,
+    read_run,
+    record,
+    settled,
+    symbolic,
+    text,
+    told_of,
+)
 from symdyn.scene import Scene
-from symdyn.scene.values.formula import split_commas
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.prescribed.forces import read_forces
+from symdyn.scene.values import split_commas
+from symdyn.simulation import read_forces, read_start
 
 FORMATS: Mapping[str, Callable[[Linearization, Symbolic | None], str]] = {"text": text, "latex": latex}
 

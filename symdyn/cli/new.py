@@ -7,11 +7,10 @@ from pathlib import Path
 
 from symdyn.cli.talk import print_paths
 from symdyn.emit import write
-from symdyn.emit.code.identifiers import is_device
+from symdyn.emit.code import is_device
 from symdyn.errors import EmitError, SceneError
-from symdyn.scene.examples import example_text, examples
-from symdyn.scene.starters import STARTERS, starter
-from symdyn.scene.values.names import check_scene_name
+from symdyn.scene import STARTERS, example_text, examples, starter
+from symdyn.scene.values import check_scene_name
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

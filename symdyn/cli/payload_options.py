@@ -6,11 +6,8 @@ from collections.abc import Sequence
 
 from symdyn.errors import IdentifyError
 from symdyn.identification import Payload
-from symdyn.scene.values.formula import FormulaError, parse, split_commas
-from symdyn.scene.values.names import choice
-from symdyn.scene.values.unit import UnitError, read_unit
-from symdyn.scene.values.value import value_of
-from symdyn.scene.values.with_unit import fits
+from symdyn.scene import FormulaError, parse
+from symdyn.scene.values import UnitError, choice, fits, read_unit, split_commas, value_of
 
 FORM = "FILE:BODY:mass=KG[,com=[X,Y,Z][,inertia=[XX,YY,ZZ]]]"
 

@@ -13,9 +13,8 @@ from pathlib import Path
 from symdyn.cli.talk import say
 from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked, request_of
 from symdyn.errors import DerivationError, SceneError, printable
-from symdyn.scene import ReadOptions, Scene, bind, in_numbers, read_bindings, read_noting, with_symbols
-from symdyn.scene.declaration.value_in_unit import ask_for_units
-from symdyn.scene.values.formula import split_commas
+from symdyn.scene import ReadOptions, Scene, ask_for_units, bind, in_numbers, read_bindings, read_noting, with_symbols
+from symdyn.scene.values import split_commas
 
 MOST_NOTES = 20
 

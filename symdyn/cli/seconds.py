@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.formula import parse
-from symdyn.scene.values.unit import read_unit
-from symdyn.scene.values.value import value_of
-from symdyn.scene.values.with_unit import fits
+from symdyn.scene import FormulaError, parse
+from symdyn.scene.values import fits, read_unit, value_of
 
 
 def seconds(text: str) -> float:

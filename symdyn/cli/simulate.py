@@ -10,19 +10,24 @@ from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene
-from symdyn.scene.declaration.value_in_unit import ask_for_units
-from symdyn.scene.units import in_shown_unit, letter_units
-from symdyn.scene.values.table import Faults
-from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, simulate
-from symdyn.simulation.feedback.controller import changed, placed
-from symdyn.simulation.feedback.saturation import listed
-from symdyn.simulation.forward import check_run
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.integrate import FINEST
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula
-from symdyn.simulation.prescribed.numbers_in_time import counted
-from symdyn.simulation.trajectory import END, INTERRUPTED
+from symdyn.scene import Scene, ask_for_units, in_shown_unit, letter_units
+from symdyn.scene.values import Faults
+from symdyn.simulation import (
+    END,
+    FINEST,
+    INTERRUPTED,
+    Feedback,
+    Trajectory,
+    changed,
+    check_run,
+    listed,
+    placed,
+    read_feedback,
+    read_forces,
+    read_start,
+    simulate,
+)
+from symdyn.simulation.prescribed import close, counted, noted, number_of, parameter_values, read_formula
 
 CTRL_C = 130
 

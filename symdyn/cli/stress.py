@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.bench.report import as_json, stress_html, stress_markdown, stress_rows
-from symdyn.bench.stress import FAMILIES, Stress, stress
+from symdyn.bench import FAMILIES, Stress, as_json, stress, stress_html, stress_markdown, stress_rows
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
 from symdyn.cli.talk import Waiting, give, print_table, print_text, wrote
-from symdyn.emit.writing import write
+from symdyn.emit import write
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

@@ -14,12 +14,7 @@ from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
 from symdyn.cli.trajectory_options import flattened, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.study.design import DESIGNS
-from symdyn.study.distributions import DISTRIBUTIONS
-from symdyn.study.door import sweep
-from symdyn.study.over import TOLERANCE
-from symdyn.study.store import SUFFIX
-from symdyn.study.study import Study
+from symdyn.study import DESIGNS, DISTRIBUTIONS, SUFFIX, TOLERANCE, Study, sweep
 
 CTRL_C = 130
 

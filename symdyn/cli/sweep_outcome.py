@@ -10,11 +10,7 @@ from symdyn.cli.talk import print_table, say, wrote
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.study.beside import beside
-from symdyn.study.design import SALTELLI
-from symdyn.study.indices import indices
-from symdyn.study.plots import PLOTS, check_study_plot, plot
-from symdyn.study.study import Study
+from symdyn.study import PLOTS, SALTELLI, Study, beside, check_study_plot, indices, plot
 
 DIGITS = 4
 

@@ -11,18 +11,24 @@ from pathlib import Path
 
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_paths, say
-from symdyn.draw.reel import Reel
+from symdyn.draw import Reel
 from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.scene import Scene
-from symdyn.scene.declaration.value_in_unit import in_si_here
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.table import Faults
-from symdyn.simulation import Trajectory
-from symdyn.simulation.panels import check_columns
-from symdyn.simulation.plot import check_plot, plot
-from symdyn.simulation.prescribed.formulas_in_time import close, words
-from symdyn.simulation.reaction_columns import axes_of
-from symdyn.simulation.record import about, check_film, check_record, csv_text, film, record
+from symdyn.scene import Scene, in_si_here
+from symdyn.scene.values import Faults, split_commas
+from symdyn.simulation import (
+    Trajectory,
+    about,
+    axes_of,
+    check_columns,
+    check_film,
+    check_plot,
+    check_record,
+    csv_text,
+    film,
+    plot,
+    record,
+)
+from symdyn.simulation.prescribed import close, words
 
 ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
 

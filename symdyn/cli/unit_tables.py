@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from symdyn.cli.talk import print_table
-from symdyn.scene import Scene, spell
-from symdyn.scene.checks.dimensions import place_words
-from symdyn.scene.units import dimensions, doubtful, letter_units, output_units, shown_unit
-from symdyn.scene.values.model import Letter
-from symdyn.scene.values.signals import point_names
+from symdyn.scene import Scene, dimensions, doubtful, letter_units, output_units, place_words, shown_unit, spell
+from symdyn.scene.values import Letter, point_names
 
 
 def unit_facts(scene: Scene) -> dict[str, Any]:

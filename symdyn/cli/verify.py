@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra import BigFloats
 from symdyn.cli.scene_options import (
     add_closing,
     add_formulation,
@@ -22,17 +22,12 @@ from symdyn.cli.scene_options import (
     split,
 )
 from symdyn.cli.talk import Waiting, give, print_table
-from symdyn.emit.code.real import SINGLE
-from symdyn.emit.code.short_sines import SHORT_SINES
+from symdyn.emit.code import SHORT_SINES, SINGLE
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, express, read_bindings
-from symdyn.scene.declaration.value_in_unit import ask_for_units
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.formula import parse
-from symdyn.scene.values.unit import UnitError, read_unit
-from symdyn.scene.values.with_unit import fits
+from symdyn.scene import Scene, ask_for_units, express, letter_units, parse, read_bindings
+from symdyn.scene.values import UnitError, fits, read_unit
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
 

@@ -15,22 +15,31 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NoReturn
 
-from symdyn.algebra.finite_field import Redraw
+from symdyn.algebra import Redraw
 from symdyn.bounds import BOUNDS
 from symdyn.build import RUNNERS
 from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
 from symdyn.emit import TARGETS, emit
-from symdyn.emit.code.real import find_real
+from symdyn.emit.code import find_real
 from symdyn.errors import MissingProgram, VerifyError, printable
 from symdyn.program import lower, prepare
 from symdyn.verdict import DIFFERENT, Unclaimed
-from symdyn.verify import Certificate
-from symdyn.verify.certificate import of_files
-from symdyn.verify.texts import NOWHERE, files_of, not_read_back
-from symdyn.verify.written import READERS, Written, languages, printed, prove_texts, unshown
-from symdyn.verify.written.beside import taken_first
+from symdyn.verify import (
+    NOWHERE,
+    READERS,
+    Certificate,
+    Written,
+    files_of,
+    languages,
+    not_read_back,
+    of_files,
+    printed,
+    prove_texts,
+    taken_first,
+    unshown,
+)
 
 COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILINE)
 """The line of a header, whatever begins a comment there, or in JSON a string; no line is looked at twice."""

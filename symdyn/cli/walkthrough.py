@@ -8,14 +8,19 @@ from pathlib import Path
 from symdyn.cli.scene_options import add_reading_options, read_scene, split
 from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
-from symdyn.emit.code.identifiers import page_stem
+from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError
-from symdyn.teach import rendered, walkthrough
-from symdyn.teach.interactive import interactive_page
-from symdyn.teach.languages import languages
-from symdyn.teach.practice.exercises import GRADES, with_exercises
-from symdyn.teach.practice.sheet import sheet
-from symdyn.teach.practice.variants import variant, with_changes
+from symdyn.teach import (
+    GRADES,
+    interactive_page,
+    languages,
+    rendered,
+    sheet,
+    variant,
+    walkthrough,
+    with_changes,
+    with_exercises,
+)
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}

@@ -19,8 +19,7 @@ from symdyn.draw.shown_text import HtmlText
 from symdyn.draw.svg import Drawing, order, svg
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
-from symdyn.emit.escape import in_html
-from symdyn.emit.render import render
+from symdyn.emit import in_html, render
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneLike, scene_of
 

@@ -16,7 +16,7 @@ from symdyn.draw.shapes import Item, Shape, arrow
 from symdyn.draw.svg import Drawing
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import Op
 from symdyn.scene import Scene
 

@@ -6,15 +6,11 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.dynamics.mechanism.loads import load_vectors
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
+from symdyn.dynamics.mechanism import body_placements, first_moment, joint_motion, load_vectors, placement, vector
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import FORCES, JOINTS, Body, Contact, Element, Joint, Load, Scene, express
-from symdyn.scene.forces.contact import in_plane
-from symdyn.scene.forces.force_kind import Rim
-from symdyn.scene.joints import JointMotion
-from symdyn.scene.joints.blocks import unit
+from symdyn.scene import FORCES, JOINTS, Body, Contact, Element, Joint, JointMotion, Load, Scene, express
+from symdyn.scene.forces import Rim, in_plane
+from symdyn.scene.joints import unit
 from symdyn.spatial import Transform, apply, unit_transform
 
 Key = tuple[Any, ...]  # what, then whose: names, numbers, elements

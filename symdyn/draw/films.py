@@ -31,7 +31,7 @@ from symdyn.draw.robot_meshes import robot_solids
 from symdyn.draw.smil import moving_picture
 from symdyn.draw.standing import standing
 from symdyn.draw.svg import Drawing
-from symdyn.emit.writing import Contents
+from symdyn.emit import Contents
 from symdyn.errors import DrawError
 from symdyn.scene import GROUND, Scene, SceneLike, scene_of
 

@@ -18,7 +18,7 @@ from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import FORCES, GROUND, Joint, Scene, Strut
-from symdyn.scene.forces.force_kind import Mark
+from symdyn.scene.forces import Mark
 
 ARROW = 46.0  # length of a force, units of the picture
 BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture

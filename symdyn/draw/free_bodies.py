@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.draw.body_shapes import COLOURS, link, spots
 from symdyn.draw.corner import with_corner
 from symdyn.draw.force_arrows import Wrench, wrench
@@ -23,11 +23,11 @@ from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing
 from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View
-from symdyn.emit.escape import in_latex
-from symdyn.emit.print.printed_names import print_name
+from symdyn.emit import in_latex
+from symdyn.emit.print import print_name
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import JOINTS, Contact, Scene, Strut
-from symdyn.scene.values.mapping import quantities_in
+from symdyn.scene.values import quantities_in
 from symdyn.spatial import Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight

@@ -46,8 +46,7 @@ def glb(
     Raises:
         DrawError: a number is beyond single precision, which the format has.
     """
-    from pygltflib import GLTF2, Animation, Asset, Node
-    from pygltflib import Scene as Shown
+    from pygltflib import GLTF2, Animation, Asset, Node, Scene as Shown
 
     file = _File(GLTF2(asset=Asset(version="2.0", generator="symdyn")), name)
     up = view.up if view.planar else vertical(gravity)

@@ -7,9 +7,9 @@ import unicodedata
 from dataclasses import dataclass
 from itertools import groupby
 
-from symdyn.emit.escape import in_html
-from symdyn.emit.print.printed_names import print_name
-from symdyn.scene.values.grammar import GREEK
+from symdyn.emit import in_html
+from symdyn.emit.print import print_name
+from symdyn.scene.values import GREEK
 from symdyn.unlocked import cached_property
 
 FONT = 17.0  # units of the picture

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from symdyn.bounds import BOUNDS
-from symdyn.scene.formats.mesh_faces import long_face
+from symdyn.scene.formats import long_face
 
 MOST_PARTS, MOST_TRIANGLES = BOUNDS["parts of a mesh"], BOUNDS["triangles that are shown"]
 

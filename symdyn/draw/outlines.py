@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.mechanism.state import first_moment, vector
+from symdyn.algebra import Floats
+from symdyn.dynamics.mechanism import first_moment, vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import FORCES, OUTLINES, Body, Scene, express
-from symdyn.scene.forces.force_kind import Rim
+from symdyn.scene.forces import Rim
 from symdyn.spatial import Mat, Vec, apply, dot, scale, zero_vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -9,7 +9,7 @@ from pathlib import Path
 from symdyn.draw.canvas import require
 from symdyn.draw.paint import painted
 from symdyn.draw.svg import Drawing
-from symdyn.emit.writing import Contents, write
+from symdyn.emit import Contents, write
 from symdyn.errors import DrawError, EmitError
 
 File = str | PathLike[str]

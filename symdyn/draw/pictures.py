@@ -24,10 +24,10 @@ from symdyn.draw.shown_text import SvgText
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View, look
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
 from symdyn.scene import GROUND, Load, Scene, SceneLike, scene_of
-from symdyn.scene.values.names import suggestion
+from symdyn.scene.values import suggestion
 
 JOINT = {
     "joint": "{type} joint {name}",

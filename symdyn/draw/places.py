@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Batches
+from symdyn.algebra import Batches
 from symdyn.draw.drawn import Key, drawn
 from symdyn.draw.outlines import Outlined, outlines
-from symdyn.dynamics.mechanism.prescribed import at_time
+from symdyn.dynamics.mechanism import at_time
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import GROUND, JOINTS, Contact, Element, Joint, Scene

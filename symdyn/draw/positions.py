@@ -9,15 +9,11 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.draw.places import Array, places
-from symdyn.dynamics.loops.assembly import closed_position, witness
-from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.loops import Numbers, closed_position, witness
 from symdyn.errors import DerivationError, DrawError
-from symdyn.scene import Joint, Scene, velocity_name
+from symdyn.scene import Joint, Scene, coordinate_units, coordinates_with_units, starting_position, velocity_name
 from symdyn.scene.forces import touches
-from symdyn.scene.joints.start import starting_position
-from symdyn.scene.units import coordinate_units, coordinates_with_units
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.value import Value, value_of
+from symdyn.scene.values import Value, suggestion, value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
 CURL = 4.2  # rad: what all of them may add up to

@@ -25,11 +25,9 @@ from symdyn.draw.mesh_size import obj_too_much, stl_too_much
 from symdyn.draw.places import Array
 from symdyn.draw.solids import Solid, ball, box, cylinder
 from symdyn.errors import DrawError, SceneError
-from symdyn.scene import GROUND, Scene
-from symdyn.scene.declaration.reading import read_bounded
-from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.xml import XmlElement, parse_xml, read_xml
-from symdyn.scene.values.table import show
+from symdyn.scene import GROUND, Scene, read_bounded
+from symdyn.scene.formats import XmlElement, parse_xml, printable_names, read_xml
+from symdyn.scene.values import show
 
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
 LARGEST_MESH, MOST_IN_ALL = BOUNDS["bytes of a mesh"], BOUNDS["bytes of the meshes that are shown"]

@@ -15,7 +15,7 @@ from symdyn.draw.places import Array
 from symdyn.draw.shapes import Item, Shape
 from symdyn.draw.style import style
 from symdyn.draw.titles import ENGLISH
-from symdyn.emit.escape import in_html
+from symdyn.emit import in_html
 from symdyn.errors import DrawError
 
 MARGIN = 12.0

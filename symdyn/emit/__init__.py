@@ -1,8 +1,5 @@
 """Emitters: the only room that knows syntax."""
 
-from symdyn.emit.code.target import Draft, Sources, Target
-from symdyn.emit.targets.door import TARGETS, beside, emit
-from symdyn.emit.targets.json_reader import read_program
-from symdyn.emit.writing import write
+import lazy_loader
 
-__all__ = ["TARGETS", "Draft", "Sources", "Target", "beside", "emit", "read_program", "write"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

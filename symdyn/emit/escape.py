@@ -20,7 +20,7 @@ import re
 import unicodedata
 from typing import Any
 
-from symdyn.scene.values.grammar import GREEK
+from symdyn.scene.values import GREEK
 
 _ASCII = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
 _ASCII |= {character: f"\\{character}" for character in "&%$#_{}"}

@@ -14,13 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.scene import Joint, Quantity, Scene, acceleration_name
-from symdyn.scene.units import shown_unit, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
+from symdyn.scene import Joint, Quantity, Scene, acceleration_name, shown_unit, velocity_units
+from symdyn.scene.values import Faults, force_unit, suggestion
+from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 
 Box = Mapping[str, tuple[object, object]] | Sequence[str]
 

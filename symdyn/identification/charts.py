@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.emit.escape import in_html
+from symdyn.algebra import Array
+from symdyn.emit import in_html
 
 WIDTH, HEIGHT = 480, 190
 LEFT, RIGHT, TOP, BOTTOM = 62, 10, 10, 36

@@ -10,7 +10,7 @@ from math import sqrt
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.extras import install
 from symdyn.identification.unknowns import TEN

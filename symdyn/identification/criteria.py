@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 
 NORM = 16
 """Exponent of the norms that stand for the largest of singular values."""

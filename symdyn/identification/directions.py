@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.identification.filtered import Indices
 
 BURIED = 0.25

@@ -20,10 +20,9 @@ from symdyn.identification.payload import Carried, Payload, carried, check_paylo
 from symdyn.identification.said_gains import doubts
 from symdyn.identification.told_apart import untold
 from symdyn.identification.units import forces_off, said_in, shown_in
-from symdyn.scene import SceneLike, scene_of, with_values
-from symdyn.scene.units import velocity_units
-from symdyn.scene.values.names import listed
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene import SceneLike, scene_of, velocity_units, with_values
+from symdyn.scene.values import listed
+from symdyn.simulation.prescribed import drive_names
 
 
 def identify(

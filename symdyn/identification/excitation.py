@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.identification.bounds import Bound
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.shown import Shown
-from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

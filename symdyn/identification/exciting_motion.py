@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles, wholes
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.bounds import Bound, Box, fits, read_bounds, usual_notes
@@ -20,11 +20,9 @@ from symdyn.identification.excitation import Excitation, Improved, Reached
 from symdyn.identification.families import FAMILIES, Basis
 from symdyn.identification.motion_search import Functions, Motion, Search
 from symdyn.scene import Scene, SceneLike, scene_of, with_values
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.initial import read_guess
-from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.trajectory import Trajectory
+from symdyn.scene.values import Faults, suggestion
+from symdyn.simulation import Trajectory, read_guess
+from symdyn.simulation.prescribed import drive_names
 
 DRAWN = 256
 """Motions that are drawn."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 
 DEGREE = 5
 """Of the splines: accelerations are cubic, their second rates continuous."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.identification.filtered import Flags, Motion
 from symdyn.identification.gains import SETTLED, STEPS, Gains, expected, first
@@ -20,9 +20,9 @@ from symdyn.identification.parts import Evidence, held_in, moving, rows_of
 from symdyn.identification.payload import Carried
 from symdyn.identification.regression import Regression, Rows, solve
 from symdyn.identification.validation import Fit, mean_square
-from symdyn.scene.units import shown_unit, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene import shown_unit, velocity_units
+from symdyn.scene.values import force_unit
+from symdyn.simulation.prescribed import drive_names
 
 ROUNDS = 4
 """Of leaving out outliers and fitting again."""

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.identification.regression import Regression, Rows
 
 LEAST = 1e-9

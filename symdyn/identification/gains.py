@@ -18,13 +18,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.identification.filtered import Indices
 from symdyn.identification.regression import Regression, Rows
-from symdyn.scene import Scene
-from symdyn.scene.units import velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene import Scene, velocity_units
+from symdyn.scene.values import force_unit
+from symdyn.simulation.prescribed import drive_names
 
 STEPS = 30
 """Of Gauss-Newton, at most."""

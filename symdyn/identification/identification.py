@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import IdentifyError, UnknownNameError
 from symdyn.identification.filtered import Flags, Motion
@@ -19,9 +19,8 @@ from symdyn.identification.outliers import Outlier
 from symdyn.identification.regression import Regression
 from symdyn.identification.told_apart import Untold
 from symdyn.identification.validation import Fit
-from symdyn.scene import Scene
-from symdyn.scene.ten_parameters import INERTIAL
-from symdyn.scene.values.names import choice
+from symdyn.scene import INERTIAL, Scene
+from symdyn.scene.values import choice
 from symdyn.shown import Shown
 
 if TYPE_CHECKING:

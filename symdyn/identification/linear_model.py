@@ -12,23 +12,15 @@ from functools import cache
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Floats
-from symdyn.build.backends.door import load
-from symdyn.dynamics import Workspace, linear_parameters
-from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.linear_forces import remainder
+from symdyn.algebra import Array, Floats
+from symdyn.build import load
+from symdyn.dynamics import Workspace, derive_one, linear_parameters
+from symdyn.dynamics.roads import remainder
 from symdyn.errors import DerivationError, IdentifyError
 from symdyn.graph import evaluate, reachable
 from symdyn.identification.unknowns import TEN
-from symdyn.scene import Joint, Parameter, Scene, bind, velocity_name
-from symdyn.scene.forces.friction import Friction
-from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.dimension import FORCE_UNITS
-from symdyn.scene.values.folding import add, neg
-from symdyn.scene.values.made_names import moving_names
-from symdyn.scene.values.names import choice
-from symdyn.scene.values.quantity import ZERO, Quantity, number, symbol
-from symdyn.scene.values.value import value_of
+from symdyn.scene import JOINTS, Friction, Joint, Parameter, Quantity, Scene, bind, number, symbol, velocity_name
+from symdyn.scene.values import FORCE_UNITS, ZERO, add, choice, moving_names, neg, value_of
 
 
 @dataclass(frozen=True)

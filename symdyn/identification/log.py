@@ -17,17 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.units import in_si, looks_off
-from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.names import listed, nearest
-from symdyn.scene.values.table import Faults, shorten
-from symdyn.simulation.prescribed.entries import read_entries
-from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.formulas_in_time import TIME
-from symdyn.simulation.prescribed.numbers_in_time import Columns
+from symdyn.scene import Scene, acceleration_name, letter_units
+from symdyn.scene.values import Faults, listed, nearest, shorten
+from symdyn.simulation.prescribed import TIME, Columns, drive_names, read_entries
 
 SHORTEST = 20
 """Rows that a log needs at least, so that something can be filtered."""

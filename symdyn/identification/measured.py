@@ -8,15 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.scene import Scene, velocity_name
-from symdyn.scene.values.names import listed, suggestion
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.initial import Values, read_start
-from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.forces import Forces, drive_names, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import TIME, close, noted
-from symdyn.simulation.prescribed.numbers_in_time import Columns
+from symdyn.scene.values import Faults, listed, suggestion
+from symdyn.simulation import Forces, Values, read_forces, read_start
+from symdyn.simulation.prescribed import TIME, Columns, Entries, close, drive_names, noted, read_entries
 
 FEWEST = 10
 """Samples that a piece has at least."""

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.build.loaded import Loaded, loaded
+from symdyn.algebra import Array
+from symdyn.build import Loaded, loaded
 from symdyn.dynamics import LoopChoices
 from symdyn.identification.bounds import Bound
 from symdyn.identification.criteria import Criterion

@@ -14,15 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Floats
+from symdyn.algebra import Array, Floats
 from symdyn.dynamics import linear_parameters
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.identification.by_name import places_of
 from symdyn.identification.unknowns import never_negative, without_values
 from symdyn.scene import Scene
-from symdyn.scene.values.mapping import quantities_in
-from symdyn.scene.values.quantity import ZERO
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values import ZERO, quantities_in, value_of
 
 WEAK = 1e-3
 """One over the standard deviation of the prior, in sizes of a parameter."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.identification.filtered import Flags
 
 FAR = 6.0

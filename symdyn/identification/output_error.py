@@ -16,21 +16,26 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.measured import FEWEST, Measured, first_state, read_measured
 from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
 from symdyn.identification.shooting import shooting
-from symdyn.scene import Scene, SceneLike, scene_of, with_values
-from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units
-from symdyn.scene.values.names import listed, suggestion
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.initial import Values
-from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values
+from symdyn.scene import (
+    Scene,
+    SceneLike,
+    coordinate_units,
+    scene_of,
+    shown_unit,
+    told_units,
+    velocity_units,
+    with_values,
+)
+from symdyn.scene.values import Faults, listed, suggestion
+from symdyn.simulation import Values, opened
+from symdyn.simulation.prescribed import Entries, parameter_values
 
 TELLS = 1e-7
 """Smallest singular value over the largest, columns of length one, below which data do not tell."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene, bind
-from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values import listed, suggestion
 from symdyn.shown import Shown
 
 

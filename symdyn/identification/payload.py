@@ -18,14 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.log import Log
 from symdyn.identification.unknowns import TEN
 from symdyn.rounding import in_digits
-from symdyn.scene.ten_parameters import INERTIAL
-from symdyn.scene.values.names import choice, listed
+from symdyn.scene import INERTIAL
+from symdyn.scene.values import choice, listed
 
 SAME = 1e-8
 """Part of its size that a column has beside others, if it is no combination of them."""

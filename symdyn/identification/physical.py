@@ -29,7 +29,7 @@ from math import sqrt
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.identification.cones import UPPER, Cones, matrix, projected, pseudo_rows, triangle
 from symdyn.identification.unknowns import TEN, Unknowns

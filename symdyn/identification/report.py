@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
-from symdyn.emit.render import render
+from symdyn.emit import render
 from symdyn.errors import IdentifyError, printable
 from symdyn.identification import charts
 from symdyn.identification.charts import Curve
@@ -23,8 +23,8 @@ from symdyn.identification.identification import Identification
 from symdyn.identification.report_bodies import scene_section
 from symdyn.identification.report_sections import Picture, Section, Table, figure
 from symdyn.identification.scene import Identified
-from symdyn.scene.units import shown_unit
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene import shown_unit
+from symdyn.simulation.prescribed import drive_names
 
 LAGS = 40
 """Of autocorrelations, each half a period of the band."""

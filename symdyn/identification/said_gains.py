@@ -16,10 +16,9 @@ from symdyn.identification.freed_gain import bounds, steps
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.regression import Regression
 from symdyn.identification.units import Said
-from symdyn.scene.units import velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.names import listed
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene import velocity_units
+from symdyn.scene.values import force_unit, listed
+from symdyn.simulation.prescribed import drive_names
 
 SURE = 6.0
 """Standard errors from which on a gain is another than was said."""

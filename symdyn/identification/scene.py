@@ -12,7 +12,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import IdentifyError, SceneError
 from symdyn.identification.by_name import places_of
@@ -20,14 +20,9 @@ from symdyn.identification.identification import Identification
 from symdyn.identification.named import Named, fit_names, inertial_names
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
-from symdyn.scene import Scene, bind
-from symdyn.scene.formats.inertias import possible
-from symdyn.scene.symbolic import with_force_parameters
-from symdyn.scene.values.body import Body
-from symdyn.scene.values.mapping import map_quantities, substituted
-from symdyn.scene.values.names import choice, listed
-from symdyn.scene.values.quantity import Quantity, number
-from symdyn.scene.values.value import value_of
+from symdyn.scene import Body, Quantity, Scene, bind, number, with_force_parameters
+from symdyn.scene.formats import possible
+from symdyn.scene.values import choice, listed, map_quantities, substituted, value_of
 from symdyn.shown import Shown
 
 DIGITS = 10

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import IdentifyError
 from symdyn.identification.measured import FEWEST, Measured
 from symdyn.identification.shooting import FORGETS, Run, Shooting

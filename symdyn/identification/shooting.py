@@ -16,14 +16,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import IdentifyError, SymdynError
 from symdyn.scene import Scene, bind
-from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.equations.variational import ALONG, Flow, flow
-from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.gradients import check_smooth, independent, starting, varied
-from symdyn.simulation.prescribed.forces import Forces
+from symdyn.simulation import (
+    ALONG,
+    Flow,
+    Forces,
+    StateEquations,
+    check_smooth,
+    flow,
+    independent,
+    starting,
+    state_equations,
+    varied,
+)
 
 MOST_STEPS = 128
 """Steps between two samples beyond which a motion is too fast for them."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.identification.bounds import fits
 from symdyn.identification.directions import echelon
 from symdyn.identification.filtered import Motion
@@ -16,7 +16,7 @@ from symdyn.identification.gains import Gains
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.payload import Carried
 from symdyn.scene import Scene
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed import drive_names
 
 SMALL = 1e-3
 """Part of the largest share below which a parameter is no part of a combination."""

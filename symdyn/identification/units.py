@@ -13,16 +13,10 @@ from math import isfinite, pi
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.scene import Scene
-from symdyn.scene.units import coordinate_units
-from symdyn.scene.values.dimension import TIME as TIMES
-from symdyn.scene.values.names import choice
-from symdyn.scene.values.table import Faults
-from symdyn.scene.values.unit import Unit, UnitError, misfit, read_unit
-from symdyn.scene.values.value import value_of
-from symdyn.simulation.prescribed.formulas_in_time import TIME
-from symdyn.simulation.prescribed.numbers_in_time import Columns
+from symdyn.algebra import Array
+from symdyn.scene import Scene, coordinate_units
+from symdyn.scene.values import TIME as TIMES, Faults, Unit, UnitError, choice, misfit, read_unit, value_of
+from symdyn.simulation.prescribed import TIME, Columns
 
 GAINED = {"A": "A", "mA": "A", "V": "V", "mV": "V", "%": "%", "counts": "count"}
 """What a drive may show in place of its force, a multiple of it by a gain that data may tell, and what one of it is."""

@@ -16,16 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Floats
-from symdyn.dynamics.roads.base_columns import base_columns, base_of_columns
-from symdyn.dynamics.roads.linear_forces import linear
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array, Floats
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.roads import base_columns, base_of_columns, linear
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.scene import Scene
-from symdyn.scene.forces import FORCES
-from symdyn.scene.ten_parameters import INERTIAL
-from symdyn.scene.values.quantity import Quantity, express
+from symdyn.scene import FORCES, INERTIAL, Quantity, Scene, express
 
 TEN = len(INERTIAL)
 

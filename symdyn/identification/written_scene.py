@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from symdyn.errors import printable
 from symdyn.identification.scene import Identified
-from symdyn.scene.declaration.reading import Written
-from symdyn.scene.scene_files import write_text
+from symdyn.scene import Written, write_text
 
 
 def written(found: Identified, format: str, about: Sequence[str] = ()) -> Written:

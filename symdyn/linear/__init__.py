@@ -1,22 +1,5 @@
 """Mechanisms to first order next to a point or a steady motion: state space, modes, stability."""
 
-from symdyn.linear.equilibrium import Equilibria, Equilibrium
-from symdyn.linear.linearization import Axis, Linearization, Point
-from symdyn.linear.linearized import linearize, linearize_along, linearize_at_rest
-from symdyn.linear.modes import Mode, Spectrum
-from symdyn.linear.verdict import Stability, stability
+import lazy_loader
 
-__all__ = [
-    "Axis",
-    "Equilibria",
-    "Equilibrium",
-    "Linearization",
-    "Mode",
-    "Point",
-    "Spectrum",
-    "Stability",
-    "linearize",
-    "linearize_along",
-    "linearize_at_rest",
-    "stability",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes
-from symdyn.simulation.plot import framed
+from symdyn.simulation import framed
 
 POINTS = 200
 """Frequencies of a range that nobody gives."""

@@ -20,13 +20,12 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.algebra import TrigonometricRing
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.equilibrium import Equilibria
 from symdyn.linear.prepared import Prepared
-from symdyn.scene import FormulaError, express
-from symdyn.scene.units import coordinate_units
+from symdyn.scene import FormulaError, coordinate_units, express
 
 CIRCLE = ("sin", "cos")
 

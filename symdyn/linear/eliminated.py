@@ -23,13 +23,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_decisions import pivots
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import pivots
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr
 from symdyn.linear.linearization import Point
 from symdyn.linear.variations import Variations
-from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.simulation.prescribed import TIME
 
 RANK = 1e-7
 """Singular values of rows of unit length, over the largest, below which rows depend on each other at a place."""

@@ -21,17 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr, reachable
 from symdyn.linear.eliminated import RANK
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
-from symdyn.scene.units import coordinate_units
-from symdyn.simulation.equations.opened import numbers_at, opened
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.scene import coordinate_units
+from symdyn.simulation import numbers_at, opened, read_start
+from symdyn.simulation.prescribed import TIME
 
 STARTS = 200
 """Seeded starts."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.algebra.form import MINUS_ONE, Form, product_of, terms_of
+from symdyn.algebra import MINUS_ONE, Form, product_of, terms_of
 
 SAME = 1e-7
 """How nearly formulas and numbers are the same."""

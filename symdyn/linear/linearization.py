@@ -15,14 +15,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import walked, wholes
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.modes import Mode, Spectrum, spectrum
 from symdyn.linear.zeros import zeros
 from symdyn.scene import Scene
-from symdyn.scene.values.names import listed
+from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 

@@ -16,12 +16,9 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
 from symdyn.rounding import in_digits
-from symdyn.scene import SceneLike, scene_of, with_values
-from symdyn.scene.units import coordinate_units, in_shown_unit
-from symdyn.scene.values.value import value_of
-from symdyn.simulation import Trajectory
-from symdyn.simulation.initial import Start, read_start
-from symdyn.simulation.prescribed.forces import Forces
+from symdyn.scene import SceneLike, coordinate_units, in_shown_unit, scene_of, with_values
+from symdyn.scene.values import value_of
+from symdyn.simulation import Forces, Start, Trajectory, read_start
 
 
 def linearize(

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.rounding import in_digits
-from symdyn.simulation.plot import framed
+from symdyn.simulation import framed
 from symdyn.unlocked import cached_property
 
 BRACKET = 2.0**-7

@@ -14,19 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.draw import Reel, film
-from symdyn.draw.pictures import spread
-from symdyn.draw.places import places
-from symdyn.draw.positions import values_of
-from symdyn.dynamics.loops.newton import newton
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array
+from symdyn.draw import Reel, film, places, spread, values_of
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.loops import newton
+from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Mode, untouched
-from symdyn.simulation.equations.opened import numbers_at
-from symdyn.simulation.record import check_film
+from symdyn.simulation import check_film, numbers_at
 
 MODE_PERIOD, MOMENTS = 2.0, 61
 """Seconds that one round is shown in, and moments of it."""

@@ -7,18 +7,27 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra.form import MINUS_ONE, Form, Number, Symbol, express_form, power_of, product_of, terms_of
-from symdyn.algebra.joined_terms import with_added_angles
-from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.closed_forms.frames_and_parameters import formulas
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.algebra import (
+    MINUS_ONE,
+    Floats,
+    Form,
+    Number,
+    Symbol,
+    express_form,
+    power_of,
+    product_of,
+    terms_of,
+    with_added_angles,
+)
+from symdyn.dynamics import formulas
+from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.linear.formulas import SAME, Root, Symbolic, negated
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared
 from symdyn.rounding import digits_or
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation import opened
 
 MOST_ROWS = 3
 """Rows of loops in symbols that are small."""

@@ -8,20 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.prescribed import inputs_of
-from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.signal_outputs import Moving, expressed
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.mechanism import inputs_of
+from symdyn.dynamics.roads import Moving, expressed
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity, Scene
-from symdyn.scene.units import coordinate_units, shown_unit
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.quantity import symbol
-from symdyn.scene.values.signals import AXES
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.columns import unit_of
-from symdyn.simulation.prescribed.formulas_in_time import close, read_seen
+from symdyn.scene import Quantity, Scene, coordinate_units, shown_unit, symbol
+from symdyn.scene.values import AXES, Faults, split_commas
+from symdyn.simulation import unit_of
+from symdyn.simulation.prescribed import close, read_seen
 
 
 @dataclass(frozen=True)

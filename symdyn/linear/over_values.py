@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.equilibrium import nearest
 from symdyn.linear.linearization import Linearization
@@ -23,15 +23,9 @@ from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.spinning import STILL
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
-from symdyn.scene import FormulaError, Parameter, Scene, bind
-from symdyn.scene.declaration.value_in_unit import is_bare, question
-from symdyn.scene.values.formula import parse, split_commas
-from symdyn.scene.values.unit import read_unit
-from symdyn.scene.values.value import value_of
-from symdyn.scene.values.with_unit import fits
-from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.prescribed.forces import Forces, read_forces
+from symdyn.scene import FormulaError, Parameter, Scene, bind, is_bare, parse, question
+from symdyn.scene.values import fits, read_unit, split_commas, value_of
+from symdyn.simulation import Forces, opened, read_forces, read_start
 
 RANGES: Mapping[str, Callable[[float, float, int], Array]] = {"linspace": np.linspace, "geomspace": np.geomspace}
 

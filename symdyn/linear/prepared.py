@@ -8,22 +8,19 @@ from functools import partial
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.dynamics import LoopChoices
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
 from symdyn.graph import Op, reachable
 from symdyn.linear.eliminated import Choice, Place, chosen, independent, matrices, place, symbols_at
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
-from symdyn.scene import Scene
-from symdyn.scene.units import shown_unit, told_units, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.formula import split_commas
-from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.prescribed.forces import Forces, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.scene import Scene, shown_unit, told_units, velocity_units
+from symdyn.scene.values import force_unit, split_commas
+from symdyn.simulation import Forces, opened, read_forces
+from symdyn.simulation.prescribed import TIME
 
 CORNER = 1e-12
 """What a sign is of, as far as it is zero."""

@@ -11,11 +11,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from symdyn.emit.writing import Contents
+from symdyn.emit import Contents
 from symdyn.errors import LinearizeError, SimulateError
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.report import as_json
-from symdyn.simulation.record import write_whole
+from symdyn.simulation import write_whole
 
 
 def arrays(found: Sequence[Linearization]) -> dict[str, Any]:

@@ -18,14 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import SIDEWAYS, Complexes, balance, spectrum
 from symdyn.linear.reach import shown, staircase
 from symdyn.linear.sampled import sampled
 from symdyn.linear.weights import Weights, weight
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults
 
 FEEDING = "the formulas of --forces depend on the state: gains act beside them, give them to simulate, too"
 MOVING = "the point is neither of rest nor of a steady motion: nothing holds the mechanism there, gains neither"

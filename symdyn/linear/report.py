@@ -10,19 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Number, Symbol
-from symdyn.algebra.numeric import Array
-from symdyn.emit.print.breaking import bmatrix
-from symdyn.emit.print.formula_text import Latex, rounded, text_of
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.algebra import Array, Form, Number, Symbol
+from symdyn.emit.print import Latex, bmatrix, latex_symbols, rounded, text_of
 from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
 from symdyn.linear.verdict import stability
 from symdyn.rounding import asked, in_digits, showing
-from symdyn.scene.units import coordinate_units, in_shown_unit, told_units, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene import coordinate_units, in_shown_unit, told_units, velocity_units
+from symdyn.scene.values import force_unit
+from symdyn.simulation.prescribed import drive_names
 
 DIGITS, NOTHING = 6, 1e-12
 """Digits of numbers in print, and what beside the largest entry of a matrix is zero in print."""

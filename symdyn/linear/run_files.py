@@ -10,13 +10,12 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError
 from symdyn.scene import Scene
 from symdyn.simulation import Trajectory
-from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.numbers_in_time import read_columns
+from symdyn.simulation.prescribed import drive_names, read_columns
 
 NUMBERS, NAMES = ("t", "q", "qd", "tau"), ("coordinates", "velocities")
 """Arrays of a .npz file that simulate writes: those of numbers, and those of names."""

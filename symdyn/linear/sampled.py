@@ -18,14 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.algebra import Array
+from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.spinning import turned
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation import numbers_at
 
 TOLERANCE = 1e-12
 """Relative, of a step of the integration; the absolute one is this over the size of a state, at least 1e-2."""

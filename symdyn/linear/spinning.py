@@ -17,12 +17,11 @@ from itertools import islice, product
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.linear.linearization import Linearization
 from symdyn.rounding import in_digits
-from symdyn.scene import JOINTS
-from symdyn.scene.joints.joint_kind import Gimbal
-from symdyn.scene.values.joint import Joint
+from symdyn.scene import JOINTS, Joint
+from symdyn.scene.joints import Gimbal
 
 STILL = 1e-12
 """Velocities, rad/s or m/s, that are none."""

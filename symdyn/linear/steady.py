@@ -12,18 +12,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import Numbers
+from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.spinning import EQUAL, STILL, Way, seen, ways
-from symdyn.scene import acceleration_name
-from symdyn.scene.units import in_shown_unit, velocity_units
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.scene import acceleration_name, in_shown_unit, velocity_units
+from symdyn.simulation import numbers_at
 
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""

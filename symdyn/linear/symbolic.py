@@ -13,15 +13,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Floats
-from symdyn.algebra.ratios import Ratio, Ratios, characteristic, factors, number_at, product, solved
+from symdyn.algebra import Array, Floats, Ratio, Ratios, characteristic, factors, number_at, product, solved
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute
 from symdyn.linear.formulas import SAME, Root, Symbolic
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.one_freedom import places, with_definitions
 from symdyn.linear.prepared import Prepared
-from symdyn.scene.units import coordinate_units
-from symdyn.simulation.equations.opened import opened
+from symdyn.scene import coordinate_units
+from symdyn.simulation import opened
 
 MOST_STATES, MOST_NODES, MOST_TERMS = 6, 2500, 90
 """States, nodes of the graph, and terms of an entry that are small."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes, spectrum
 from symdyn.linear.reach import balanced, minimal

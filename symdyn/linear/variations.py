@@ -18,11 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Batches, Floats
-from symdyn.dynamics import LoopChoices
-from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
-from symdyn.dynamics.mechanism.prescribed import inputs_of
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array, Batches, Floats
+from symdyn.dynamics import LoopChoices, Workspace
+from symdyn.dynamics.mechanism import inputs_of, refuse_ideal_friction
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
 from symdyn.linear.outputs import on_graph
 from symdyn.program import cheapest

@@ -8,14 +8,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Axis
 from symdyn.linear.over_values import number_in
 from symdyn.linear.run_files import check_arrays
 from symdyn.scene import FormulaError
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, suggestion
 
 Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Array
 

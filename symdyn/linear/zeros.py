@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.linear.modes import NOTHING, balance, spectrum
 
 ZEROS = {

@@ -1,5 +1,5 @@
 """What a notebook shows of every noun that a door returns."""
 
-from symdyn.notebook.rows import bundle
+import lazy_loader
 
-__all__ = ["bundle"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

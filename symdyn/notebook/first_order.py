@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.linear import Axis, Linearization, stability
-from symdyn.linear.report import HEAD, KINDS, eigenvalue, latex, number, shape, where
+from symdyn.algebra import Array
+from symdyn.linear import HEAD, KINDS, Axis, Linearization, eigenvalue, latex, number, shape, stability, where
 from symdyn.notebook.page import Cell, Markup, beside, head, note, notes, table, verdict
 from symdyn.simulation import Sensitivity
 

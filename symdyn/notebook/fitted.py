@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.identification import Identification, Identified, OutputFit
-from symdyn.identification.unknowns import ten_of_body
+from symdyn.identification import Identification, Identified, OutputFit, ten_of_body
 from symdyn.notebook.page import Markup, head, note, notes, table
 
 

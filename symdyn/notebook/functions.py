@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.build.loaded import Loaded
-from symdyn.build.numeric_function import NumericFunction
+from symdyn.build import Loaded, NumericFunction
 from symdyn.dynamics import Equations, Function
 from symdyn.notebook.page import Markup, head, note, table
 from symdyn.program import Program

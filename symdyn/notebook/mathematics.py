@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symdyn.dynamics.closed_forms.closed_form import ClosedForm, coefficient_names
-from symdyn.emit.print.equations_of_motion import EquationsOfMotion
-from symdyn.emit.print.equations_text import equations_text
-from symdyn.emit.print.latex_page import coefficient_name, writer
-from symdyn.emit.print.latex_width import BREAK
-from symdyn.emit.print.printable import Printable, printable
-from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.emit.print.sympy_equations import SympyEquations
+from symdyn.dynamics import ClosedForm, coefficient_names
+from symdyn.emit.print import (
+    BREAK,
+    EquationsOfMotion,
+    Printable,
+    SympyEquations,
+    coefficient_name,
+    equations_text,
+    latex_symbols,
+    printable,
+    writer,
+)
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Markup, formula, formulas, head, note, table
 

@@ -10,11 +10,10 @@ from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from symdyn.emit.escape import in_html
-from symdyn.emit.print.latex_width import BREAK
-from symdyn.emit.render import verbatim
+from symdyn.emit import in_html, verbatim
+from symdyn.emit.print import BREAK
 from symdyn.extras import EXTRAS, install
-from symdyn.simulation.integrate import importable
+from symdyn.simulation import importable
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def formulas(lines: Iterable[str]) -> Markup:
     """Return formulas, given in LaTeX with break marks, one a paragraph; or what it takes to show them."""
     if not importable(MATHEMATICS):
         return note(f"mathematics is shown with latex2mathml: {install('teach')}")
-    from symdyn.teach.mathml import flow
+    from symdyn.teach import flow
 
     shown = "\n".join(f'<div class="flow">{flow("", line)}</div>' for line in lines)
     return Markup(f'<div class="long">{shown}</div>')
@@ -129,6 +128,6 @@ def formula(latex: str) -> Markup:
     """Return a short formula in a line of text; the LaTeX itself where it cannot be shown."""
     if not importable(MATHEMATICS):
         return Markup(f"<code>{in_html(latex)}</code>")
-    from symdyn.teach.mathml import inline
+    from symdyn.teach import inline
 
     return Markup(inline(latex.replace(BREAK, "")))

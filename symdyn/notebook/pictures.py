@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.draw.shown_text import HtmlText, SvgText
+from symdyn.draw import HtmlText, SvgText
 from symdyn.notebook.page import Markup, frame, picture
 
 

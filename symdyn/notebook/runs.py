@@ -5,13 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from symdyn.extras import EXTRAS, install
-from symdyn.identification.excitation import Excitation
+from symdyn.identification import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
-from symdyn.simulation.ensemble.ensemble import Ensemble
-from symdyn.simulation.feedback.saturation import listed
-from symdyn.simulation.integrate import importable
-from symdyn.simulation.plot import MONITORS, draw
-from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation import MONITORS, Ensemble, Trajectory, draw, importable, listed
 from symdyn.transcription import Collocation, Solution
 
 MOST = 20_000

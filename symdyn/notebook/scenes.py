@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from symdyn.draw import picture as drawn
-from symdyn.emit.print.formula_text import value_text
+from symdyn.emit.print import value_text
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Cell, Markup, beside, head, note, picture, table, together
-from symdyn.scene import Scene, spell
-from symdyn.scene.units import coordinate_units, drives_with_units, output_units, shown_unit, told_units
+from symdyn.scene import Scene, coordinate_units, drives_with_units, output_units, shown_unit, spell, told_units
 
 
 def scene(found: Scene) -> list[Markup]:

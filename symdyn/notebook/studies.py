@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Cell, Markup, head, note, notes, picture, table, verdict
-from symdyn.simulation.integrate import importable
-from symdyn.study import Indices, Study, Uncertainty
-from symdyn.study.bands import drawn_bands
-from symdyn.study.plots import SHARES, drawn_study
+from symdyn.simulation import importable
+from symdyn.study import SHARES, Indices, Study, Uncertainty, drawn_bands, drawn_study
 
 MOST = 10_000
 """Numbers beyond which dots make a smaller picture than lines."""

@@ -16,10 +16,9 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import count
 
-from symdyn.dynamics.roads.count import count_by_binding
-from symdyn.dynamics.roads.named_functions import Argument, Function
-from symdyn.graph import FUNCTIONS, Expr, Graph, Op, linear_form, reachable
-from symdyn.graph.ops import NEG, SYMBOL
+from symdyn.dynamics import Argument, Function
+from symdyn.dynamics.roads import count_by_binding
+from symdyn.graph import FUNCTIONS, NEG, SYMBOL, Expr, Graph, Op, linear_form, reachable
 from symdyn.program.constants import constants
 from symdyn.program.routine import Program, Routine, Step
 from symdyn.scene import Scene

@@ -12,8 +12,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, evaluate, reachable
-from symdyn.graph.ops import CONSTANT, PI
+from symdyn.graph import CONSTANT, PI, Expr, evaluate, reachable
 
 PRECISIONS = (110, 220, 800, 3200)  # decimal digits
 BITS_OF_A_DIGIT = 3.33
@@ -64,7 +63,7 @@ def _settle(
 
     `zeros` are nodes that are known to be zero.
     """
-    from symdyn.algebra.balls import Balls  # a scene of right angles has no such values
+    from symdyn.algebra import Balls
 
     rest, nothing = [], []
     with Balls(int(digits * BITS_OF_A_DIGIT)) as balls:

@@ -23,19 +23,20 @@ from dataclasses import replace
 
 from symdyn.dynamics import (
     OUTPUTS,
+    TABLE_LOOPS,
     Equations,
     Function,
     LoopChoices,
+    TableLoop,
     Workspace,
     derive_one,
+    lacking,
     loop_alone,
     roads_of,
     row_of,
 )
-from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.recursive.joint_table import lacking
-from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop
-from symdyn.dynamics.roads.count import count
+from symdyn.dynamics.mechanism import build_tree
+from symdyn.dynamics.roads import count
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, growing
 from symdyn.program.lower import lower

@@ -9,11 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.roads.count import Counts, count_by_binding
-from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
+from symdyn.dynamics import Argument, Equations, Function
+from symdyn.dynamics.roads import Counts, count_by_binding
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, growing, reachable, substitute
-from symdyn.graph.ops import CONSTANT, SYMBOL
+from symdyn.graph import CONSTANT, SYMBOL, Expr, Graph, growing, reachable, substitute
 from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.passes import DEFAULT, optimise

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import random
 
-from symdyn.dynamics.recursive.aba_loop import BESIDES, INERTIA, forward_sweeps
-from symdyn.dynamics.recursive.joint_table import JointTable
-from symdyn.dynamics.recursive.row_kinds import kinds_of, names_of
+from symdyn.dynamics import BESIDES, INERTIA, JointTable, forward_sweeps, kinds_of, names_of
 from symdyn.errors import NoValueError
 from symdyn.graph import evaluate
 from symdyn.program.table_numbers import table_numbers
@@ -18,7 +16,7 @@ LITTLE = 1e-10
 
 def may_vanish(table: JointTable, scene: Scene) -> bool:
     """Tell whether a pivot of the mass matrix of a table is zero, or near it, at a position drawn at random."""
-    from symdyn.algebra.numeric import Floats  # NumPy, which most who print equations never need
+    from symdyn.algebra import Floats
 
     draw = random.Random(1)
     numbers = iter(table_numbers(table, scene)[len(table.ground) :])

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from symdyn.dynamics.roads.named_functions import Argument, Function
+from symdyn.dynamics import Argument, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.program.assemble import PARAMS, PREPARED, assemble

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.roads.count import Counts
-from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics import Function
+from symdyn.dynamics.roads import Counts
 from symdyn.errors import UnknownNameError
-from symdyn.graph import Expr, Graph, Op
-from symdyn.graph.ops import SYMBOL
+from symdyn.graph import SYMBOL, Expr, Graph, Op
 from symdyn.scene import Scene
-from symdyn.scene.values.names import listed
+from symdyn.scene.values import listed
 from symdyn.shown import Shown
 
 

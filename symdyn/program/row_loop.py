@@ -16,9 +16,8 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from weakref import WeakKeyDictionary
 
-from symdyn.dynamics import Equations
-from symdyn.dynamics.mechanism.row_solve import RowSolve, stepped
-from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics import Equations, Function
+from symdyn.dynamics.mechanism import RowSolve, stepped
 from symdyn.graph import Expr
 from symdyn.program.lower import lower
 from symdyn.program.routine import Program

@@ -17,18 +17,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.mechanism.cost import CATEGORY, FREE
-from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe
-from symdyn.dynamics.recursive.resting import resting
-from symdyn.dynamics.roads.count import Counts
+from symdyn.dynamics import Equations, LeanTree, Workspace, angle_groups, derive_one, reframe, resting, roads_of
+from symdyn.dynamics.mechanism import CATEGORY, FREE
+from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import Body, Pose, Quantity, Scene, express, number
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values import ZERO
 from symdyn.unlocked import cached_property
 
 SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))

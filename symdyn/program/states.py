@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra.big import BigFloats, LooseErrors, RunningErrors
+from symdyn.algebra import BigFloats, LooseErrors, RunningErrors
 from symdyn.dynamics import Argument, Function
-from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS
+from symdyn.dynamics.roads import DIRECTIONS, WEIGHTS
 from symdyn.graph import Expr
 
 if TYPE_CHECKING:
-    from symdyn.algebra.midpoints import Midpoints
+    from symdyn.algebra import Midpoints
 
 FUNCTION_ULPS = 4.0  # what NumPy's vectorised sines are allowed
 ALLOWED = 2.0  # times the bound, which is of first order

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.dynamics.recursive.joint_table import JointTable
-from symdyn.graph import Expr, Graph, reachable, substitute
-from symdyn.graph.ops import SYMBOL
+from symdyn.dynamics import JointTable
+from symdyn.graph import SYMBOL, Expr, Graph, reachable, substitute
 from symdyn.program.constants import constants
 from symdyn.scene import Scene, express
 

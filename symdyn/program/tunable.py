@@ -15,7 +15,7 @@ from symdyn.program.formulation import formulate
 from symdyn.program.lower import lower
 from symdyn.program.routine import Program
 from symdyn.scene import Scene
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values import value_of
 
 
 def tunable(

@@ -20,7 +20,7 @@ from typing import Literal, TypedDict, Unpack, cast
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.forces import sections
+from symdyn.scene.forces.force_table import sections
 from symdyn.scene.values.body import Particle
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion

@@ -12,12 +12,12 @@ from typing import Any
 from symdyn.scene.declaration.body_table import INERTIA_KEYS, MOST_PARTICLES
 from symdyn.scene.declaration.coupling import MIMIC_KEYS
 from symdyn.scene.declaration.declare import TABLE_KEYS
-from symdyn.scene.declaration.dh import CONVENTIONS, LINK_KEYS
-from symdyn.scene.declaration.dh import TABLE_KEYS as TABLE
+from symdyn.scene.declaration.dh import CONVENTIONS, LINK_KEYS, TABLE_KEYS as TABLE
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS, OWN_KEYS, loop_keys, meaningless
-from symdyn.scene.forces import kinds_of, sections
 from symdyn.scene.forces.force_kind import ForceKind
-from symdyn.scene.joints import JOINTS, JointKind, own_keys
+from symdyn.scene.forces.force_table import kinds_of, sections
+from symdyn.scene.joints.joint_kind import JointKind
+from symdyn.scene.joints.joint_table import JOINTS, own_keys
 from symdyn.scene.toml import SHORT
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
@@ -38,8 +38,7 @@ from symdyn.scene.values.shapes import (
     several,
     table_shape,
 )
-from symdyn.scene.values.tolerance import LONGEST as LONGEST_TOLERANCE
-from symdyn.scene.values.tolerance import WORDS as TOLERANCE_WORDS
+from symdyn.scene.values.tolerance import LONGEST as LONGEST_TOLERANCE, WORDS as TOLERANCE_WORDS
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 

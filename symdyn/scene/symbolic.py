@@ -24,8 +24,8 @@ from fractions import Fraction
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.checks.draft import slides
-from symdyn.scene.forces import FORCES, sections
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.forces.force_table import FORCES, sections
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.ten_parameters import named_body, with_symbolic_inertia
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.element import Element

@@ -16,7 +16,7 @@ from symdyn.graph import Op
 from symdyn.scene.checks.dimensions import ADVICE, analysed, doubts, words
 from symdyn.scene.checks.draft import Use, draft_of, uses
 from symdyn.scene.forces.velocity_row import Formula
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import POWER, TORQUE, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name

@@ -10,12 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_words import direction_words
-from symdyn.dynamics.loops.newton import newton, seen_closed
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import direction_words, newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.scene import velocity_name
-from symdyn.scene.units import in_shown_unit
+from symdyn.scene import in_shown_unit, velocity_name
 from symdyn.simulation.followed import Followed
 from symdyn.simulation.following import CLOSED, Following, Known, Tied
 from symdyn.simulation.initial import no_equations

@@ -7,14 +7,22 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 
-from symdyn.algebra.numeric import Array
-from symdyn.emit.escape import in_latex
-from symdyn.emit.print.printed_names import latex_symbols, print_name
+from symdyn.algebra import Array
+from symdyn.emit import in_latex
+from symdyn.emit.print import latex_symbols, print_name
 from symdyn.errors import quoted
-from symdyn.scene import Quantity, Scene, acceleration_name
-from symdyn.scene.units import coordinate_units, formula_unit, row_units, shown_unit, told_units, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.names import choice
+from symdyn.scene import (
+    Quantity,
+    Scene,
+    acceleration_name,
+    coordinate_units,
+    formula_unit,
+    row_units,
+    shown_unit,
+    told_units,
+    velocity_units,
+)
+from symdyn.scene.values import choice, force_unit
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.scene import Scene
 from symdyn.simulation.feedback.controller import Placed, Said, placed, placed_function, read_feedback
 from symdyn.simulation.feedback.loop import Loop, Loops

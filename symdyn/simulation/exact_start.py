@@ -6,10 +6,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.graph import Graph
-from symdyn.program.constants import constants
+from symdyn.program import constants
 from symdyn.scene import Scene, express
 from symdyn.simulation.initial import Start
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_numbers import FLAT
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import FLAT
 from symdyn.errors import SimulateError
 from symdyn.simulation.following import Following, Known, Tied
 from symdyn.simulation.initial import no_equations

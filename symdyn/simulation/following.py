@@ -19,10 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.mobility import idle_motions
-from symdyn.dynamics.loops.newton import free_motions
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import Numbers, free_motions, idle_motions
 from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, velocity_name
 

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_values
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation.control import Control, control
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
@@ -23,7 +22,8 @@ from symdyn.simulation.exact_start import beyond_doubles
 from symdyn.simulation.feedback.controller import Feedback, Law
 from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.initial import Start, Values, read_start, singular
-from symdyn.simulation.integrate import DOUBLES, FINEST, METHODS, Problem
+from symdyn.simulation.integrate import FINEST, METHODS
+from symdyn.simulation.integrate.method import DOUBLES, Problem
 from symdyn.simulation.integrator import Choice, choose
 from symdyn.simulation.joint_limits import at_start, nothing_ignored, on_the_way, stopping
 from symdyn.simulation.prescribed.entries import Entries

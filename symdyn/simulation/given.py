@@ -13,11 +13,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.assembly import Assembly, closed_position
-from symdyn.dynamics.loops.continuation import declared_rates, fitting
-from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.newton import dimensionless, free_motions, newton, seen_closed
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import (
+    Assembly,
+    Numbers,
+    closed_position,
+    declared_rates,
+    dimensionless,
+    fitting,
+    free_motions,
+    newton,
+    seen_closed,
+)
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import velocity_name
 

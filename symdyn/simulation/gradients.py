@@ -15,15 +15,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
-from symdyn.dynamics.mechanism.prescribed import prescribed
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.graph import Graph, Op, reachable
 from symdyn.scene import Scene, SceneLike, scene_of, with_values
-from symdyn.scene.values.names import listed, suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.shown import Shown
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, flow

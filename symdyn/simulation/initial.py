@@ -8,18 +8,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Floats
-from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.algebra import Array, Floats
+from symdyn.dynamics.loops import Numbers
+from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
-from symdyn.scene import Quantity, Scene, express, velocity_name
-from symdyn.scene.joints.start import starting_position, starting_velocity
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene import Quantity, Scene, express, letter_units, starting_position, starting_velocity, velocity_name
+from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.equations.conserved import values_on
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations

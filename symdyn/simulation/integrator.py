@@ -12,14 +12,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import MethodError
 from symdyn.extras import install
-from symdyn.scene.values.names import suggestion
+from symdyn.scene.values import suggestion
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate import DOUBLES, METHODS, Method, importable
+from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
+from symdyn.simulation.integrate.method import DOUBLES, Method, importable
 
 STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
 """Beyond both a system is stiff: steps that stability asks of an explicit method, decay over oscillation or growth."""

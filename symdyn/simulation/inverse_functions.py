@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.prescribed import INPUTS
-from symdyn.dynamics.mechanism.state import state_symbols
-from symdyn.dynamics.roads.named_functions import Function
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array
+from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics.mechanism import INPUTS, state_symbols
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest, identifier
 from symdyn.scene import Scene

@@ -14,18 +14,14 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.loops.assembly import off_planes
-from symdyn.dynamics.mechanism.prescribed import prescribed
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.loops import off_planes
+from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph
-from symdyn.scene import Scene, SceneLike, scene_of, spell, velocity_name, with_values
-from symdyn.scene.units import in_shown_unit, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.signals import point_names
-from symdyn.scene.values.table import Faults
+from symdyn.scene import Scene, SceneLike, in_shown_unit, scene_of, spell, velocity_name, velocity_units, with_values
+from symdyn.scene.values import Faults, force_unit, point_names
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.crossings import SLACK

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.simulation.equations.crossings import SLACK, STOPS, Limit
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate import Hit
+from symdyn.simulation.integrate.method import Hit
 
 DATA = "the limit is data for controllers, nothing in the equations keeps it"
 

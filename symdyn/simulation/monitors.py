@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.scene import Contact
 from symdyn.scene.forces import touches
 from symdyn.simulation.equations.opened import numbers_at

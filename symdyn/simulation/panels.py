@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene
 from symdyn.simulation.columns import ENERGIES, FORCES, Column, columns, known, missing

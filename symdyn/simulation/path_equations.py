@@ -20,8 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.newton import newton, seen_closed
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.simulation.following import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
 from symdyn.simulation.prescribed.point_path import Approach, Asked, PointPath

@@ -7,13 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symdyn.draw.canvas import import_matplotlib, saved, settings
-from symdyn.emit.escape import in_html
-from symdyn.emit.render import render
+from symdyn.draw import import_matplotlib, saved, settings
+from symdyn.emit import in_html, render
 from symdyn.errors import SimulateError
 from symdyn.extras import install
 from symdyn.simulation.feedback.saturation import listed
-from symdyn.simulation.integrate import importable
+from symdyn.simulation.integrate.method import importable
 from symdyn.simulation.panels import Curve, Panel, panels
 from symdyn.simulation.record import write_whole
 

@@ -15,18 +15,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.prescribed import INPUTS
-from symdyn.dynamics.reactions.ties import ties, why_no_reactions
-from symdyn.dynamics.roads.named_functions import Function
-from symdyn.dynamics.roads.signal_outputs import multiplier_names, reaction_names
-from symdyn.dynamics.roads.unique_reactions import unique_entries
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array
+from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics.mechanism import INPUTS
+from symdyn.dynamics.reactions import ties, why_no_reactions
+from symdyn.dynamics.roads import multiplier_names, reaction_names, unique_entries
 from symdyn.graph import reachable
 from symdyn.program import cheapest, formulate
 from symdyn.scene import Scene
-from symdyn.scene.values.signals import AXES
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import AXES, Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
 from symdyn.simulation.equations.decisions import WrittenDecisions, loop_decisions, written_decisions
 from symdyn.simulation.equations.opened import Opened, opened

@@ -12,12 +12,12 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn import draw
-from symdyn.draw.reel import Reel
-from symdyn.emit.writing import Contents, write
+from symdyn.draw import Reel
+from symdyn.emit import Contents, write
 from symdyn.errors import DrawError, EmitError, SimulateError
 
 if TYPE_CHECKING:
-    from symdyn.draw.films import Told
+    from symdyn.draw import Told
     from symdyn.simulation.trajectory import Trajectory
 
 

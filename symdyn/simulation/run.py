@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.simulation.integrate import Hit, IntegrationError, Method, Piece, Problem, integrate
+from symdyn.algebra import Array
+from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem, integrate
 from symdyn.simulation.trajectory import END, INTERRUPTED
 
 STOPPED = "stopped by an event"

@@ -10,12 +10,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Batches
+from symdyn.algebra import Array, Batches
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.signals import MULTIPLIER, reaction_axes
+from symdyn.scene.values import MULTIPLIER, reaction_axes, suggestion
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.scene.values.signals import point_names
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, point_names
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate import Hit
+from symdyn.simulation.integrate.method import Hit
 from symdyn.simulation.joint_limits import named, reached
 from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns

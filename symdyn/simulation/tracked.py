@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.simulation.following import CLOSED
 from symdyn.simulation.path_equations import AGREED, PathEquations, Place

@@ -9,13 +9,12 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
-from symdyn.emit.writing import write_file
+from symdyn.emit import write_file
 from symdyn.errors import EmitError, UnknownNameError, quoted
 from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.values.names import listed
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values import listed, value_of
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing

@@ -8,13 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from symdyn.algebra.numeric import Array, Floats
-from symdyn.dynamics.mechanism.loads import pull
-from symdyn.dynamics.mechanism.placements import ends_apart
-from symdyn.dynamics.mechanism.prescribed import at_time
+from symdyn.algebra import Array, Floats
+from symdyn.dynamics.mechanism import at_time, ends_apart, pull
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
-from symdyn.scene.values.key import TIMED
+from symdyn.scene.values import TIMED
 from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.spatial import dot
 

@@ -15,11 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, bind
-from symdyn.scene.values.names import listed, suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import ALONG, Flow, flow
 from symdyn.simulation.equations.written import state_equations

@@ -1,9 +1,5 @@
 """One scene at many values of its parameters: designs, blocks that any executor runs, and what comes of them."""
 
-from symdyn.study.door import open, sweep
-from symdyn.study.error_bars import Uncertainty
-from symdyn.study.first_order import uncertainty
-from symdyn.study.indices import Indices
-from symdyn.study.study import Study
+import lazy_loader
 
-__all__ = ["Indices", "Study", "Uncertainty", "open", "sweep", "uncertainty"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

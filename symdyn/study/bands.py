@@ -7,9 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symdyn.scene.values.names import listed
-from symdyn.simulation.panels import Curve, Panel, chosen
-from symdyn.simulation.plot import check_plot, framed, shown_figure, write_picture
+from symdyn.scene.values import listed
+from symdyn.simulation import Curve, Panel, check_plot, chosen, framed, shown_figure, write_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,19 +13,22 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, bind, scene_of
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.ensemble.measures import Measure, read_measures
-from symdyn.simulation.ensemble.one_by_one import sums_over
-from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.forward import simulate
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.prescribed.forces import read_forces
-from symdyn.simulation.prescribed.formulas_in_time import close, noted
-from symdyn.simulation.trajectory import Trajectory
-from symdyn.simulation.variations import variations
+from symdyn.scene.values import Faults
+from symdyn.simulation import (
+    Measure,
+    Trajectory,
+    opened,
+    read_forces,
+    read_measures,
+    read_start,
+    simulate,
+    sums_over,
+    variations,
+)
+from symdyn.simulation.prescribed import close, noted
 from symdyn.study.spread import read_spread
 from symdyn.study.study import Study
 

@@ -9,11 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SymdynError
-from symdyn.simulation.ensemble.door import ensemble
-from symdyn.simulation.ensemble.ensemble import Ensemble
-from symdyn.simulation.trajectory import END, INTERRUPTED
+from symdyn.simulation import END, INTERRUPTED, Ensemble, ensemble
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
 from symdyn.study.place_block import at_places

@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, suggestion
 from symdyn.study.distributions import LEAST, MOST, Distribution
 from symdyn.unlocked import cached_property
 

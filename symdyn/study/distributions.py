@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 
 LONGEST_LIST = 10_000_000
 """Values that one list may have; they are held in memory."""

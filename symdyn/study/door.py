@@ -12,10 +12,9 @@ from typing import Any
 from symdyn.arguments import check_arguments, doubles, wholes
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of, with_values
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.initial import Values
-from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.formulas_in_time import noted
+from symdyn.scene.values import Faults
+from symdyn.simulation import Values
+from symdyn.simulation.prescribed import Entries, noted
 from symdyn.study.block import block as one_block
 from symdyn.study.executors import executor
 from symdyn.study.job import Job

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
-from symdyn.emit.writing import write_file
+from symdyn.emit import write_file
 from symdyn.errors import EmitError, UnknownNameError, quoted
-from symdyn.scene.values.names import choice, listed
+from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
-from symdyn.simulation.columns import Column
-from symdyn.simulation.prescribed.formulas_in_time import TIME
-from symdyn.simulation.tables import columns_csv, frame
-from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation import Column, Trajectory, columns_csv, frame
+from symdyn.simulation.prescribed import TIME
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]

@@ -18,19 +18,23 @@ import numpy.typing as npt
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, SceneLike, bind, scene_of, with_values
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.columns import FORCES
-from symdyn.simulation.forward import simulate
-from symdyn.simulation.initial import Values, read_start
-from symdyn.simulation.inverse_run import inverse
-from symdyn.simulation.panels import chosen
-from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import close, noted
-from symdyn.simulation.prescribed.path_entries import read_path
-from symdyn.simulation.prescribed.scene_motion import read_motion
-from symdyn.simulation.trajectory import Trajectory
-from symdyn.simulation.variations import UNTOLD, variations
+from symdyn.scene.values import Faults
+from symdyn.simulation import (
+    FORCES,
+    UNTOLD,
+    Forces,
+    Trajectory,
+    Values,
+    chosen,
+    inverse,
+    read_forces,
+    read_motion,
+    read_path,
+    read_start,
+    simulate,
+    variations,
+)
+from symdyn.simulation.prescribed import Entries, close, noted
 from symdyn.study.error_bars import Uncertainty
 from symdyn.study.force_slopes import force_slopes
 from symdyn.study.spread import Spread, read_spread

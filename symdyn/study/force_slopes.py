@@ -10,16 +10,14 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.build import lambdify
 from symdyn.dynamics import LoopChoices, derive
-from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph
-from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.scene_motion import SceneMotion
-from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation import SceneMotion, Trajectory, opened
+from symdyn.simulation.prescribed import drive_names
 
 DERIVATIVES = "inverse_dynamics_by_parameters"
 

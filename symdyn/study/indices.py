@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles, wholes
 from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.scene.values.names import choice
+from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.study.design import SALTELLI
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
-from symdyn.scene import Scene, write_text
-from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units, written_in_si
-from symdyn.scene.values.table import Faults, shorten
+from symdyn.scene import Scene, coordinate_units, shown_unit, told_units, velocity_units, write_text, written_in_si
+from symdyn.scene.values import Faults, shorten
 from symdyn.study.design import Design
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")

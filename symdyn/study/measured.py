@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from symdyn.scene import Scene
-from symdyn.scene.units import formula_unit
-from symdyn.simulation.ensemble.measures import Measure, fold_units
+from symdyn.scene import Scene, formula_unit
+from symdyn.simulation import Measure, fold_units
 
 
 def unit_of(measure: Measure, scene: Scene, called: str = "") -> str:

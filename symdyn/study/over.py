@@ -9,16 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.scene import FormulaError, Parameter, Quantity, Scene
-from symdyn.scene.declaration.value_in_unit import is_bare, question
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.model import Letter
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults, shorten
-from symdyn.scene.values.tolerance import read_tolerance
-from symdyn.scene.values.value import value_of
-from symdyn.simulation.prescribed.formulas_in_time import number_of, read_formula
+from symdyn.scene import FormulaError, Parameter, Quantity, Scene, is_bare, letter_units, question
+from symdyn.scene.values import Faults, Letter, read_tolerance, shorten, split_commas, suggestion, value_of
+from symdyn.simulation.prescribed import number_of, read_formula
 from symdyn.study.distributions import DISTRIBUTIONS, Distribution
 
 Over = Mapping[str, Any] | Iterable[str] | str

@@ -13,17 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Batches
-from symdyn.build.backends.door import load
-from symdyn.build.loaded import Loaded
-from symdyn.build.numeric_function import Operand
+from symdyn.algebra import Array, Batches
+from symdyn.build import Loaded, Operand, load
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.program.prepare import PREPARE
+from symdyn.program import PREPARE
 from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.values.table import Faults
-from symdyn.scene.values.value import value_of
-from symdyn.simulation.ensemble.measures import FOLDS, Measure, Sums, read_measure, sums_of
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene.values import Faults, value_of
+from symdyn.simulation import FOLDS, Measure, Sums, read_measure, sums_of
+from symdyn.simulation.prescribed import drive_names
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
 from symdyn.study.study import ENDED, FAILED, MOST_TOLD

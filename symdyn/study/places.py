@@ -9,18 +9,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.dynamics import derive
 from symdyn.errors import DerivationError
-from symdyn.scene import Scene, bind
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.ensemble.measures import FOLDS, read_measure
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula, words
-from symdyn.simulation.prescribed.numbers_in_time import read_columns
+from symdyn.scene import Scene, bind, letter_units
+from symdyn.scene.values import Faults, split_commas, suggestion
+from symdyn.simulation import FOLDS, read_measure, read_start
+from symdyn.simulation.prescribed import close, noted, number_of, parameter_values, read_columns, read_formula, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.over import Over, read_over

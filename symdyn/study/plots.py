@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene.values.names import choice, suggestion
-from symdyn.simulation.plot import check_plot, framed, shown_figure, write_picture
+from symdyn.scene.values import choice, suggestion
+from symdyn.simulation import check_plot, framed, shown_figure, write_picture
 from symdyn.study.design import SALTELLI
 from symdyn.study.indices import indices
 

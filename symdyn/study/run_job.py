@@ -15,15 +15,9 @@ import numpy as np
 
 from symdyn.errors import spoken
 from symdyn.scene import Parameter, Scene, bind
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.ensemble.measures import read_measure
-from symdyn.simulation.forward import check_run
-from symdyn.simulation.initial import Values, read_start
-from symdyn.simulation.integrate import FINEST
-from symdyn.simulation.prescribed.entries import Entries
-from symdyn.simulation.prescribed.forces import Forces, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, words
+from symdyn.scene.values import Faults, split_commas
+from symdyn.simulation import FINEST, Forces, Values, check_run, read_forces, read_measure, read_start
+from symdyn.simulation.prescribed import Entries, close, noted, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.measured import unit_of

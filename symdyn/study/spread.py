@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import KINDS
 from symdyn.errors import quoted
 from symdyn.scene import Scene
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.feedback.gains import state_names
+from symdyn.scene.values import Faults, suggestion
+from symdyn.simulation import state_names
 from symdyn.study.distributions import Distribution
 from symdyn.study.over import read_over
 

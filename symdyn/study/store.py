@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import StudyError
 from symdyn.resources import version
 from symdyn.study.chunks import AGAIN, HASH, SEAL, Chunks, Hashes, seal

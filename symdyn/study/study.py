@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles, walked
-from symdyn.emit.writing import write_file
+from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
-from symdyn.scene.values.names import choice, listed
+from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 
 if TYPE_CHECKING:

@@ -1,9 +1,5 @@
 """Lessons: the derivation of a scene as one document, what renders it, and a student's own derivation checked."""
 
-from symdyn.teach.document import Document
-from symdyn.teach.render import rendered
-from symdyn.teach.roads.lessons import walkthrough
-from symdyn.teach.student.answers import in_words
-from symdyn.teach.student.derivation_check import check_derivation
+import lazy_loader
 
-__all__ = ["Document", "check_derivation", "in_words", "rendered", "walkthrough"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from symdyn.algebra.form import Symbol
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import placement, vector
+from symdyn.algebra import Symbol
+from symdyn.dynamics.mechanism import body_placements, placement, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import JOINTS, Joint, Scene
-from symdyn.scene.joints.blocks import unit
+from symdyn.scene.joints import unit
 from symdyn.spatial import Transform, Vec, apply, dot, scale, sub
 from symdyn.teach.document import Step, Words
 from symdyn.teach.lesson import Prose

@@ -11,9 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Union
 
-from symdyn.algebra.form import Form, express_form, product_of, sum_of
-from symdyn.graph import Expr, Graph, reachable, substitute
-from symdyn.graph.ops import Op
+from symdyn.algebra import Form, express_form, product_of, sum_of
+from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
 
 # Names

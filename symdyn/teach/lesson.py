@@ -5,23 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Symbol
-from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.lagrange.second_kind import Energies, driving_forces, energies
-from symdyn.dynamics.mechanism.loads import squared_length
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, state_symbols, vector
-from symdyn.emit.print.letters import LENGTH, Letters
-from symdyn.emit.print.printable import Printable, printable
+from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing, total_angles
+from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form, driving_forces, energies
+from symdyn.dynamics.mechanism import State, body_placements, squared_length, state_symbols, vector
+from symdyn.emit.print import LENGTH, Letters, Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
-from symdyn.scene import JOINTS, Joint, Scene
-from symdyn.scene.units import shown_unit
+from symdyn.scene import JOINTS, Joint, Scene, shown_unit
 from symdyn.spatial import Transform
 from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
 from symdyn.teach.languages import Language, fill, language_of

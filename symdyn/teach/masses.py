@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.state import first_moment, vector
+from symdyn.dynamics.mechanism import first_moment, vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Body, Scene, express
 from symdyn.spatial import Mat, Transform, Vec, apply, symmetric

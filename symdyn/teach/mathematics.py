@@ -7,14 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra.form import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
-from symdyn.emit.escape import in_latex
-from symdyn.emit.print.formula_text import Latex
-from symdyn.emit.print.latex_width import BREAK
-from symdyn.emit.print.letters import head
-from symdyn.emit.print.printed_names import PrintName, latex_symbols
+from symdyn.algebra import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
+from symdyn.emit import in_latex
+from symdyn.emit.print import BREAK, Latex, PrintName, head, latex_symbols
 from symdyn.rounding import digits_or, in_digits
-from symdyn.scene.values.grammar import GREEK
+from symdyn.scene.values import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
 from symdyn.teach.languages import language_of
 

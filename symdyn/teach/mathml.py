@@ -9,7 +9,7 @@ import re
 from functools import cache
 from itertools import accumulate
 
-from symdyn.emit.print.latex_width import BREAK, latex_width
+from symdyn.emit.print import BREAK, latex_width
 from symdyn.errors import EmitError
 from symdyn.extras import install
 

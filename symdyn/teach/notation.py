@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 
-from symdyn.algebra.form import Form, Symbol, form_of
-from symdyn.dynamics.mechanism.state import joint_position
-from symdyn.emit.print.formula_text import value_text
+from symdyn.algebra import Form, Symbol, form_of
+from symdyn.dynamics.mechanism import joint_position
+from symdyn.emit.print import value_text
 from symdyn.graph import Graph
-from symdyn.scene import FORCES, GROUND, Joint, Scene, express
-from symdyn.scene.units import coordinates_with_units, drives_with_units, told_units
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene import FORCES, GROUND, Joint, Scene, coordinates_with_units, drives_with_units, express, told_units
+from symdyn.scene.values import ZERO
 from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.draw import Lettered
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import joint_motion, placement, vector
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.dynamics.mechanism import body_placements, joint_motion, placement, vector
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
-from symdyn.scene import Pose, Scene, express
-from symdyn.scene.values.quantity import ZERO, Quantity, Vector
+from symdyn.scene import Pose, Quantity, Scene, express
+from symdyn.scene.values import ZERO, Vector
 from symdyn.spatial import Transform, Vec, add, elementary, scale
 from symdyn.teach.shown_state import Chosen
 

@@ -13,19 +13,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
-from symdyn.draw import pose
-from symdyn.draw.positions import limits_of
-from symdyn.dynamics.lagrange.second_kind import Energies
-from symdyn.dynamics.mechanism.prescribed import TIME, at_time, prescribed
-from symdyn.dynamics.mechanism.state import State, state_symbols
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Floats
+from symdyn.draw import limits_of, pose
+from symdyn.dynamics import Energies, Workspace
+from symdyn.dynamics.mechanism import TIME, State, at_time, prescribed, state_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate, gradient
-from symdyn.scene import Scene
-from symdyn.scene.joints.start import starting_velocity
-from symdyn.scene.units import coordinates_with_units
-from symdyn.scene.values.value import value_of
+from symdyn.scene import Scene, coordinates_with_units, starting_velocity
+from symdyn.scene.values import value_of
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
 ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)

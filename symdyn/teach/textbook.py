@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, power_of, product_of, sum_of
+from symdyn.algebra import MINUS_ONE, Form, Function, Number, Symbol, power_of, product_of, sum_of
 from symdyn.graph import Op, substitute
 from symdyn.scene import express, parse
 from symdyn.scene.forces import elastic

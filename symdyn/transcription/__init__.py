@@ -1,9 +1,5 @@
 """Optimal control as equations in numbers: what solvers of nonlinear programs ask for, and what they find."""
 
-from symdyn.transcription.ipopt import solve
-from symdyn.transcription.problem import collocation
-from symdyn.transcription.solution import Solution, along
-from symdyn.transcription.tableaux import METHODS, Method
-from symdyn.transcription.transcribed import Collocation
+import lazy_loader
 
-__all__ = ["METHODS", "Collocation", "Method", "Solution", "along", "collocation", "solve"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.transcription.tableaux import Method
 
 Places = NDArray[np.int64]

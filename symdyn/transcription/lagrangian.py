@@ -16,10 +16,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import gradient, tangents
-from symdyn.simulation.equations.compiled_routines import argument, compiled, plain
+from symdyn.simulation import argument, compiled, plain
 from symdyn.transcription.grid import Places
 from symdyn.transcription.local import appearing, argument_of, inputs_of
 from symdyn.transcription.source import Source

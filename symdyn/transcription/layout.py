@@ -7,15 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, velocity_name
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.initial import Start, read_start
-from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.formulas_in_time import number_of, read_formula
+from symdyn.scene import Quantity, Scene, letter_units, velocity_name
+from symdyn.scene.values import Faults, suggestion
+from symdyn.simulation import Start, read_start
+from symdyn.simulation.prescribed import drive_names, number_of, read_formula
 from symdyn.transcription.grid import Grid, numbered
 from symdyn.transcription.local import Written
 

@@ -28,19 +28,15 @@ from operator import add
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads.named_functions import Argument
-from symdyn.dynamics.roads.recursive_derivatives import inverse_derivatives
-from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.graph import Expr, gradient, reachable, substitute, tangents
-from symdyn.graph.ops import SYMBOL
+from symdyn.algebra import Array
+from symdyn.dynamics import Argument, Workspace
+from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
+from symdyn.dynamics.roads import inverse_derivatives
+from symdyn.graph import SYMBOL, Expr, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, express
-from symdyn.scene.values.signals import point_names
-from symdyn.simulation.equations.compiled_routines import compiled, plain, points
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene.values import point_names
+from symdyn.simulation import compiled, plain, points
+from symdyn.simulation.prescribed import drive_names
 
 Pattern = tuple[tuple[int, str, int], ...]
 
@@ -157,7 +153,7 @@ def _symbols(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:
 
 
 def _quaternions(w: Workspace) -> list[list[int]]:
-    from symdyn.dynamics.mechanism.state import quaternions
+    from symdyn.dynamics.mechanism import quaternions
 
     return [[w.scene.coordinates.index(name) for name in names] for names in quaternions(w.scene)]
 

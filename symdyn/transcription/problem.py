@@ -7,18 +7,14 @@ from operator import index
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError
-from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, scene_of, spell
-from symdyn.scene.units import check_formula
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.signals import held, point_names
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.initial import Start, read_start
-from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values, read_formula
+from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, check_formula, scene_of, spell
+from symdyn.scene.values import Faults, held, point_names, suggestion
+from symdyn.simulation import Start, read_start
+from symdyn.simulation.prescribed import close, drive_names, noted, parameter_values, read_formula
 from symdyn.transcription.grid import grid
 from symdyn.transcription.layout import Layout, Number, Range, ends_of, known_names, texts
 from symdyn.transcription.remarks import remarks, taken

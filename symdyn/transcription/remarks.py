@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 
-from symdyn.dynamics.roads.kinks import kinks
+from symdyn.dynamics.roads import kinks
 from symdyn.graph import substitute
-from symdyn.scene import Quantity, Scene, parse
-from symdyn.scene.joints.start import starting_position, starting_velocity
-from symdyn.scene.values.names import listed
-from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.scene import Quantity, Scene, parse, starting_position, starting_velocity
+from symdyn.scene.values import listed
+from symdyn.simulation.prescribed import drive_names
 from symdyn.transcription.source import Source
 
 WHAT = {

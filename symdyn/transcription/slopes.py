@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.transcription.grid import Places
 from symdyn.unlocked import cached_property
 

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.graph import Graph
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
-from symdyn.simulation import Forces, Trajectory, simulate
-from symdyn.simulation.initial import Start
-from symdyn.simulation.prescribed.forces import Table
+from symdyn.simulation import Forces, Start, Trajectory, simulate
+from symdyn.simulation.prescribed import Table
 from symdyn.transcription.tableaux import Row
 from symdyn.transcription.transcribed import Collocation
 from symdyn.unlocked import cached_property

@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from symdyn.dynamics import LoopChoices
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
+from symdyn.scene.values import Faults
+from symdyn.simulation.prescribed import number_of, parameter_values
 from symdyn.transcription.local import Local, Written, locals_of, written
 
 Formulas = tuple[tuple[str, tuple[Quantity, ...]], ...]

@@ -15,9 +15,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.scene.units import coordinate_units
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.algebra import Array
+from symdyn.scene import coordinate_units
+from symdyn.simulation import numbers_at
 from symdyn.transcription.solution import Searched, Solution
 from symdyn.transcription.transcribed import Collocation
 

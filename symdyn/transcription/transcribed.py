@@ -26,12 +26,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import ArgumentError, quoted
 from symdyn.scene import Scene
-from symdyn.scene.values.names import choice
+from symdyn.scene.values import choice
 from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Places, sliced
 from symdyn.transcription.local import Local

@@ -17,14 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.big import Bounded, RunningErrors
-from symdyn.algebra.midpoints import Midpoints
-from symdyn.algebra.shaken import Shaken
+from symdyn.algebra import Bounded, Midpoints, RunningErrors, Shaken
 from symdyn.dynamics import Function
-from symdyn.emit.code.short_sines import bound_of_sines
+from symdyn.emit.code import bound_of_sines
 from symdyn.graph import Expr, evaluate, reachable, repeated
-from symdyn.program import Program
-from symdyn.program.states import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, sample, values_of
+from symdyn.program import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, Program, sample, values_of
 from symdyn.verdict import HOLD, verdict
 
 DIGITS = 50

@@ -15,16 +15,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build import RUNNERS
-from symdyn.build.c_module import bind_rows
+from symdyn.build import RUNNERS, bind_rows
 from symdyn.dynamics import Function
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.targets.c import C
-from symdyn.emit.targets.c.gathered import LANES
-from symdyn.emit.targets.cpp import CPP
-from symdyn.emit.targets.rust import RUST
-from symdyn.program.assemble import shared
-from symdyn.program.states import WIDER
+from symdyn.emit import CPP, LANES, RUST, C
+from symdyn.emit.code import stem
+from symdyn.program import WIDER, shared
 from symdyn.verdict import HOLD, verdict
 from symdyn.verify.building import Building
 

@@ -12,9 +12,7 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any
 
-from symdyn.build import RUNNERS
-from symdyn.build.commands import COMMANDS, Commands
-from symdyn.build.loaded import is_large
+from symdyn.build import COMMANDS, RUNNERS, Commands, is_large
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.program import Program

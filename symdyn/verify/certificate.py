@@ -11,13 +11,10 @@ import numpy as np
 
 from symdyn.arguments import check_arguments, walked, wholes
 from symdyn.dynamics import Equations, LoopChoices, Workspace
-from symdyn.emit.code.real import SINGLE
-from symdyn.emit.code.short_sines import find_short_sines
+from symdyn.emit.code import SINGLE, find_short_sines
 from symdyn.errors import VerifyError
 from symdyn.graph import growing
-from symdyn.program import Program, lower
-from symdyn.program import prepare as prepare_program
-from symdyn.program.prepare import is_prepared
+from symdyn.program import Program, is_prepared, lower, prepare as prepare_program
 from symdyn.scene import SceneLike, scene_of
 from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed
@@ -32,7 +29,7 @@ from symdyn.verify.laws_in_numbers import look
 from symdyn.verify.program_claims import composed_claims, loop_claim, program_claims
 from symdyn.verify.quaternions import on_unit_sphere
 from symdyn.verify.texts import texts_of, unread
-from symdyn.verify.written import Written
+from symdyn.verify.written.proof import Written
 
 Progress = Callable[[str], None]
 

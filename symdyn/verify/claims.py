@@ -19,8 +19,7 @@ from symdyn.dynamics import (
     wanted_on,
 )
 from symdyn.errors import DerivationError
-from symdyn.program import Program, choose
-from symdyn.program.formulation import chosen, known_road
+from symdyn.program import Program, choose, chosen, known_road
 from symdyn.verdict import Unclaimed
 from symdyn.verify.equality import Claim
 from symdyn.verify.laws import laws

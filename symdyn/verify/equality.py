@@ -12,9 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.algebra.degree import Bound, Bounds
-from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, needs, needs_of
-from symdyn.algebra.midpoints import RealBalls, bits_of
+from symdyn.algebra import Bound, Bounds, FiniteField, Needs, RealBalls, Redraw, bits_of, draw_prime, needs, needs_of
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
 from symdyn.verdict import verdict

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.program import Program
-from symdyn.program.assemble import shared
+from symdyn.program import Program, shared
 
 STATES = 32
 """More than any target computes one by one."""

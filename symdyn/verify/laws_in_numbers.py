@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.build import run_python
 from symdyn.emit import emit
-from symdyn.program.states import sample
+from symdyn.program import sample
 from symdyn.verdict import Unclaimed, verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Look, Looked, Seen

@@ -12,7 +12,7 @@ r(positions(q_i)) = 0                the closed form closes the loops
 from __future__ import annotations
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops.partition import driven_velocities
+from symdyn.dynamics.loops import driven_velocities
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, of_loops

@@ -12,10 +12,9 @@ Reference: Orin, Goswami and Lee, Centroidal dynamics of a humanoid robot, Auton
 from __future__ import annotations
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.mechanism.centroidal import mass
-from symdyn.dynamics.mechanism.kinematics import tree_placements
+from symdyn.dynamics.mechanism import mass, tree_placements
 from symdyn.graph import Expr, tangents
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values import ZERO
 from symdyn.spatial import Vec, add, apply_transposed, cross, sub
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere

@@ -16,17 +16,23 @@ from fractions import Fraction
 from math import lgamma, log
 from typing import Any
 
-from symdyn.algebra.degree import Bound
-from symdyn.algebra.elimination import eliminate
+from symdyn.algebra import Bound, eliminate
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import vector
-from symdyn.dynamics.mechanism.tree import body_inertia
-from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
-from symdyn.dynamics.reactions.hinges import Hinge, relative_twists
-from symdyn.dynamics.reactions.least import equations, wrench_rows
-from symdyn.dynamics.reactions.members import acting, own_forces
-from symdyn.dynamics.reactions.ties import Tie, sizes, ties, undriven
+from symdyn.dynamics.mechanism import body_inertia, body_placements, vector
+from symdyn.dynamics.reactions import (
+    Equilibrium,
+    Hinge,
+    Tie,
+    acting,
+    equations,
+    equilibrium,
+    own_forces,
+    relative_twists,
+    sizes,
+    ties,
+    undriven,
+    wrench_rows,
+)
 from symdyn.errors import DerivationError
 from symdyn.graph import Algebra, Expr, substitute, tangents
 from symdyn.scene.forces import without_place
@@ -49,8 +55,8 @@ from symdyn.spatial import (
     scale,
     scale_matrix,
     times,
+    transpose as transposed,
 )
-from symdyn.spatial import transpose as transposed
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere, of_loops
 

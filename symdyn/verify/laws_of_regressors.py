@@ -10,11 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.roads.base_columns import base_values
-from symdyn.dynamics.roads.closed_outputs import drives_of
-from symdyn.dynamics.roads.linear_forces import parameters, remainder
-from symdyn.dynamics.roads.named_functions import REFERENCE, REFERENCE_RATE, direction
-from symdyn.dynamics.roads.regressor_outputs import energies_by_momentum
+from symdyn.dynamics.roads import (
+    REFERENCE,
+    REFERENCE_RATE,
+    base_values,
+    direction,
+    drives_of,
+    energies_by_momentum,
+    parameters,
+    remainder,
+)
 from symdyn.graph import Expr, substitute
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere

@@ -22,17 +22,14 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.loops.newton import newton, seen_closed
-from symdyn.dynamics.mechanism.prescribed import at_time
-from symdyn.dynamics.reactions.dalembert import equilibrium
-from symdyn.dynamics.reactions.least import InNumbers
-from symdyn.dynamics.reactions.ties import undriven, why_no_reactions
+from symdyn.dynamics.loops import newton, seen_closed
+from symdyn.dynamics.mechanism import at_time
+from symdyn.dynamics.reactions import InNumbers, equilibrium, undriven, why_no_reactions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.scene import velocity_name
-from symdyn.scene.units import coordinate_units
+from symdyn.scene import coordinate_units, velocity_name
 from symdyn.verdict import Unclaimed, verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Looked

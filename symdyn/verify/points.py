@@ -7,9 +7,16 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from typing import Any
 
-from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, evaluate_over_field, function_over_field
-from symdyn.algebra.many_points import ManyPoints, Residues
-from symdyn.algebra.midpoints import RealBalls
+from symdyn.algebra import (
+    FiniteField,
+    ManyPoints,
+    Needs,
+    RealBalls,
+    Redraw,
+    Residues,
+    evaluate_over_field,
+    function_over_field,
+)
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 MAX_DRAWS = 200

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics import Function, row_of
 from symdyn.graph import Expr, reachable, substitute
-from symdyn.program import Program
-from symdyn.program.prepare import PREPARE, is_prepared
-from symdyn.program.row_loop import RowLoop, row_loop
+from symdyn.program import PREPARE, Program, RowLoop, is_prepared, row_loop
 from symdyn.scene import Scene, express
 from symdyn.verify.equality import Claim
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.graph import Expr, Graph, reachable, substitute
 from symdyn.scene import Scene
 from symdyn.verify.equality import Claim

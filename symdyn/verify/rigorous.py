@@ -18,17 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.balls import BITS, Balls, distance
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra import BITS, Balls, BigFloats, distance
 from symdyn.dynamics import Equations, Function, LoopChoices, Workspace
-from symdyn.emit.code.real import REALS
+from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
-from symdyn.program import lower
-from symdyn.program.states import ROUNDOFF, TINIEST, sample, values_of
-from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of
-from symdyn.scene.joints.start import starting_position, starting_velocity
-from symdyn.scene.values.names import suggestion
+from symdyn.program import ROUNDOFF, TINIEST, lower, sample, values_of
+from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of, starting_position, starting_velocity
+from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed, together, verdict
 from symdyn.verify.accuracy import Array

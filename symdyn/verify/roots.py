@@ -17,8 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.algebra.degree import Bound
-from symdyn.algebra.finite_field import FiniteField, Redraw
+from symdyn.algebra import Bound, FiniteField, Redraw
 from symdyn.graph import Expr, Op, reachable
 
 MOST = 7  # roots of one claim: 128 points are drawn for one at which all exist

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.finite_field import Redraw
+from symdyn.algebra import Redraw
 from symdyn.emit import TARGETS, Sources
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import find_real
+from symdyn.emit.code import find_real, stem
 from symdyn.errors import MissingProgram
 from symdyn.verdict import Unclaimed
 from symdyn.verify.building import Building
-from symdyn.verify.written import READERS, Files, Written, languages, printed, prove_texts
+from symdyn.verify.written.proof import Files, Written, printed, prove_texts
+from symdyn.verify.written.readers import READERS, languages
 
 NOWHERE = "no point of a field was found at which all functions are defined"
 

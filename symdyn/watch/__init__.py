@@ -1,5 +1,5 @@
 """A scene's file, watched: a page in the browser that shows what stands in it, while it is written."""
 
-from symdyn.watch.watching import Watched, watch
+import lazy_loader
 
-__all__ = ["Watched", "watch"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -18,8 +18,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from symdyn.emit.escape import in_html
-from symdyn.emit.render import render
+from symdyn.emit import in_html, render
 
 ADDRESS = "127.0.0.1"
 LONGEST = 4096

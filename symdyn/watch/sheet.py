@@ -8,15 +8,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.draw import pose
-from symdyn.draw.positions import extent_of, limits_of
-from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.newton import newton, seen_closed
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.algebra import Array
+from symdyn.draw import extent_of, limits_of, pose
+from symdyn.dynamics.loops import Numbers, newton, seen_closed
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
-from symdyn.scene import Scene, velocity_name
-from symdyn.scene.units import coordinates_with_units, shown_unit
+from symdyn.scene import Scene, coordinates_with_units, shown_unit, velocity_name
 
 LEG = 0.1
 """How far a coordinate of a closed mechanism is pulled at once, rad or m, so that it stays on its branch."""

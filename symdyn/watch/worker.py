@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import IO, Any
 
-from symdyn.emit.escape import in_html
+from symdyn.emit import in_html
 from symdyn.scene import Scene
 
 LONGEST = 30.0
@@ -117,8 +117,8 @@ def _listen(process: subprocess.Popen[bytes], found: list[str]) -> None:
 
 def html_of(scene: Scene) -> str:
     """Return the equations of motion of a scene as notebooks show them."""
-    from symdyn.emit.print.equations_of_motion import equations
-    from symdyn.notebook.mathematics import equations_of_motion
+    from symdyn.emit.print import equations
+    from symdyn.notebook import equations_of_motion
 
     return "\n".join(part.html for part in equations_of_motion(equations(scene))[1:])
 

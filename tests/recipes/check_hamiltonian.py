@@ -21,7 +21,8 @@ from symdyn.errors import DerivationError, MissingProgram
 from symdyn.program import formulate, lower
 from symdyn.program.formulation import candidates
 from symdyn.simulation import simulate
-from symdyn.verify import PROVED, certify
+from symdyn.verdict import PROVED
+from symdyn.verify import certify
 
 NAME = hamiltonian.__name__
 pytestmark = pytest.mark.runs

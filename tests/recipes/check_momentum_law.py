@@ -14,7 +14,8 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import OUTPUTS, Road, Workspace
-from symdyn.verify import PROVED, certify, laws
+from symdyn.verdict import PROVED
+from symdyn.verify import certify, laws
 
 pytestmark = pytest.mark.usefixtures("numpy_alone")
 

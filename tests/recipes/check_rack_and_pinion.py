@@ -16,8 +16,8 @@ from symdyn.draw import free_body
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import SymdynError
-from symdyn.scene import JOINTS, lock, parse, read_text, with_symbols, write_text
-from symdyn.scene.joints import JointKind, JointMark
+from symdyn.scene import JOINTS, JointKind, lock, parse, read_text, with_symbols, write_text
+from symdyn.scene.joints.joint_mark import JointMark
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 

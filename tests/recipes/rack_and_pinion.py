@@ -6,9 +6,11 @@ The rack is the x axis of the joint frame, shifted by r along y; the pinion turn
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import Joint, Quantity, express, number
-from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, JointMark, JointMotion, MarkPart, Move
+from symdyn.scene import JOINTS, Joint, JointKind, JointMotion, Move, Quantity, express, number
+from symdyn.scene.joints import Block, MarkPart
 from symdyn.scene.joints.forbidden import everywhere, forces, leaning, moments, offsets
+from symdyn.scene.joints.joint_kind import Forbids
+from symdyn.scene.joints.joint_mark import JointMark
 from symdyn.scene.values import folding
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.table import Table

@@ -6,10 +6,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.bench.case import Case, Stress
-from symdyn.bench.stress import chains, chaos, solving, spin, stiff, traps
-from symdyn.bench.stress import change_points as loops
-from symdyn.bench.stress import huge_angles as angles
-from symdyn.bench.stress import odd_numbers as numbers
+from symdyn.bench.stress import (
+    chains,
+    change_points as loops,
+    chaos,
+    huge_angles as angles,
+    odd_numbers as numbers,
+    solving,
+    spin,
+    stiff,
+    traps,
+)
 from symdyn.errors import DerivationError, MethodError, MissingProgram, SimulateError
 from symdyn.scene import Scene
 from symdyn.verdict import Unclaimed
@@ -63,7 +70,7 @@ def stress(
         SimulateError: a family does not exist.
         BuildError: the compiler refuses.
     """
-    from symdyn.scene.values.names import suggestion
+    from symdyn.scene.values import suggestion
 
     wanted = tuple(FAMILIES) if families is None else tuple(families)
     unknown = [f"family {name} is not known; {suggestion(name, FAMILIES)}" for name in wanted if name not in FAMILIES]

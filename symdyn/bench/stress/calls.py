@@ -11,17 +11,15 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb_mat
 
-from symdyn.algebra.balls import Balls
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Balls, Floats
 from symdyn.bench.reference import Reference, column, norm, reference
 from symdyn.build import build, run_python
 from symdyn.dynamics import Equations, Function, Unasked, Workspace, available, derive_one, row_of
 from symdyn.emit import emit
-from symdyn.emit.code.identifiers import function_names
+from symdyn.emit.code import function_names
 from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
-from symdyn.program import Program, choose, lower
-from symdyn.program.states import values_of
+from symdyn.program import Program, choose, lower, values_of
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]

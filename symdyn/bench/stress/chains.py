@@ -16,13 +16,13 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.bench.case import Case, worst
 from symdyn.bench.stress.calls import EPSILON, Calls, calls
 from symdyn.bench.stress.scenes import chain
 from symdyn.bench.stress.solving import BESIDE, cases
 from symdyn.graph import evaluate
-from symdyn.program.states import ROUNDOFF, values_of
+from symdyn.program import ROUNDOFF, values_of
 
 Array = npt.NDArray[np.float64]
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from symdyn.bench.case import Case, energy_drift, of_motion
 from symdyn.bench.stress.scenes import parallelogram, pinned
-from symdyn.scene import read_text
-from symdyn.scene.starters import starter
+from symdyn.scene import read_text, starter
 from symdyn.simulation import Trajectory, simulate
 
 TURNED = {2: (10.0, 31.750597186986102), 40: (10.0, 31.59743374398574)}

@@ -14,8 +14,7 @@ import numpy as np
 from symdyn.bench.case import Case, energy_drift, of_motion, worst
 from symdyn.bench.stress.scenes import offset_pendulum, two_link
 from symdyn.scene import Scene
-from symdyn.simulation import simulate
-from symdyn.simulation.trajectory import END
+from symdyn.simulation import END, simulate
 
 TIGHTEST = 1e-15
 

@@ -13,9 +13,9 @@ from symdyn.bench.stress.calls import calls, looked_at
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import chain, offset_pendulum, one_body, two_link
 from symdyn.dynamics import row_of
-from symdyn.program.states import ALLOWED
+from symdyn.program import ALLOWED
 from symdyn.scene import Scene
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values
+from symdyn.simulation.prescribed import parameter_values
 
 Array = npt.NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import Function
 from symdyn.errors import SceneError
 from symdyn.graph import reachable
-from symdyn.program.states import ALLOWED, ROUNDOFF
+from symdyn.program import ALLOWED, ROUNDOFF
 from symdyn.scene import Scene, body, fixed, revolute, scene
 
 Array = npt.NDArray[np.float64]

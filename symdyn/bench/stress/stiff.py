@@ -8,8 +8,7 @@ import numpy as np
 
 from symdyn.bench.case import Case, energy_drift, of_motion
 from symdyn.bench.stress.scenes import rubbing, stiff_spring
-from symdyn.simulation import METHODS, simulate
-from symdyn.simulation.integrate import importable
+from symdyn.simulation import METHODS, importable, simulate
 
 RUBBED = 0.02567383074505579027
 """Where the rubbing mass is after 2 s, by Taylor's method in 64 bits with steps that are short enough."""

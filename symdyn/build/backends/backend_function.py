@@ -11,10 +11,8 @@ from symdyn.build.backends.words import VALUE, Code, Word
 from symdyn.build.loaded import Loaded, usual
 from symdyn.build.numeric_function import NumericFunction, numeric_function, signature
 from symdyn.dynamics import LoopChoices, Workspace
-from symdyn.emit.targets.ufunc import docstrings
-from symdyn.program import Program, formulate, lower
-from symdyn.program import prepare as prepare_program
-from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.emit import docstrings
+from symdyn.program import PREPARE, Program, formulate, is_prepared, lower, prepare as prepare_program
 from symdyn.scene import Scene
 
 

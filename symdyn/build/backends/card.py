@@ -16,9 +16,7 @@ from typing import Any
 
 from symdyn.build.compiler import CUDA, NOTHING, find_compiler
 from symdyn.build.library import SUFFIX, Kind, load_library
-from symdyn.emit import emit
-from symdyn.emit.code.target import Sources
-from symdyn.emit.targets.gpu import GPU
+from symdyn.emit import GPU, Sources, emit
 from symdyn.errors import ArgumentError
 from symdyn.program import Program
 

@@ -11,7 +11,7 @@ from symdyn.arguments import check_arguments
 from symdyn.build.later import compile_all
 from symdyn.build.loaded import Loaded, loaded, names_of, values_of
 from symdyn.dynamics import LoopChoices, request_of
-from symdyn.emit.code.short_sines import find_short_sines
+from symdyn.emit.code import find_short_sines
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.extras import install
 from symdyn.scene import SceneLike, bind, scene_of, with_values

@@ -23,10 +23,9 @@ from symdyn.build.backends.words import Word
 from symdyn.build.backends.xla_library import ABI, HEADERS, hand_over
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind
-from symdyn.emit.code.target import Sources
-from symdyn.emit.targets.xla import card_handlers
+from symdyn.emit import Sources, card_handlers
 from symdyn.errors import BuildError
-from symdyn.program.assemble import shared
+from symdyn.program import shared
 
 Array = Any
 

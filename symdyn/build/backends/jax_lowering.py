@@ -15,7 +15,7 @@ from jax.interpreters import mlir
 
 from symdyn.build.backends.jax_card import CARDS, over_columns
 from symdyn.build.backends.words import Word
-from symdyn.emit.targets.xla import COLUMNS, WEIGHTED
+from symdyn.emit import COLUMNS, WEIGHTED
 from symdyn.errors import BuildError
 
 REALS = {"float64": "double", "float32": "float"}

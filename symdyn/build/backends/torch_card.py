@@ -19,10 +19,9 @@ import torch
 
 from symdyn.build.backends.card import Kernels, architecture, compiled, several
 from symdyn.build.backends.words import Word
-from symdyn.emit.code.target import Sources
-from symdyn.emit.targets.gpu.launchers import launchers
+from symdyn.emit import Sources, launchers
 from symdyn.errors import BuildError
-from symdyn.program.assemble import shared
+from symdyn.program import shared
 
 Array = Any
 

@@ -22,8 +22,7 @@ from symdyn.build.extension import build_extension
 from symdyn.build.loaded import Loaded
 from symdyn.build.runners import run_or_python
 from symdyn.dynamics import LoopChoices
-from symdyn.emit import emit
-from symdyn.emit.targets.ufunc import UFUNC
+from symdyn.emit import UFUNC, emit
 from symdyn.errors import ArgumentError
 from symdyn.program import Program
 from symdyn.scene import Scene

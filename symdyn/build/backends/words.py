@@ -22,12 +22,10 @@ from threading import RLock
 from typing import Any
 
 from symdyn.dynamics import Argument, Equations, Function, LoopChoices, Workspace, row_of
-from symdyn.dynamics.roads.derivative_outputs import differentiable
-from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS
+from symdyn.dynamics.roads import DIRECTIONS, WEIGHTS, differentiable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.program import Program, Routine, formulate, lower
-from symdyn.program.assemble import PREPARED
+from symdyn.program import PREPARED, Program, Routine, formulate, lower
 from symdyn.scene import Scene
 from symdyn.unlocked import cached_property
 

@@ -12,10 +12,7 @@ import jaxlib
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load_library
-from symdyn.emit import emit
-from symdyn.emit.code.target import Sources
-from symdyn.emit.targets.c import BATCH, C
-from symdyn.emit.targets.xla import COLUMNS, WEIGHTED, handler, handlers
+from symdyn.emit import BATCH, COLUMNS, WEIGHTED, C, Sources, emit, handler, handlers
 from symdyn.program import Program
 
 HEADERS, ABI = (jax.ffi.include_dir(),), ("xla", jaxlib.__version__)

@@ -17,10 +17,19 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Any
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
-from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.algebra import (
+    AngleGroup,
+    Compactor,
+    Form,
+    Polynomial,
+    Symbol,
+    TrigonometricRing,
+    power_of,
+    product_of,
+    sum_of,
+    terms_of,
+    total_angles,
+)
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, ordered_graph, too_long
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
@@ -31,7 +40,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Scene, SceneLike, express, scene_of
 from symdyn.scene.forces import elastic
-from symdyn.scene.values.names import listed
+from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
 from symdyn.unlocked import cached_property
@@ -122,7 +131,7 @@ class ClosedForm(Shown):
 
         Symbols are real, those of parameters declared positive are positive.
         """
-        from symdyn.algebra.sympy_algebra import form_to_sympy
+        from symdyn.algebra import form_to_sympy
 
         return form_to_sympy(self.form(*key), [p.name for p in self.scene.parameters if p.positive])
 

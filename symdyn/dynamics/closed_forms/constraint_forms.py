@@ -13,10 +13,16 @@ from fractions import Fraction
 from itertools import combinations
 from operator import itemgetter
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Number, signed_product, terms_of
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.algebra import (
+    Compactor,
+    Form,
+    Number,
+    Polynomial,
+    TrigonometricRing,
+    signed_product,
+    terms_of,
+    total_angles,
+)
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_graph
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.constraint_rows import Constraints, Label, differentiated

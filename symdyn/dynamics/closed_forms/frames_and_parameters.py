@@ -33,7 +33,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from symdyn.algebra.form import ZERO, Form
+from symdyn.algebra import ZERO, Form
 from symdyn.dynamics.mechanism.exact import has_symbols, in_fractions, settle, turns_of
 from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.dynamics.mechanism.tree import Tree
@@ -138,8 +138,7 @@ def formulas(values: Sequence[Expr], digits: int) -> list[Form]:
 
     Numbers are exact, unless an angle among them has no exact sine (0.3 rad): then all are rounded to so many digits.
     """
-    from symdyn.algebra.compact import Compactor
-    from symdyn.algebra.trigonometric import TrigonometricRing
+    from symdyn.algebra import Compactor, TrigonometricRing
 
     odd = any(node.op in FUNCTIONS - {Op.SQRT} and not has_symbols(node) for node in reachable(values))
     values = in_fractions(values) if odd else values

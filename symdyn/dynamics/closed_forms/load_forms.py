@@ -10,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
+    Compactor,
     Form,
     Function,
+    Polynomial,
     Power,
     Symbol,
+    TrigonometricRing,
     factors_of,
     form_of,
     in_place,
@@ -25,7 +27,6 @@ from symdyn.algebra.form import (
     signed_product,
     sum_of,
 )
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.coefficient_key import ordered_graph
 from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors, stored
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
@@ -33,7 +34,7 @@ from symdyn.dynamics.mechanism.state import State, joint_position, vector
 from symdyn.graph import Expr, Graph, Op, tangents
 from symdyn.scene import Load, Scene, Strut, pull_of
 from symdyn.scene.forces import elastic, resisting
-from symdyn.scene.values.quantity import NULL
+from symdyn.scene.values import NULL
 from symdyn.spatial import Transform, dot
 
 WAY, RATE = " x", " v"

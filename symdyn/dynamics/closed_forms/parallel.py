@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.algebra.sums_of_angles import AngleGroup
-from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.algebra import AngleGroup, TrigonometricRing
 from symdyn.dynamics.mechanism.state import placement
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, JOINTS, Joint, Scene
-from symdyn.scene.joints.blocks import unit
+from symdyn.scene.joints import unit
 from symdyn.spatial import Vec, apply, dot
 
 

@@ -21,8 +21,7 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, first_moment, joint_motion, joint_position, state_symbols, vector
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import JOINTS, Body, Joint, Scene, express
-from symdyn.spatial import Mat, Transform, Vec, apply_transposed, cross, dot, spin, symmetric
-from symdyn.spatial import apply as matvec
+from symdyn.spatial import Mat, Transform, Vec, apply as matvec, apply_transposed, cross, dot, spin, symmetric
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.partition import Block
 from symdyn.dynamics.mechanism.tree import Tree

@@ -11,14 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.algebra import TrigonometricRing
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Contact, Joint, Scene
-from symdyn.scene.forces import touch_of
-from symdyn.scene.forces.force_kind import Touch
+from symdyn.scene.forces import Touch, touch_of
 from symdyn.spatial import Transform, Wrench, dot, identity
 
 

@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.levels import Levels
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats, Levels
 from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.cuts import Gauge, gauges
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
@@ -31,9 +30,7 @@ from symdyn.dynamics.mechanism.state import placement, quaternions, state_symbol
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, jacobian, reachable
-from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.joints.start import starting_position
-from symdyn.scene.units import velocity_units
+from symdyn.scene import Quantity, Scene, express, starting_position, velocity_units
 from symdyn.unlocked import cached_property
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

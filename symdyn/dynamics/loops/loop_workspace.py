@@ -97,7 +97,7 @@ class LoopWorkspace:
         """Whether M of the spanning tree is singular at zeros, at the start or at a generic position."""
         import numpy as np
 
-        from symdyn.algebra.numeric import Floats
+        from symdyn.algebra import Floats
 
         w, assembly = self.w, self.decisions.assembly
         entries = [x for row in w.composite_mass for x in row]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.scene import Scene
-from symdyn.scene.values.spelling import spell_fraction
+from symdyn.scene.values import spell_fraction
 
 
 @dataclass(frozen=True)

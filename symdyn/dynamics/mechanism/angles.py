@@ -24,7 +24,7 @@ import numpy as np
 from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.scene.joints import ORIENTATION, Gimbal
-from symdyn.scene.values.mapping import quantities_in
+from symdyn.scene.values import quantities_in
 
 
 @dataclass(frozen=True)

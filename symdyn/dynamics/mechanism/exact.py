@@ -12,12 +12,12 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from symdyn.algebra.collect import rounded
+from symdyn.algebra import rounded
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute
 
 if TYPE_CHECKING:
-    from symdyn.algebra.big import BigFloats
+    from symdyn.algebra import BigFloats
 
 DIGITS = 100
 SIMPLE = 10**9
@@ -81,7 +81,7 @@ def turns_of(cosine: Expr, sine: Expr) -> Fraction | None:
 @cache
 def _numbers() -> BigFloats:
     """Return the one context of 100 digits; making one takes longer than using it."""
-    from symdyn.algebra.big import BigFloats
+    from symdyn.algebra import BigFloats
 
     return BigFloats(DIGITS)
 

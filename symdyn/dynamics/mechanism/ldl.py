@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.vanishing import vanishes
+from symdyn.algebra import vanishes
 from symdyn.dynamics.mechanism.row_solve import RowStep
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph

@@ -19,7 +19,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import FORCES, Joint, Load, Place, Push, Scene, Strut, express, pull_of
 from symdyn.scene.forces import elastic, resisting, rub_of
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values import ZERO
 from symdyn.spatial import Transform, Vec, Wrench, dot, power, rotated, spin, sub
 
 # Laws of force

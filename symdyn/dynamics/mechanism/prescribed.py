@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.ldl import Singular, solve
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene, express
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values import value_of
 
 TIME = "t"
 """Name of time in formulas and on the graph, s."""

@@ -17,7 +17,7 @@ from symdyn.scene import (
     express,
     velocity_name,
 )
-from symdyn.scene.joints.start import quaternion
+from symdyn.scene.joints import quaternion
 from symdyn.spatial import Transform, Vec, elementary, unit_transform
 
 

@@ -38,7 +38,7 @@ from symdyn.dynamics.reactions.ties import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.scene.joints.forbidden import everywhere
+from symdyn.scene.joints import everywhere
 from symdyn.spatial import Vec, Wrench, apply, cross, dot, nothing, plus, times
 
 REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"

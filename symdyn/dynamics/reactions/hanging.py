@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import Tree

@@ -25,14 +25,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra.vanishing import vanishes
+from symdyn.algebra import vanishes
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
-from symdyn.scene.joints.forbidden import everywhere, forces, moments
+from symdyn.scene.joints import everywhere, forces, moments
 from symdyn.spatial import (
     Transform,
     Vec,

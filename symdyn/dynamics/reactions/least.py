@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.hinges import Hinge, drives

@@ -32,9 +32,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene import JOINTS, Scene
 from symdyn.scene.forces import formula_of, without_place
-from symdyn.scene.joints import AXIS
-from symdyn.scene.joints.blocks import unit
-from symdyn.scene.joints.forbidden import everywhere
+from symdyn.scene.joints import AXIS, everywhere, unit
 from symdyn.spatial import Vec, Wrench, dot, power, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.algebra.vanishing import vanishes
+from symdyn.algebra import vanishes
 from symdyn.dynamics.mechanism.ldl import Singular
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving

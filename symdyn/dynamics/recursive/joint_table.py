@@ -17,7 +17,7 @@ from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Joint, Scene
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values import ZERO
 from symdyn.spatial import Vec, neg, zero_vector
 
 

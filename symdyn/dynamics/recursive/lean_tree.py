@@ -44,7 +44,7 @@ from symdyn.dynamics.mechanism.tree import Topology, Tree
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene.joints.blocks import towards
+from symdyn.scene.joints import towards
 from symdyn.spatial import Mat, Transform, Vec, dot, unit_transform, zero_vector
 
 Angle = tuple[Expr, Expr]  # cosine and sine

@@ -15,8 +15,7 @@ from typing import TypeVar
 
 from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.recursive.row_kinds import RowKind, kinds_of, names_of
-from symdyn.graph import Algebra, Expr, Graph, reachable, repeated, substitute
-from symdyn.graph.ops import SYMBOL
+from symdyn.graph import SYMBOL, Algebra, Expr, Graph, reachable, repeated, substitute
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,7 @@ from symdyn.dynamics.recursive.lean_tree import LeanTree, settled
 from symdyn.dynamics.recursive.links import Link
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Joint, Load, Place, Scene, Strut, express, pull_of, velocity_name
-from symdyn.scene.forces import elastic as struts
-from symdyn.scene.forces import resisting
+from symdyn.scene.forces import elastic as struts, resisting
 from symdyn.spatial import Transform, Vec, Wrench, about, add, dot, nothing, rotated, sub, transpose
 
 

@@ -14,8 +14,7 @@ from typing import Any
 
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.row_solve import RowSolve
-from symdyn.dynamics.roads import closed_outputs as closed
-from symdyn.dynamics.roads import result_labels as labels
+from symdyn.dynamics.roads import closed_outputs as closed, result_labels as labels
 from symdyn.dynamics.roads.closed_slopes import (
     Entries,
     by_recursion,

@@ -35,7 +35,7 @@ def _massive(w: Workspace) -> None:
     """Raise DerivationError where a motion that the loops leave free moves no mass: it names the joint and the body."""
     import numpy as np
 
-    from symdyn.algebra.numeric import Floats
+    from symdyn.algebra import Floats
 
     reduced = w.loops.motion
     if not reduced.independent:

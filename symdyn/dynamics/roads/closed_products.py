@@ -15,8 +15,7 @@ from functools import partial
 
 from symdyn.dynamics.roads.closed_derivatives import ALONG, ALONG_MANIFOLD, Derivative
 from symdyn.dynamics.roads.closed_slopes import carried_forces, driven, equations, manifold_of, solution
-from symdyn.dynamics.roads.named_functions import ALONG_MANIFOLD as NAMES
-from symdyn.dynamics.roads.named_functions import WEIGHTS, direction, multiplier_symbols
+from symdyn.dynamics.roads.named_functions import ALONG_MANIFOLD as NAMES, WEIGHTS, direction, multiplier_symbols
 from symdyn.dynamics.roads.output import Output, Road, Unasked, by_lagrange
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents

@@ -28,8 +28,7 @@ from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.loops.reduced_rows import rows_of
 from symdyn.dynamics.mechanism.row_solve import RowSolve
-from symdyn.dynamics.roads import closed_outputs as closed
-from symdyn.dynamics.roads import recursive_derivatives
+from symdyn.dynamics.roads import closed_outputs as closed, recursive_derivatives
 from symdyn.dynamics.roads.derivative_outputs import along_all
 from symdyn.dynamics.roads.named_functions import multiplier_symbols
 from symdyn.dynamics.roads.workspace import Workspace

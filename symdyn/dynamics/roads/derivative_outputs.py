@@ -20,9 +20,7 @@ from typing import Any
 
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
 from symdyn.dynamics.mechanism.row_solve import RowSolve
-from symdyn.dynamics.roads import parameter_outputs as parameters
-from symdyn.dynamics.roads import recursive_derivatives
-from symdyn.dynamics.roads import result_labels as labels
+from symdyn.dynamics.roads import parameter_outputs as parameters, recursive_derivatives, result_labels as labels
 from symdyn.dynamics.roads.kinks import kinks
 from symdyn.dynamics.roads.named_functions import MULTIPLIERS, independent_symbols, multiplier_symbols
 from symdyn.dynamics.roads.output import Output, Road, Unasked

@@ -23,7 +23,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, growing, reachable
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
-from symdyn.scene.values.names import listed
+from symdyn.scene.values import listed
 
 TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 """What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""

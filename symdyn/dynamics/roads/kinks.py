@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from symdyn.graph import Expr, Op, reachable
-from symdyn.scene.values.names import listed
+from symdyn.scene.values import listed
 
 MOST = 6
 """Names that are told of one kink."""

@@ -17,8 +17,7 @@ from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, reachable, substitute
-from symdyn.scene.symbolic import with_force_parameters
-from symdyn.scene.values.quantity import express
+from symdyn.scene import express, with_force_parameters
 from symdyn.spatial import Inertia
 
 

@@ -13,11 +13,8 @@ from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene
-from symdyn.scene.robot_words import coordinates_of_joints
-from symdyn.scene.units import coordinate_units, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.names import listed
+from symdyn.scene import Scene, coordinate_units, coordinates_of_joints, velocity_units
+from symdyn.scene.values import force_unit, listed
 from symdyn.shown import Shown
 
 

@@ -17,9 +17,7 @@ from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.recursive.aba_loop import aba_loop
 from symdyn.dynamics.recursive.lean_tree import potential_energy
 from symdyn.dynamics.recursive.rnea_loop import rnea_loop
-from symdyn.dynamics.roads import recursive_derivatives
-from symdyn.dynamics.roads import result_labels as labels
-from symdyn.dynamics.roads import tree_roads as roads
+from symdyn.dynamics.roads import recursive_derivatives, result_labels as labels, tree_roads as roads
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
 from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange, by_loop

@@ -14,8 +14,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import FormulaError, Quantity, Scene, express
-from symdyn.scene.values.mapping import quantities_in, substituted
-from symdyn.scene.values.names import listed
+from symdyn.scene.values import listed, quantities_in, substituted
 
 
 def formulas(scene: Scene) -> list[Quantity]:
@@ -92,7 +91,7 @@ def opened(w: Workspace) -> Workspace:
 
 
 def _number(value: Quantity) -> float:
-    from symdyn.algebra.numeric import Floats  # with NumPy, which printing can do without
+    from symdyn.algebra import Floats
 
     return float(evaluate([express(value, Graph())], Floats(), {})[0])
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from symdyn.dynamics.roads import closed_outputs as loops
-from symdyn.dynamics.roads import result_labels as labels
-from symdyn.dynamics.roads import tree_roads as roads
+from symdyn.dynamics.roads import closed_outputs as loops, result_labels as labels, tree_roads as roads
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute

@@ -14,18 +14,14 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism import kinematics
-from symdyn.dynamics.roads import closed_outputs as loops
-from symdyn.dynamics.roads import result_labels as labels
-from symdyn.dynamics.roads import tree_roads as trees
+from symdyn.dynamics.roads import closed_outputs as loops, result_labels as labels, tree_roads as trees
 from symdyn.dynamics.roads.output import Output, Road
-from symdyn.dynamics.roads.reaction_outputs import forward_reactions
-from symdyn.dynamics.roads.reaction_outputs import unique as unique_entries
+from symdyn.dynamics.roads.reaction_outputs import forward_reactions, unique as unique_entries
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, express, spell
-from symdyn.scene.values.names import choice, suggestion
-from symdyn.scene.values.signals import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, reaction_axes
+from symdyn.scene.values import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, choice, reaction_axes, suggestion
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.loops.newton import generic_places, lever_of, newton, seen_closed

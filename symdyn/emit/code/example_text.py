@@ -8,7 +8,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.target import Sources
 from symdyn.emit.code.worked_example import worked_example
 from symdyn.emit.render import render
-from symdyn.program.prepare import PREPARE
+from symdyn.program import PREPARE
 
 
 def example_text(sources: Sources, template: str, ending: str, suffix: str = "", **values: Any) -> dict[str, str]:

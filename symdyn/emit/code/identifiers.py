@@ -11,7 +11,7 @@ from functools import cache
 from symdyn.errors import EmitError
 from symdyn.program import identifier
 from symdyn.resources import template_folder
-from symdyn.scene.values.names import C_KEYWORDS, FORMULA_NAMES
+from symdyn.scene.values import C_KEYWORDS, FORMULA_NAMES
 
 C_HEADERS = """alloca assert complex ctype endian errno features fenv float inttypes iso646 limits locale math pthread
 sched setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings syslimits

@@ -10,8 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.graph import Expr, Op
-from symdyn.graph.ops import CONSTANT, SYMBOL
+from symdyn.graph import CONSTANT, SYMBOL, Expr, Op
 
 ANY, SUM, PRODUCT, SIGN, ATOM = range(5)
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.table_loops import TableLoop
-from symdyn.dynamics.roads.count import count_loop
-from symdyn.dynamics.roads.named_functions import Argument
+from symdyn.dynamics import Argument, TableLoop
+from symdyn.dynamics.roads import count_loop
 from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.operators import Printer
 from symdyn.graph import Op
-from symdyn.program import Program, Routine
-from symdyn.program.assemble import PARAMS
+from symdyn.program import PARAMS, Program, Routine
 
 
 @dataclass(frozen=True)

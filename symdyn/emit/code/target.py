@@ -13,8 +13,7 @@ from symdyn.emit.code.source_text import Page, compose
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
 from symdyn.graph import Op
-from symdyn.program import Program
-from symdyn.program.prepare import PREPARE
+from symdyn.program import PREPARE, Program
 from symdyn.scene import Scene
 
 Contents = str | bytes

@@ -14,18 +14,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.big import AllRoundingError, Bounded, RunningErrors
-from symdyn.algebra.midpoints import Midpoints
-from symdyn.dynamics import Argument, Function
-from symdyn.dynamics.recursive.sweeps import values_over_table
+from symdyn.algebra import AllRoundingError, Bounded, Midpoints, RunningErrors
+from symdyn.dynamics import Argument, Function, values_over_table
 from symdyn.emit.code.real import digits, find_real
 from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.emit.code.target import Sources
 from symdyn.graph import Expr, evaluate
-from symdyn.program.assemble import PREPARED
-from symdyn.program.prepare import PREPARE
-from symdyn.program.states import ALLOWED, DRAWS, ROUNDOFF, TINIEST, WIDER, rounding, sample
-from symdyn.program.table_numbers import table_numbers
+from symdyn.program import ALLOWED, DRAWS, PREPARE, PREPARED, ROUNDOFF, TINIEST, WIDER, rounding, sample, table_numbers
 
 DIGITS = 50
 SEED = "example"

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symdyn.algebra.form import Symbol, product_of, sum_of
-from symdyn.dynamics.reactions.dalembert import DRIVE, Equilibrium, Unknown
+from symdyn.algebra import Symbol, product_of, sum_of
+from symdyn.dynamics.reactions import DRIVE, Equilibrium, Unknown
 from symdyn.emit.print.dalembert_system import Written, direction, forms_of, printed_system
 from symdyn.emit.print.formula_text import broken_text, rounded
 from symdyn.emit.print.text_page import equation_lines, length_lines
 from symdyn.rounding import asked
-from symdyn.scene import Scene
-from symdyn.scene.units import shown_unit
+from symdyn.scene import Scene, shown_unit
 
 DIGITS = 15
 """Most digits of a number: what every double holds."""

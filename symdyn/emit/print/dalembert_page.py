@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from symdyn.algebra.form import Form, Symbol, product_of, sum_of
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown
+from symdyn.algebra import Form, Symbol, product_of, sum_of
+from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.reactions import DRIVE, REACTION, Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definitions, lines_of, matrix_width
 from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
@@ -22,8 +22,7 @@ from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, reachable
 from symdyn.rounding import digits_or
-from symdyn.scene import Scene
-from symdyn.scene.units import shown_unit
+from symdyn.scene import Scene, shown_unit
 
 
 def dalembert_text(scene: Scene, document: bool = False) -> str:

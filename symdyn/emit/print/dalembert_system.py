@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Function, form_of
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.loops.loop_words import in_words
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.reactions.dalembert import Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.reactions.members import placements, way_apart
+from symdyn.algebra import Compactor, Form, Function, TrigonometricRing, form_of, total_angles
+from symdyn.dynamics import Workspace, angle_groups
+from symdyn.dynamics.loops import in_words
+from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.reactions import Equilibrium, Unknown, equilibrium, placements, way_apart
 from symdyn.emit.print.lengths import Lengths, NamedLength, called
 from symdyn.emit.print.too_long import refuse_too_long
 from symdyn.errors import DerivationError, EmitError

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
+from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.printable import Printable, printable
 from symdyn.emit.print.sympy_equations import SympyEquations, sympy_equations

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.form import Form
-from symdyn.dynamics.closed_forms.closed_form import ClosedForm
-from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameter_forms
+from symdyn.algebra import Form
+from symdyn.dynamics import ClosedForm, base_parameter_forms
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.latex_page import base_parameter_name, latex_definitions, latex_document, latex_fragment
 from symdyn.emit.print.printable import ENTRYWISE, Printable, printable

@@ -11,27 +11,13 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra.form import (
-    Form,
-    Function,
-    Number,
-    Pi,
-    Power,
-    Product,
-    Sum,
-    Symbol,
-    factors_of,
-    split_sign,
-    terms_of,
-)
+from symdyn.algebra import Form, Function, Number, Pi, Power, Product, Sum, Symbol, factors_of, split_sign, terms_of
 from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
-from symdyn.scene.values.grammar import takes_exponent
-from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.spelling import spell, spell_fraction
-from symdyn.scene.values.value import value_of
+from symdyn.scene import Quantity, spell
+from symdyn.scene.values import spell_fraction, takes_exponent, value_of
 
 LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypedDict
 
-from symdyn.dynamics.closed_forms.frames_and_parameters import ChosenFrame, chosen_frames, formulas
+from symdyn.dynamics import ChosenFrame, chosen_frames, formulas
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
 from symdyn.rounding import digits_or
 from symdyn.scene import JOINTS, Pose, Scene, express, spell
-from symdyn.scene.values.spelling import spell_fraction
+from symdyn.scene.values import spell_fraction
 from symdyn.spatial import Transform
 
 DIGITS = 6

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.algebra import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
+from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import (
     DIGITS,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.formula_text import Latex, value_text
 from symdyn.emit.print.printed_names import latex_unit
-from symdyn.scene import Scene
-from symdyn.scene.units import coordinates_with_units, drives_with_units, shown_unit, told_units
+from symdyn.scene import Scene, coordinates_with_units, drives_with_units, shown_unit, told_units
 
 
 def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, in_place, symbols_of
-from symdyn.dynamics.closed_forms.load_forms import ClosedLoads
+from symdyn.algebra import Compactor, Form, in_place, symbols_of
+from symdyn.dynamics import ClosedLoads
 from symdyn.emit.print.letters import LENGTH, Letters
 from symdyn.scene import Scene, Strut, velocity_name
 from symdyn.unlocked import cached_property

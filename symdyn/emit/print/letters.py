@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from itertools import chain, count
 
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.scene import Scene
-from symdyn.scene.units import velocity_units
-from symdyn.scene.values.grammar import GREEK
+from symdyn.scene import Scene, velocity_units
+from symdyn.scene.values import GREEK
 from symdyn.unlocked import cached_property
 
 _TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has several

@@ -12,18 +12,24 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, signed_product, sum_of, terms_of
-from symdyn.dynamics import coefficients
-from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
-from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, too_long
-from symdyn.dynamics.closed_forms.constraint_forms import ClosedRow, closed_constraints
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads.output import Rates
+from symdyn.algebra import Form, Power, Symbol, form_of, product_of, signed_product, sum_of, terms_of
+from symdyn.dynamics import (
+    MOST_TERMS,
+    ClosedForm,
+    ClosedRow,
+    Key,
+    closed_constraints,
+    closed_form,
+    coefficient_names,
+    coefficients,
+    too_long,
+)
+from symdyn.dynamics.mechanism import TIME
+from symdyn.dynamics.roads import Rates
 from symdyn.emit.print.formula_text import rounded, shortened
 from symdyn.emit.print.lengths import Lengths, named_lengths
 from symdyn.graph import Graph
-from symdyn.scene import Scene, acceleration_name, express
-from symdyn.scene.units import coordinate_units, row_units, shown_unit
+from symdyn.scene import Scene, acceleration_name, coordinate_units, express, row_units, shown_unit
 
 ENTRYWISE = {"equations": False, "coefficients": True, "textbook": False, "matrix": True}
 """How equations are grouped: one a joint, coefficient by coefficient, under-braced, M and c; and whether loops and rows

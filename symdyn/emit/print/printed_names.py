@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from symdyn.emit.escape import in_latex
 from symdyn.scene import Scene, acceleration_name, velocity_name
-from symdyn.scene.values.grammar import GREEK, LatexError, read_latex
+from symdyn.scene.values import GREEK, LatexError, read_latex
 
 AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
 

@@ -11,17 +11,16 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.form import Form, Number, Symbol, product_of, sum_of, symbols_of
+from symdyn.algebra import Form, Number, Symbol, product_of, sum_of, symbols_of
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops.constraint_rows import differentiated
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.mechanism.state import state_symbols
+from symdyn.dynamics.loops import differentiated
+from symdyn.dynamics.mechanism import TIME, state_symbols
 from symdyn.emit.print.printable import Printable
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, acceleration_name, express
-from symdyn.scene.values.names import listed
+from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
@@ -98,7 +97,7 @@ class SympyEquations(Shown):
         >>> arm.M.subs(arm.values)[2, 2]
         343/24
         """
-        from symdyn.algebra.sympy_algebra import graph_to_sympy
+        from symdyn.algebra import graph_to_sympy
 
         graph = Graph()
         found = {one.name: express(one.value, graph) for one in self.scene.parameters if one.value is not None}
@@ -123,7 +122,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     """Return what a page says in SymPy; with `dynamic` what moves is a function of time."""
     from sympy import ImmutableMatrix
 
-    from symdyn.algebra.sympy_algebra import form_to_sympy, graph_to_sympy
+    from symdyn.algebra import form_to_sympy, graph_to_sympy
 
     scene, rows, n = page.scene, page.constraints.rows, range(len(page.rows))
     positive = [one.name for one in scene.parameters if one.positive]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from symdyn.algebra.form import Form, Symbol, symbols_of
+from symdyn.algebra import Form, Symbol, symbols_of
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.text_page import coefficient_name
 from symdyn.scene import Scene, acceleration_name
@@ -31,7 +31,7 @@ class _Variables:
 
     def __init__(self, scene: Scene, used: Iterable[str], depending: Mapping[str, Form] | None = None) -> None:
         """Name the symbols, those of the scene in its order, then the others."""
-        from symdyn.algebra.sympy_algebra import NAMES  # with NumPy, which other formats can do without
+        from symdyn.algebra import NAMES
 
         order = [parameter.name for parameter in scene.parameters]
         order += [*scene.coordinates, *scene.velocities, *map(acceleration_name, scene.velocities)]
@@ -74,7 +74,7 @@ class _Variables:
 
     def show(self, form: Form) -> str:
         """Return a form as Python."""
-        from symdyn.algebra.sympy_algebra import form_to_sympy, sympy_text
+        from symdyn.algebra import form_to_sympy, sympy_text
 
         return sympy_text(form_to_sympy(form, self.positive), self.symbols)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator, Sequence
 
-from symdyn.algebra.form import Form
+from symdyn.algebra import Form
 from symdyn.emit.print.breaking import break_lines
 from symdyn.emit.print.formula_text import broken_text, text_of
 from symdyn.emit.print.latex_width import BREAK

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from symdyn.algebra.form import Form, parts_of
+from symdyn.algebra import Form, parts_of
 from symdyn.errors import EmitError
 
 MOST = 5.0

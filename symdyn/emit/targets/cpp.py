@@ -25,13 +25,12 @@ from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH
 from symdyn.emit.targets.c.batch import FEW
+from symdyn.emit.targets.c.c99 import BATCH
 from symdyn.emit.targets.c.cuts import CutText, cuts
 from symdyn.emit.targets.c.sincos import CHAINS, sincos_values
 from symdyn.graph import Op
-from symdyn.program.assemble import PARAMS, PREPARED
-from symdyn.program.prepare import is_prepared
+from symdyn.program import PARAMS, PREPARED, is_prepared
 
 BY_LOOKUP = {
     Op.SIN: "sin",

@@ -7,24 +7,23 @@ import shlex
 from symdyn.emit.code.real import find_real
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.emit.code.target import Sources, Target
-from symdyn.emit.targets.c import C
-from symdyn.emit.targets.casadi import CASADI
+from symdyn.emit.targets.c.c99 import C
+from symdyn.emit.targets.casadi.module import CASADI
 from symdyn.emit.targets.cpp import CPP
-from symdyn.emit.targets.fmu import FMU
-from symdyn.emit.targets.gpu import GPU
+from symdyn.emit.targets.fmu.functional_mockup import FMU
+from symdyn.emit.targets.gpu.cuda_opencl import GPU
 from symdyn.emit.targets.heyoka import HEYOKA
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.json_graph import JSON
 from symdyn.emit.targets.julia import JULIA
 from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
-from symdyn.emit.targets.rust import RUST
+from symdyn.emit.targets.rust.module import RUST
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import EmitError
 from symdyn.graph import growing
-from symdyn.program import Program, in_lines
-from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.program import PREPARE, Program, in_lines, is_prepared
 from symdyn.scene import spell
 
 TARGETS: dict[str, Target] = {

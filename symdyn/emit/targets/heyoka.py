@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import accumulate
 
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import ArgumentText, FunctionText
@@ -22,7 +22,7 @@ from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
 from symdyn.graph import Op
-from symdyn.program.assemble import PARAMS, PREPARED
+from symdyn.program import PARAMS, PREPARED
 from symdyn.scene import velocity_name
 
 SPELLINGS: Mapping[Op, Spelling] = {

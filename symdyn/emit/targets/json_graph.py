@@ -11,14 +11,12 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from symdyn.dynamics.roads.named_functions import Argument, Function
+from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.real import REALS
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.targets.javascript import JS
-from symdyn.graph import Expr, reachable
-from symdyn.graph.ops import CONSTANT, SYMBOL
-from symdyn.scene import write_text
-from symdyn.scene.units import written_in_si
+from symdyn.graph import CONSTANT, SYMBOL, Expr, reachable
+from symdyn.scene import write_text, written_in_si
 
 FORMAT = 1
 """Of the file: a reader of another one refuses it."""

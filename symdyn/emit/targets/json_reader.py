@@ -12,13 +12,11 @@ from math import prod
 from typing import Any, NoReturn
 
 from symdyn.bounds import BOUNDS
-from symdyn.dynamics.roads.named_functions import Argument, Function
+from symdyn.dynamics import Argument, Function
 from symdyn.emit.targets.json_graph import FORMAT
 from symdyn.errors import ProgramError, SymdynError
-from symdyn.graph import ARITY, Expr, Graph, Op, reachable
-from symdyn.graph.ops import CONSTANT, NEG, SYMBOL
-from symdyn.program import Program
-from symdyn.program.assemble import PARAMS, assemble
+from symdyn.graph import ARITY, CONSTANT, NEG, SYMBOL, Expr, Graph, Op, reachable
+from symdyn.program import PARAMS, Program, assemble
 from symdyn.scene import Scene, read_text
 
 LONGEST = BOUNDS["characters of a program in JSON"]

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from symdyn.emit.code.real import REALS
 from symdyn.emit.code.short_sines import find_short_sines
 from symdyn.emit.render import render, verbatim
-from symdyn.emit.targets.c import ROWS, C
+from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.emit.targets.ufunc import TAGS, docstring
 from symdyn.errors import EmitError
 from symdyn.graph import growing
-from symdyn.program import Program
-from symdyn.program.assemble import shared
-from symdyn.program.table_numbers import table_in_order
+from symdyn.program import Program, shared, table_in_order
 
 RUNTIME = "symdyn_ufuncs"
 
@@ -75,7 +73,7 @@ def runtime() -> dict[str, str]:
 
 
 @growing()
-def code(program: Program, real: str = "double", rows: bool = False, accuracy: str = "") -> Code:
+def runtime_code(program: Program, real: str = "double", rows: bool = False, accuracy: str = "") -> Code:
     """Return a program as C with entries for one state, or for rows of them; what has an empty operand has none.
 
     The accuracy, as for `emit`, is that of rows in its type; all others are as accurate as their type allows.

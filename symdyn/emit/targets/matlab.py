@@ -22,11 +22,10 @@ from symdyn.emit.code.source_text import FunctionText, Line
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.escape import in_percent_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH, C
+from symdyn.emit.targets.c.c99 import BATCH, C
 from symdyn.errors import EmitError
 from symdyn.graph import Op
-from symdyn.program import Program
-from symdyn.program.assemble import assemble, shared
+from symdyn.program import Program, assemble, shared
 
 SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,

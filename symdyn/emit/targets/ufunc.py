@@ -13,10 +13,9 @@ from symdyn.emit.code.real import REALS
 from symdyn.emit.code.source_text import FunctionText, Page
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render
-from symdyn.emit.targets.c import ROWS, C
+from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.errors import EmitError
-from symdyn.program import Program
-from symdyn.program.assemble import shared
+from symdyn.program import Program, shared
 
 TAGS: Mapping[str, str] = {"float": "f32", "double": "f64"}
 """In the order in which NumPy tries them: the first type that all operands fit is taken."""

@@ -10,7 +10,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
 from symdyn.emit.targets.gpu.launchers import END, launchers
-from symdyn.program.assemble import shared
+from symdyn.program import shared
 
 TYPES = {"double": "XLA_FFI_DataType_F64", "float": "XLA_FFI_DataType_F32"}
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
-from symdyn.dynamics.roads.count import Counts, count_by_binding
-from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics import Function
+from symdyn.dynamics.roads import Counts, count_by_binding
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program.passes.factor import factor

@@ -17,8 +17,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from symdyn.graph import Expr, Graph, copy_node
-from symdyn.graph.ops import ADD, MUL, NEG, SUB, SYMBOL
+from symdyn.graph import ADD, MUL, NEG, SUB, SYMBOL, Expr, Graph, copy_node
 from symdyn.program.passes.rebuild import Early, use_counts
 
 Term = tuple[bool, tuple[Expr, ...]]

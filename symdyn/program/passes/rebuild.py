@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from symdyn.graph import Expr, Graph, reachable
-from symdyn.graph.ops import NEG, SYMBOL
+from symdyn.graph import NEG, SYMBOL, Expr, Graph, reachable
 
 
 def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:

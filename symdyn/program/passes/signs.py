@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from symdyn.graph import Expr, Graph, copy_node
-from symdyn.graph.ops import DIV, MUL, NEG, SUB
+from symdyn.graph import DIV, MUL, NEG, SUB, Expr, Graph, copy_node
 from symdyn.program.passes.rebuild import use_counts
 
 

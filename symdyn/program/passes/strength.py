@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from symdyn.graph import Expr, Graph, copy_node
-from symdyn.graph.ops import DIV, MUL
+from symdyn.graph import DIV, MUL, Expr, Graph, copy_node
 from symdyn.program.passes.rebuild import fixed, use_counts
 
 

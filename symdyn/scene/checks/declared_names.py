@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symdyn.scene.checks.draft import KINDS, Draft, Use, uses
-from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import GROUND

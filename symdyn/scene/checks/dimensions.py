@@ -7,7 +7,7 @@ from functools import cache
 
 from symdyn.graph import Op
 from symdyn.scene.checks.draft import Use
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import FORCE, LENGTH, TORQUE, Dimension, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, Measure, Pair, Place, terms
 from symdyn.scene.values.folding import fraction

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
-from symdyn.scene.forces import FORCES, place_of
 from symdyn.scene.forces.force_kind import Part
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.forces.force_table import FORCES, place_of
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.dimension import force_unit
 from symdyn.scene.values.element import Element, Strut

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.scene.checks.draft import Draft, joint_numbers
-from symdyn.scene.forces import FORCES
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.forces.force_table import FORCES
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.joints.start import quaternion
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key, Stand

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from symdyn.scene.checks.draft import Draft
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import GROUND, Scene
 from symdyn.scene.values.names import listed, suggestion

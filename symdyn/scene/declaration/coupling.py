@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.joint import Coupling, Joint, velocity_name

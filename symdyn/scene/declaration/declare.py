@@ -16,8 +16,8 @@ from symdyn.scene.declaration.locking import lock, read_locks
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.declaration.value_in_unit import read_coherent, read_valued
-from symdyn.scene.forces import read_elements
 from symdyn.scene.forces.force_kind import Scope
+from symdyn.scene.forces.force_table import read_elements
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.quantity import NULL, ZERO, Vector
 from symdyn.scene.values.table import Entry, Faults, Table, show

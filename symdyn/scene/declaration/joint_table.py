@@ -12,8 +12,8 @@ from fractions import Fraction
 from typing import Any, TypeGuard
 
 from symdyn.scene.declaration.coupling import Mimic, couple, read_mimic
-from symdyn.scene.forces import read_rubbing
-from symdyn.scene.joints import JOINTS, own_keys
+from symdyn.scene.forces.force_table import read_rubbing
+from symdyn.scene.joints.joint_table import JOINTS, own_keys
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import FormulaError, mul
 from symdyn.scene.values.formula import quantity

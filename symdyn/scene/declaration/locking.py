@@ -17,7 +17,7 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.checks.dimensions import analysed
 from symdyn.scene.checks.draft import draft_of, uses
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose

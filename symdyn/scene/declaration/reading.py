@@ -11,7 +11,7 @@ from typing import Protocol
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
-from symdyn.scene.forces import FORCES, place_of
+from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.spelling import spell

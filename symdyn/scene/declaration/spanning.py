@@ -16,10 +16,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.scene.declaration.joint_table import acts, freedoms, loop_keys
-from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import Pull
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.held_or_reversed import inverse
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import listed, suggestion

@@ -13,7 +13,7 @@ from typing import Literal
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.forces.force_kind import Forbid, ForceKind
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.element import Row
 from symdyn.scene.values.folding import FormulaError, add, div, mul, neg, sub
 from symdyn.scene.values.key import MOTION, Key, Stand, always_said

@@ -3,3 +3,7 @@
 A reader is `read(path, options) -> Reading`, a writer `write_text(scene) -> Written`; `symdyn.scene.scene_files`
 picks one.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

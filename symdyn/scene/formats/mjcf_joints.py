@@ -8,7 +8,7 @@ from typing import Any
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.mjcf_tendon import NoCouplingError, tied
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.formula import quantity

@@ -20,8 +20,7 @@ from typing import Any
 from symdyn.scene.declaration.declare import Declaration
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.doubles import Doubles
-from symdyn.scene.formats.floating import WHERE as FLOATING
-from symdyn.scene.formats.floating import free_base
+from symdyn.scene.formats.floating import WHERE as FLOATING, free_base
 from symdyn.scene.formats.inertias import from_principal
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
 from symdyn.scene.formats.naming import printable_names

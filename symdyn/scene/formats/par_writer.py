@@ -18,7 +18,7 @@ from symdyn.scene.formats.par import FIXED, TYPES
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint, Limits
 from symdyn.scene.values.mapping import in_numbers

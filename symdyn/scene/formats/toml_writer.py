@@ -14,10 +14,10 @@ from itertools import chain
 from symdyn.scene.declaration.body_table import INERTIA_KEYS
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS
 from symdyn.scene.declaration.reading import Written
-from symdyn.scene.forces import place_of, table_of
 from symdyn.scene.forces.force_kind import Scope
+from symdyn.scene.forces.force_table import place_of, table_of
 from symdyn.scene.formats.placing import exact_decimal
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Coupling, Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal

@@ -27,7 +27,8 @@ from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.inertias import Entries, turned
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.xml import XmlElement, read_xml
-from symdyn.scene.joints import AXIS, JOINTS
+from symdyn.scene.joints.blocks import AXIS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import listed, suggestion

@@ -18,7 +18,8 @@ from symdyn.scene.formats.inertias import possible
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
-from symdyn.scene.joints import AXIS, JOINTS, ORIENTATION
+from symdyn.scene.joints.blocks import AXIS, ORIENTATION
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import GROUND, STANDARD_GRAVITY, Scene

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity

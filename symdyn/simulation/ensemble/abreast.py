@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build.compiler import find_compiler
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.build import find_compiler
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import MissingCompiler
-from symdyn.scene.values.signals import COLUMNS
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import COLUMNS, Faults
 from symdyn.simulation.ensemble import one_by_one
 from symdyn.simulation.ensemble.abreast_code import Library, library
 from symdyn.simulation.ensemble.abreast_functions import ENERGIES, Abreast, abreast, jacobian_at
@@ -24,7 +23,7 @@ from symdyn.simulation.ensemble.measures import Sums
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, replaced
 from symdyn.simulation.equations.compiled_routines import Kept
 from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.integrate import DOUBLES
+from symdyn.simulation.integrate.method import DOUBLES
 from symdyn.simulation.integrator import dies_out_fast
 from symdyn.simulation.prescribed.formulas_in_time import read_seen
 from symdyn.simulation.trajectory import END, INTERRUPTED

@@ -10,16 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
-from symdyn.build.compiler import find_compiler
-from symdyn.build.dialects import Needs
-from symdyn.build.library import SUFFIX, Kind, load_library
-from symdyn.emit import emit
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH, C
-from symdyn.emit.targets.c.gathered import LANES
-from symdyn.program.prepare import PREPARE
+from symdyn.algebra import Array
+from symdyn.build import SUFFIX, Kind, Needs, find_compiler, load_library
+from symdyn.emit import BATCH, LANES, C, emit, render
+from symdyn.emit.code import stem
+from symdyn.program import PREPARE
 from symdyn.simulation.ensemble.abreast_functions import Abreast
 from symdyn.simulation.integrate.looks import CLOSER, FIRST, Looks
 from symdyn.simulation.integrate.watch import ROUNDING

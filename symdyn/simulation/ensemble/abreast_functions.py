@@ -15,17 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Batches
-from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.named_functions import Equations
-from symdyn.dynamics.roads.outputs import OUTPUTS
-from symdyn.dynamics.roads.signal_outputs import driven, expressed
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array, Batches
+from symdyn.dynamics import OUTPUTS, Equations, Workspace, derive_one
+from symdyn.dynamics.roads import driven, expressed
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.program import Program, cheapest, lower, prepare
-from symdyn.program.assemble import PREPARED, assemble
-from symdyn.program.prepare import PREPARE, is_prepared
-from symdyn.program.routine import check
+from symdyn.program import PREPARE, PREPARED, Program, assemble, cheapest, check, is_prepared, lower, prepare
 from symdyn.scene import Quantity
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.crossings import SLACK, STOPS, ends, limits_of

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from symdyn.arguments import check_arguments, doubles, flags
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults
 from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.ensemble.lanes import read_lanes
 from symdyn.simulation.ensemble.measures import Measure, read_measures

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene
-from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values import listed, suggestion
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column

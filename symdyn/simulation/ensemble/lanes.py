@@ -12,16 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Batches
-from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.algebra import Array, Batches
+from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, bind, express, spell, velocity_name
-from symdyn.scene.joints.start import starting_position, starting_velocity
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene import (
+    Quantity,
+    Scene,
+    bind,
+    express,
+    letter_units,
+    spell,
+    starting_position,
+    starting_velocity,
+    velocity_name,
+)
+from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.prescribed.formulas_in_time import noted, parameter_values, read_formula, words
 
 OFF = 1 + 1 / 17

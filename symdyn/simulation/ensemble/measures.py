@@ -16,15 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Batches
+from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.units import check_formula
-from symdyn.scene.values.dimension import product
-from symdyn.scene.values.mapping import substituted
-from symdyn.scene.values.signals import COLUMNS, letters
-from symdyn.scene.values.table import Faults, shown
-from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.scene import Quantity, Scene, check_formula, express
+from symdyn.scene.values import COLUMNS, Faults, UnitError, letters, product, read_unit, shown, substituted
 from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 

@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Batches
+from symdyn.algebra import Array, Batches
 from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, express
-from symdyn.scene.values.signals import MULTIPLIER, REACTION
+from symdyn.scene.values import MULTIPLIER, REACTION
 from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
 from symdyn.simulation.equations.opened import opened

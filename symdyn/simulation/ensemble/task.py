@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.ensemble.lanes import Lanes
 from symdyn.simulation.ensemble.measures import Measure, Sums

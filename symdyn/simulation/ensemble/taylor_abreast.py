@@ -12,18 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.build.loaded import load_program
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.algebra import Array
+from symdyn.build import load_program
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
-from symdyn.program.prepare import PREPARE
+from symdyn.program import PREPARE
 from symdyn.simulation.ensemble import abreast, one_by_one
 from symdyn.simulation.ensemble.abreast_functions import VALUES
 from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, replaced
-from symdyn.simulation.integrate import importable
 from symdyn.simulation.integrate.heyoka_expressions import TURNING, UNSEEN, Expressions, library
+from symdyn.simulation.integrate.method import importable
 from symdyn.simulation.integrate.taylor import SHORTEST, SMALLEST
 from symdyn.simulation.integrator import LARGEST
 from symdyn.simulation.prescribed.formulas_in_time import TIME

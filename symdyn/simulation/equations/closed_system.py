@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.dynamics.loops.reduction import solve_dependent
-from symdyn.dynamics.roads.linear_loops import LinearLoops, followers
-from symdyn.dynamics.roads.named_functions import Function
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics.loops import solve_dependent
+from symdyn.dynamics.roads import LinearLoops, followers
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.simulation.equations.compiled_routines import function_of

@@ -12,20 +12,16 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.build.loaded import load_program
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.prescribed import inputs_of
-from symdyn.dynamics.mechanism.state import placement
-from symdyn.dynamics.roads.named_functions import DRIVES, Argument, Equations, Function, arguments
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array
+from symdyn.build import load_program
+from symdyn.dynamics import Argument, Equations, Function, Workspace
+from symdyn.dynamics.mechanism import body_placements, inputs_of, placement
+from symdyn.dynamics.roads import DRIVES, arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
-from symdyn.program import Program, lower, prepare
-from symdyn.program.assemble import PARAMS
-from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.program import PARAMS, PREPARE, Program, is_prepared, lower, prepare
 from symdyn.scene import Scene, express
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values import ZERO
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 

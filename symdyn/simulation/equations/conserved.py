@@ -11,13 +11,12 @@ import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.mechanism.state import joint_motion, placement, quaternions
-from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Floats
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.mechanism import joint_motion, placement, quaternions
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
 from symdyn.scene import GROUND, Joint, Scene
-from symdyn.scene.joints.start import quaternion
+from symdyn.scene.joints import quaternion
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.spatial import add, apply, cross
 from symdyn.unlocked import cached_property

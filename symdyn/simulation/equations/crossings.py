@@ -18,16 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.dynamics.loops.cuts import gauges
-from symdyn.dynamics.loops.loop_numbers import FLAT
-from symdyn.dynamics.mechanism.angles import angles_of
-from symdyn.dynamics.mechanism.loads import joint_rates
-from symdyn.dynamics.mechanism.state import joint_position
+from symdyn.dynamics.loops import FLAT, gauges
+from symdyn.dynamics.mechanism import angles_of, joint_position, joint_rates
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import JOINTS, Joint, Scene, express
-from symdyn.scene.units import in_shown_unit
-from symdyn.scene.values.dimension import FORCE_UNITS
-from symdyn.scene.values.table import Faults
+from symdyn.scene import JOINTS, Joint, Scene, express, in_shown_unit
+from symdyn.scene.values import FORCE_UNITS, Faults
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 
 SLACK = 1e-9

@@ -11,12 +11,21 @@ from functools import lru_cache
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.loops.loop_decisions import NOTHING, LoopDecisions, close, loose_rows
-from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.newton import CLOSED, dimensionless, free_motions, rank_of, seen_closed
-from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.roads.linear_loops import LinearLoops, linear_loops
+from symdyn.algebra import Array
+from symdyn.dynamics.loops import (
+    CLOSED,
+    NOTHING,
+    LoopDecisions,
+    Numbers,
+    Partition,
+    close,
+    dimensionless,
+    free_motions,
+    loose_rows,
+    rank_of,
+    seen_closed,
+)
+from symdyn.dynamics.roads import LinearLoops, linear_loops
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.simulation.equations.opened import numbers_at, opened

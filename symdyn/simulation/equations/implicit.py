@@ -36,10 +36,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array
+from symdyn.dynamics import Workspace
 from symdyn.graph import Expr, substitute, tangents
-from symdyn.program.assemble import PARAMS
+from symdyn.program import PARAMS
 from symdyn.scene import acceleration_name
 from symdyn.simulation.equations.compiled_routines import Compiled, acting, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations

@@ -11,14 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.dynamics import LoopChoices
-from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.loops import Numbers
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
-from symdyn.scene import FormulaError, Parameter, Quantity, Scene, express, without_hidden_zeros
-from symdyn.scene.values.mapping import quantities_in, substituted
-from symdyn.scene.values.quantity import symbol
+from symdyn.scene import FormulaError, Parameter, Quantity, Scene, express, symbol, without_hidden_zeros
+from symdyn.scene.values import quantities_in, substituted
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
 

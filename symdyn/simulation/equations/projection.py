@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.graph import Graph
 from symdyn.simulation.equations.system import StateEquations
 

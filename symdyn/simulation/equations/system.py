@@ -23,9 +23,9 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.dynamics.roads.named_functions import Function
+from symdyn.algebra import Array
+from symdyn.dynamics import Function
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene

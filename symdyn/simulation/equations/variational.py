@@ -21,10 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.prescribed import prescribed
-from symdyn.dynamics.roads.named_functions import Function
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array
+from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations

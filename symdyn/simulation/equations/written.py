@@ -15,14 +15,11 @@ from __future__ import annotations
 import copyreg
 from collections.abc import Sequence
 
-from symdyn.algebra.numeric import Array
-from symdyn.build.warned import warn
-from symdyn.dynamics.mechanism.prescribed import inputs_of
-from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics
-from symdyn.dynamics.roads.outputs import OUTPUTS
-from symdyn.dynamics.roads.signal_outputs import check_letters, driven, expressed
-from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.algebra import Array
+from symdyn.build import warn
+from symdyn.dynamics import OUTPUTS, Workspace, derive_one
+from symdyn.dynamics.mechanism import inputs_of
+from symdyn.dynamics.roads import check_letters, driven, expressed, followers, forward_dynamics
 from symdyn.errors import SimulateError
 from symdyn.graph import substitute
 from symdyn.program import cheapest

@@ -15,10 +15,10 @@ from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults
 from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import close

@@ -21,11 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import JOINTS, Scene
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation.prescribed.formulas_in_time import close, read_file
 from symdyn.unlocked import cached_property
 

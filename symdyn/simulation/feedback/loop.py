@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.simulation.feedback.controller import Feedback, Placed
 from symdyn.simulation.feedback.saturation import Cuts

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.scene import Scene
 from symdyn.simulation.feedback.controller import Placed
 from symdyn.simulation.feedback.loop import SAME, lateness

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 
 Sides = npt.NDArray[np.int_]
 """Of every force: -1 where it is cut at its least value, 1 where at its most, else 0; shape (m,)."""

@@ -21,19 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array, Floats
-from symdyn.build.compiler import find_compiler
-from symdyn.build.dialects import Needs
-from symdyn.build.library import SUFFIX, Kind, load_library
-from symdyn.dynamics.roads.named_functions import Equations
-from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.emit import emit
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.code.real import REALS, halves
-from symdyn.emit.render import render
-from symdyn.emit.targets.c import BATCH, C
-from symdyn.emit.targets.c.dd_functions import DD_LANES
-from symdyn.emit.targets.c.double_double import LIMIT_EXPONENT
+from symdyn.algebra import Array, Floats
+from symdyn.build import SUFFIX, Kind, Needs, find_compiler, load_library
+from symdyn.dynamics import Equations, Workspace
+from symdyn.emit import BATCH, DD_LANES, LIMIT_EXPONENT, C, emit, render
+from symdyn.emit.code import REALS, halves, stem
 from symdyn.errors import BuildError
 from symdyn.graph import Op, evaluate, reachable, substitute
 from symdyn.program import Program, cheapest, lower

@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn import shell
-from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics import Function
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
-from symdyn.program.assemble import PREPARED
+from symdyn.program import PREPARED
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.heyoka_folder import settle

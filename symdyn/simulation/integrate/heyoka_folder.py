@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 from symdyn import shell
-from symdyn.build.folder import trusted_folder
+from symdyn.build import trusted_folder
 from symdyn.errors import MissingCompiler
 
 

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from symdyn.build.kept import keep, kept
+from symdyn.build import keep, kept
 from symdyn.simulation.integrate.heyoka_expressions import library
 
 SUFFIX = ".heyoka"

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 
 
 @dataclass(frozen=True)

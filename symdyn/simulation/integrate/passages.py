@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.simulation.integrate.looks import CLOSER
 
 EPS = float(np.finfo(np.float64).eps)

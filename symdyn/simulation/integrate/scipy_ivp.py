@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.simulation.equations.implicit import slopes_in_turn
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem
 from symdyn.simulation.integrate.steps import follow

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.graph import Op, reachable
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import IntegrationError, Piece, Problem

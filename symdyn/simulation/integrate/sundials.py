@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.simulation.equations.variational import Flow
 from symdyn.simulation.integrate.method import LIBRARIES_RAISE, IntegrationError
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.interrupts import interrupts_wait
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import kept_integrators

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.simulation.equations.crossings import SLACK
 from symdyn.simulation.integrate.looks import FIRST
 from symdyn.simulation.integrate.method import Hit, Problem

@@ -15,17 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph
-from symdyn.scene import Quantity, Scene, velocity_name
-from symdyn.scene.declaration.value_in_unit import ask_for_units
-from symdyn.scene.units import shown_unit, told_units, velocity_units
-from symdyn.scene.values.dimension import force_unit
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import ZERO
-from symdyn.scene.values.table import Faults
+from symdyn.scene import Quantity, Scene, ask_for_units, shown_unit, told_units, velocity_name, velocity_units
+from symdyn.scene.values import ZERO, Faults, force_unit, suggestion
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
 from symdyn.simulation.prescribed.function_laws import required_arguments

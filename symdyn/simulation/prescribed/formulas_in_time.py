@@ -9,16 +9,8 @@ from pathlib import Path
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
-from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
-from symdyn.scene.declaration.reading import read_bounded
-from symdyn.scene.units import check_formula
-from symdyn.scene.values.mapping import substituted
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.signals import letters
-from symdyn.scene.values.table import Faults
-from symdyn.scene.values.unit import read_unit
-from symdyn.scene.values.value import Value, value_of
-from symdyn.scene.values.with_unit import fits
+from symdyn.scene import FormulaError, Quantity, Scene, check_formula, parse, read_bounded, spell
+from symdyn.scene.values import Faults, Value, fits, letters, read_unit, substituted, suggestion, value_of
 
 TIME = "t"
 

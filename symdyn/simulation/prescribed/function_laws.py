@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults
 from symdyn.simulation.prescribed.motion_laws import EVER, Law, Motion3
 
 

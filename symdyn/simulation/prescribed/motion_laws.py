@@ -24,12 +24,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array, Batches
+from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import FormulaError, Quantity, express
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, number_of, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import Columns
 

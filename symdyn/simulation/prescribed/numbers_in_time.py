@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
+from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, read_file
 
 MOST = 10

@@ -9,9 +9,7 @@ import numpy as np
 
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values.formula import split_commas
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law

@@ -9,12 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.scene import Scene, acceleration_name, velocity_name
-from symdyn.scene.units import letter_units
-from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import quaternions
+from symdyn.scene import Scene, acceleration_name, letter_units, velocity_name
+from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.forces import Table
 from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values

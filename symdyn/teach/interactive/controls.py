@@ -13,16 +13,22 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.draw.lettering import from_latex
-from symdyn.draw.positions import limits_of
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.emit.escape import in_html
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.draw import from_latex, limits_of
+from symdyn.dynamics.mechanism import TIME, quaternions
+from symdyn.emit import in_html
+from symdyn.emit.print import latex_symbols
 from symdyn.errors import SymdynError
-from symdyn.scene import Joint, Parameter, Scene, acceleration_name
-from symdyn.scene.joints.start import quaternion
-from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units
+from symdyn.scene import (
+    Joint,
+    Parameter,
+    Scene,
+    acceleration_name,
+    coordinate_units,
+    shown_unit,
+    told_units,
+    velocity_units,
+)
+from symdyn.scene.joints import quaternion
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
 from symdyn.teach.roads.dalembert.balance import Balance

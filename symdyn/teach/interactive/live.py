@@ -13,9 +13,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.draw.outlines import outline
-from symdyn.dynamics import OUTPUTS, Equations, Function, Workspace, coefficients
-from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.draw import outline
+from symdyn.dynamics import OUTPUTS, Equations, Function, LoopChoices, Workspace, coefficients
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, substitute
 from symdyn.program import Program, choose, lower
@@ -26,7 +25,7 @@ from symdyn.teach.interactive.vectors import Vectors, vectors
 from symdyn.teach.languages import language_of
 from symdyn.teach.shown_state import shown_state
 from symdyn.verdict import HOLD
-from symdyn.verify.equality import Claim, prove
+from symdyn.verify import Claim, prove
 
 MOST = 8
 """Velocities of the largest mechanism that is shown."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.draw.drawn import drawn
-from symdyn.draw.force_arrows import from_zero, mark_of
-from symdyn.draw.outlines import Formed
-from symdyn.dynamics.mechanism.state import vector
+from symdyn.draw import Formed, drawn, from_zero, mark_of
+from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Load, Scene, Strut
-from symdyn.scene.joints.blocks import AXES, unit
+from symdyn.scene.joints import AXES, unit
 from symdyn.spatial import Vec, add, apply, cross, scale, sub
 
 AROUND, BLADE = 2, 1

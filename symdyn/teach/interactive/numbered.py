@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Union
 
-from symdyn.algebra.form import ZERO, Form, Symbol, product_of, symbols_of, terms_of
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.emit.escape import in_html
+from symdyn.algebra import ZERO, Form, Symbol, product_of, symbols_of, terms_of
+from symdyn.dynamics.mechanism import body_placements
+from symdyn.emit import in_html
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import acceleration_name
 from symdyn.teach.document import Braced, Document, Formula, Step

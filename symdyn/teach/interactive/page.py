@@ -13,24 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symdyn.draw.lettering import from_latex, words
-from symdyn.draw.pictures import spread, watched
-from symdyn.draw.places import places
-from symdyn.draw.positions import pose
-from symdyn.draw.style import style
-from symdyn.draw.view import View
-from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.emit import emit
-from symdyn.emit.code.identifiers import stem
-from symdyn.emit.escape import in_html, in_script, in_script_code
-from symdyn.emit.print.letters import Letters, head
-from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.emit.render import render, verbatim
-from symdyn.emit.targets.javascript import JS
+from symdyn.draw import View, from_latex, places, pose, spread, style, watched, words
+from symdyn.dynamics.mechanism import quaternions
+from symdyn.emit import JS, emit, in_html, in_script, in_script_code, render, verbatim
+from symdyn.emit.code import stem
+from symdyn.emit.print import Letters, head, latex_symbols
 from symdyn.graph import Expr
 from symdyn.scene import Scene
-from symdyn.scene.values.signals import as_parameters
-from symdyn.scene.values.texts import in_language
+from symdyn.scene.values import as_parameters, in_language
 from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.plotted import pairs, plotted

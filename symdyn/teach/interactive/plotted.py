@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from symdyn.draw.lettering import from_latex
-from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.scene import Scene
-from symdyn.scene.joints.start import quaternion
-from symdyn.scene.units import coordinate_units, shown_unit, velocity_units
+from symdyn.draw import from_latex
+from symdyn.emit.print import latex_symbols
+from symdyn.scene import Scene, coordinate_units, shown_unit, velocity_units
+from symdyn.scene.joints import quaternion
 from symdyn.teach.interactive.controls import UNITS
 
 

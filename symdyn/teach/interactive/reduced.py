@@ -16,18 +16,14 @@ from itertools import combinations
 
 import numpy as np
 
-from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.loops.partition import Block, driven_velocities
-from symdyn.dynamics.loops.reduction import Reduction, solve_square, solve_transposed
-from symdyn.dynamics.mechanism.ldl import solve
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.recursive.rnea import rnea
-from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.named_functions import arguments
+from symdyn.dynamics import Function, Workspace, derive_one, rnea
+from symdyn.dynamics.loops import Block, Reduction, driven_velocities, solve_square, solve_transposed
+from symdyn.dynamics.mechanism import TIME, solve
+from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene.forces import elastic
-from symdyn.scene.joints.start import quaternion
+from symdyn.scene.joints import quaternion
 
 ACTING = "acting"
 

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from symdyn.emit.escape import in_html
-from symdyn.emit.print.breaking import together
-from symdyn.emit.print.letters import Letters, head
-from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.units import drives_with_units, shown_unit, velocity_units
+from symdyn.emit import in_html
+from symdyn.emit.print import Letters, head, latex_symbols, together
+from symdyn.scene import Scene, acceleration_name, drives_with_units, shown_unit, velocity_units
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.mathml import inline

@@ -15,16 +15,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from symdyn.draw.drawn import Key, drawn
+from symdyn.draw import Key, drawn
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.mechanism.kinematics import body_motion, tree_placements
-from symdyn.dynamics.mechanism.loads import declared_forces, joint_rates, joint_resistance, pull
-from symdyn.dynamics.mechanism.state import first_moment, joint_position, vector
-from symdyn.dynamics.roads.reaction_outputs import unique
+from symdyn.dynamics.mechanism import (
+    body_motion,
+    declared_forces,
+    first_moment,
+    joint_position,
+    joint_rates,
+    joint_resistance,
+    pull,
+    tree_placements,
+    vector,
+)
+from symdyn.dynamics.roads import unique
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND, Body, Joint, Strut, express, pull_of
-from symdyn.scene.joints.start import quaternion
+from symdyn.scene.joints import quaternion
 from symdyn.spatial import (
     Mat,
     Vec,
@@ -188,7 +196,7 @@ def _carried(
 
     In a plane mechanism what does not act in its plane is left out where rigid bodies do not determine it.
     """
-    from symdyn.dynamics.reactions.recursion import reactions
+    from symdyn.dynamics.reactions import reactions
 
     aside = set() if flat is None else {flat, *(3 + k for k in range(3) if k != flat)}
     try:

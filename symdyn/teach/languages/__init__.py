@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from symdyn.errors import TeachError
 
 if TYPE_CHECKING:
-    from symdyn.algebra.form import Form
+    from symdyn.algebra import Form
     from symdyn.teach.document import Words
 
 FOLDER = Path(__file__).parent

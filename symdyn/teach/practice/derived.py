@@ -5,23 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.sympy_algebra import sympy_to_graph
-from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.lagrange.second_kind import driving_forces, energies, mass_matrix, momenta
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State
-from symdyn.emit.print.formula_text import text_of
+from symdyn.algebra import Compactor, Form, TrigonometricRing, sympy_to_graph, total_angles
+from symdyn.dynamics import angle_groups, driving_forces, energies, mass_matrix, momenta
+from symdyn.dynamics.mechanism import State, body_placements
+from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import Scene
 from symdyn.teach.languages import language_of
 from symdyn.teach.masses import AXES, masses
 from symdyn.unlocked import cached_property
-from symdyn.verify import NUMERICAL, PROVED, Claim, prove
+from symdyn.verdict import NUMERICAL, PROVED
+from symdyn.verify import Claim, prove
 
 LONGEST = 600  # characters of a difference that is told
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.algebra.form import ZERO, Form, Symbol, express_form, split_sign, symbols_of
+from symdyn.algebra import ZERO, Form, Symbol, express_form, split_sign, symbols_of
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, gradient
 from symdyn.scene import Scene

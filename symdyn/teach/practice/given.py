@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.algebra.form import Form, form_of
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import placement, state_symbols, vector
+from symdyn.algebra import Form, form_of
+from symdyn.dynamics.mechanism import body_placements, placement, state_symbols, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
 from symdyn.spatial import apply, apply_transposed

@@ -10,8 +10,7 @@ import random
 from collections.abc import Iterator, Mapping
 from math import isclose, nan
 
-from symdyn.algebra.form import Form, Symbol, split_sign, symbols_of
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats, Form, Symbol, split_sign, symbols_of
 from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.teach.document import (

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import Any
 
-from symdyn.algebra.form import Form, express_form, form_of, symbols_of
+from symdyn.algebra import Form, express_form, form_of, symbols_of
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, acceleration_name
 from symdyn.teach.document import Blank, Document

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.algebra.form import ZERO
+from symdyn.algebra import ZERO
 from symdyn.teach.document import Blank, Block, Box, Document, Fold, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
 

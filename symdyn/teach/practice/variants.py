@@ -14,16 +14,32 @@ from typing import cast
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Number, Symbol, form_of
-from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.lagrange.second_kind import energies, mass_matrix
+from symdyn.algebra import Floats, Form, Number, Symbol, form_of
+from symdyn.dynamics import energies, mass_matrix
 from symdyn.errors import SymdynError, TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.scene import JOINTS, Body, Joint, Parameter, Point, Pose, Scene, Spring, express, read_text, write_text
-from symdyn.scene.units import coordinates_with_units
-from symdyn.scene.values.element import Element, Load, Place, Strut
-from symdyn.scene.values.made_names import moving_names
-from symdyn.scene.values.quantity import ZERO, Quantity, Vector, number, symbol
+from symdyn.scene import (
+    JOINTS,
+    Body,
+    Element,
+    Joint,
+    Load,
+    Parameter,
+    Place,
+    Point,
+    Pose,
+    Quantity,
+    Scene,
+    Spring,
+    Strut,
+    coordinates_with_units,
+    express,
+    number,
+    read_text,
+    symbol,
+    write_text,
+)
+from symdyn.scene.values import ZERO, Vector, moving_names
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 

@@ -10,12 +10,17 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from symdyn.algebra.sympy_algebra import NAMES
-from symdyn.dynamics.lagrange.second_kind import rotor_energy
-from symdyn.dynamics.mechanism.loads import elastic_energy, generalized_forces
-from symdyn.dynamics.mechanism.placements import joint_placement
-from symdyn.dynamics.mechanism.state import first_moment, state_symbols, vector
-from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
+from symdyn.algebra import NAMES
+from symdyn.dynamics import rotor_energy
+from symdyn.dynamics.mechanism import (
+    elastic_energy,
+    first_moment,
+    generalized_forces,
+    joint_placement,
+    state_symbols,
+    vector,
+)
+from symdyn.emit.code import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import GROUND, Body, Scene, express
 from symdyn.spatial import symmetric, unit_transform

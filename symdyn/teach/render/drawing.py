@@ -13,9 +13,8 @@ from xml.etree.ElementTree import Element
 
 from defusedxml import ElementTree
 
-from symdyn.draw.curves import Curve, curves, ellipse
-from symdyn.draw.looks import Look, look_of
-from symdyn.emit.escape import in_latex
+from symdyn.draw import Curve, Look, curves, ellipse, look_of
+from symdyn.emit import in_latex
 
 WIDTH, HEIGHT = 300.0, 230.0  # bp, at most
 SCALE = 0.62  # bp a unit, at most: labels are 17 units high

@@ -8,12 +8,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from symdyn.algebra.form import Form
-from symdyn.draw.style import style
-from symdyn.emit.code.identifiers import page_stem, stem
-from symdyn.emit.escape import in_html, in_script
-from symdyn.emit.print.latex_width import BREAK, latex_width
-from symdyn.emit.render import render
+from symdyn.algebra import Form
+from symdyn.draw import style
+from symdyn.emit import in_html, in_script, render
+from symdyn.emit.code import page_stem, stem
+from symdyn.emit.print import BREAK, latex_width
 from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (
     Blank,
@@ -30,8 +29,9 @@ from symdyn.teach.document import (
     Values,
     Words,
 )
-from symdyn.teach.interactive import Interactive, absence, interactive
+from symdyn.teach.interactive.live import absence
 from symdyn.teach.interactive.numbered import Numbered
+from symdyn.teach.interactive.page import Interactive, interactive
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.mathml import PART, flow, inline, pieces

@@ -11,11 +11,9 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from symdyn.emit.code.identifiers import page_stem
-from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import bmatrix, column_of, matrix_width, sides
-from symdyn.emit.print.latex_width import LINE, latex_width
-from symdyn.emit.render import render
+from symdyn.emit import in_latex, render
+from symdyn.emit.code import page_stem
+from symdyn.emit.print import LINE, bmatrix, column_of, latex_width, matrix_width, sides
 from symdyn.errors import EmitError
 from symdyn.teach.document import (
     Blank,

@@ -5,11 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from symdyn.emit.code.identifiers import page_stem
-from symdyn.emit.escape import in_markdown
-from symdyn.emit.print.breaking import lines_of
-from symdyn.emit.print.latex_width import BREAK
-from symdyn.emit.render import render
+from symdyn.emit import in_markdown, render
+from symdyn.emit.code import page_stem
+from symdyn.emit.print import BREAK, lines_of
 from symdyn.teach.document import (
     Blank,
     Block,

@@ -8,11 +8,10 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from symdyn.emit.code.identifiers import page_stem
-from symdyn.emit.escape import in_code, in_markdown
-from symdyn.emit.print.formula_text import text_of
-from symdyn.scene import write_text
-from symdyn.scene.units import written_in_si
+from symdyn.emit import in_code, in_markdown
+from symdyn.emit.code import page_stem
+from symdyn.emit.print import text_of
+from symdyn.scene import write_text, written_in_si
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.exercises import answer_of

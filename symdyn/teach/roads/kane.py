@@ -7,10 +7,10 @@ Reference: Kane and Levinson, Dynamics: Theory and Applications (1985), chapter 
 
 from __future__ import annotations
 
-from symdyn.algebra.form import Form, Symbol, factors_of, product_of, sum_of, terms_of
-from symdyn.dynamics.lagrange.second_kind import rotor_energy
-from symdyn.dynamics.mechanism.state import vector
-from symdyn.emit.print.printable import Printable
+from symdyn.algebra import Form, Symbol, factors_of, product_of, sum_of, terms_of
+from symdyn.dynamics import rotor_energy
+from symdyn.dynamics.mechanism import vector
+from symdyn.emit.print import Printable
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import express
 from symdyn.spatial import add, apply, cross

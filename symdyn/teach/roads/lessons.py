@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from symdyn.emit.print.too_long import refuse_too_long
+from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
-from symdyn.scene.values.signals import as_parameters
-from symdyn.scene.values.texts import in_language
+from symdyn.scene.values import as_parameters, in_language
 from symdyn.teach.document import Document
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, is_tied

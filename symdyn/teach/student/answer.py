@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.algebra.form import (
-    Form,
-)
+from symdyn.algebra import Form
 from symdyn.teach.student.differences import Difference
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.verdict import HOLD

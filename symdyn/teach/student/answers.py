@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from symdyn.algebra.form import Form, Number
-from symdyn.emit.print.formula_text import text_of
+from symdyn.algebra import Form, Number
+from symdyn.emit.print import text_of
 from symdyn.teach.languages import language_of
 from symdyn.teach.student.answer import EMPTY, HOLDS, ROUNDED, Answer
 from symdyn.teach.student.differences import Difference

@@ -15,10 +15,16 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Union
 
-from symdyn.dynamics.lagrange.second_kind import energies, rotor_energy
-from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, placement, quaternions, state_symbols, vector
+from symdyn.dynamics import energies, rotor_energy
+from symdyn.dynamics.mechanism import (
+    State,
+    body_placements,
+    generalized_forces,
+    placement,
+    quaternions,
+    state_symbols,
+    vector,
+)
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import GROUND, JOINTS, Joint, Scene

@@ -10,21 +10,12 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 from dataclasses import replace
 
-from symdyn.algebra.form import (
-    ZERO,
-    Form,
-    Symbol,
-    form_of,
-    in_place,
-    sum_of,
-    symbols_of,
-    terms_of,
-)
+from symdyn.algebra import ZERO, Form, Symbol, form_of, in_place, sum_of, symbols_of, terms_of
 from symdyn.bounds import BOUNDS
-from symdyn.emit.print.printable import Printable, printable
+from symdyn.emit.print import Printable, printable
 from symdyn.errors import DerivationError, TeachError
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values.signals import as_parameters
+from symdyn.scene.values import as_parameters
 from symdyn.teach.student.answer import EMPTY, EQUAL, Answer
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.equation import untitled, without_slope
@@ -32,7 +23,7 @@ from symdyn.teach.student.multipliers import ENERGIES, energy_judged
 from symdyn.teach.student.quantity import equality, judged, less, minus
 from symdyn.teach.student.statements import Statement, read_statements
 from symdyn.teach.student.vocabulary import Names, Target
-from symdyn.verify import DIFFERENT
+from symdyn.verdict import DIFFERENT
 
 
 def check_derivation(

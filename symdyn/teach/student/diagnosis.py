@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from math import isfinite
 
-from symdyn.algebra.form import Form, express_form, form_of
+from symdyn.algebra import Form, express_form, form_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene, express

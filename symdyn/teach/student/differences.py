@@ -21,12 +21,23 @@ from fractions import Fraction
 from math import comb
 from typing import Any
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Function, Number, Power, Product, Sum, express_form, factors_of, terms_of
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.mechanism.state import state_symbols
+from symdyn.algebra import (
+    Compactor,
+    Form,
+    Function,
+    Number,
+    Polynomial,
+    Power,
+    Product,
+    Sum,
+    TrigonometricRing,
+    express_form,
+    factors_of,
+    terms_of,
+    total_angles,
+)
+from symdyn.dynamics import angle_groups
+from symdyn.dynamics.mechanism import state_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.scene import Scene

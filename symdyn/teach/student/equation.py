@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     ZERO,
     Form,
     Symbol,
@@ -17,8 +17,8 @@ from symdyn.algebra.form import (
     symbols_of,
     terms_of,
 )
-from symdyn.dynamics.mechanism.ldl import solve
-from symdyn.emit.print.printable import Printable
+from symdyn.dynamics.mechanism import solve
+from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, gradient, reachable
 from symdyn.scene import acceleration_name
@@ -26,7 +26,8 @@ from symdyn.teach.student.answer import EQUAL, HOLDS, Answer
 from symdyn.teach.student.quantity import equality, findings, judged, less, minus, same_value
 from symdyn.teach.student.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.statements import Statement
-from symdyn.verify import DIFFERENT, PROVED, Claim
+from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verify import Claim
 
 FEW_SOLVED = 4  # accelerations, while equations solved for one are something that a student writes
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.wrong_energies import wrong_energies

@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.algebra.form import ZERO, Form, express_form, form_of, in_place, symbols_of
-from symdyn.dynamics.mechanism.state import state_symbols
-from symdyn.emit.print.printable import Printable
+from symdyn.algebra import ZERO, Form, express_form, form_of, in_place, symbols_of
+from symdyn.dynamics.mechanism import state_symbols
+from symdyn.emit.print import Printable
 from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.teach.student.answer import Answer
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.quantity import judged
 from symdyn.teach.student.rows import LEVELS, holds, independent, level_of
-from symdyn.verify import DIFFERENT
+from symdyn.verdict import DIFFERENT
 
 ENERGIES = ("K", "P", "L")
 ADDED_TO = ("P", "L")

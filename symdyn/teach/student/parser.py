@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Pi, Symbol, numbers_of, power_of, product_of, sum_of
+from symdyn.algebra import MINUS_ONE, Form, Function, Number, Pi, Symbol, numbers_of, power_of, product_of, sum_of
 from symdyn.graph import Op
-from symdyn.scene.values.table import shorten
+from symdyn.scene.values import shorten
 from symdyn.teach.student.source import Source
 from symdyn.teach.student.tokens import OPENING, Cursor, Token
 from symdyn.teach.student.vocabulary import Names

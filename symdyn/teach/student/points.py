@@ -13,12 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.units import coordinate_units, drives_with_units, velocity_units
-from symdyn.scene.values.unit import UnitError, read_unit
-from symdyn.scene.values.value import known_value
+from symdyn.scene import Scene, acceleration_name, coordinate_units, drives_with_units, velocity_units
+from symdyn.scene.values import UnitError, known_value, read_unit
 from symdyn.teach.student.vocabulary import Names
 
 DRAWN, TWINS, MOVERS = 6, 4, 3

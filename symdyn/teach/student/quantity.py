@@ -4,23 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import (
-    MINUS_ONE,
-    ZERO,
-    Form,
-    express_form,
-    form_of,
-    in_place,
-    product_of,
-    sum_of,
-    symbols_of,
-)
+from symdyn.algebra import MINUS_ONE, ZERO, Form, express_form, form_of, in_place, product_of, sum_of, symbols_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, express
 from symdyn.teach.student.answer import EQUAL, ROUNDED, Answer
 from symdyn.teach.student.differences import differences
-from symdyn.verify import DIFFERENT, PROVED, Claim, Finding, prove
+from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verify import Claim, Finding, prove
 
 MANY = 400  # differences, which no answer lists
 

@@ -15,15 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra.form import Form, express_form, form_of, symbols_of
+from symdyn.algebra import Form, express_form, form_of, symbols_of
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops.assembly import closed_position, witness
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
-from symdyn.dynamics.loops.newton import free_motions
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.reactions.hinges import Hinge
-from symdyn.emit.print.printable import Printable
+from symdyn.dynamics.loops import Array, Numbers, closed_position, free_motions, witness
+from symdyn.dynamics.mechanism import TIME, body_placements
+from symdyn.dynamics.reactions import Hinge
+from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, tangents
 from symdyn.scene import JOINTS, Scene, acceleration_name

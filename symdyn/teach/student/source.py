@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from symdyn.errors import TeachError
-from symdyn.scene.values.grammar import GREEK
+from symdyn.scene.values import GREEK
 from symdyn.teach.student.spellings import replacements
 
 LONGEST = 50_000

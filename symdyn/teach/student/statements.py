@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.form import Form
+from symdyn.algebra import Form
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.student.parser import parse

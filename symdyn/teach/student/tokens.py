@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.errors import TeachError
-from symdyn.scene.values.grammar import GREEK
+from symdyn.scene.values import GREEK
 from symdyn.teach.student.source import Source
 
 FUNCTIONS = ("sin", "cos", "tan", "sqrt", "exp", "log", "ln", "tanh", "abs", "sign", "sgn")

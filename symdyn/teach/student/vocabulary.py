@@ -14,13 +14,12 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import combinations
 
-from symdyn.algebra.form import Form, Function, Symbol, sum_of
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.algebra import Form, Function, Symbol, sum_of
+from symdyn.dynamics.mechanism import body_placements
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import Scene, acceleration_name, velocity_name
-from symdyn.scene.units import coordinate_units
-from symdyn.scene.values.names import LONGEST
+from symdyn.scene import Scene, acceleration_name, coordinate_units, velocity_name
+from symdyn.scene.values import LONGEST
 from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
 from symdyn.unlocked import cached_property

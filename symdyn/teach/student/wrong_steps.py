@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import permutations
 
-from symdyn.algebra.form import express_form, form_of
+from symdyn.algebra import express_form, form_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
-from symdyn.scene.units import coordinate_units
+from symdyn.scene import coordinate_units
 from symdyn.teach.student.course import Course, Parts
 from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.wrong_energies import wrong_energies

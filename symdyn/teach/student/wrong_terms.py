@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     ONE,
     Form,
     Function,
@@ -21,7 +21,7 @@ from symdyn.algebra.form import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
-from symdyn.scene.units import coordinate_units
+from symdyn.scene import coordinate_units
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.wrong_energies import from_ground

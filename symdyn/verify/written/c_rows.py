@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from symdyn.dynamics.mechanism.row_solve import stepped
+from symdyn.dynamics.mechanism import stepped
 from symdyn.verify.written.c_values import Value
 from symdyn.verify.written.memory import Index, Pointer, Work
 from symdyn.verify.written.syntax import line_of, unread

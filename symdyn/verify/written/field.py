@@ -13,8 +13,7 @@ from fractions import Fraction
 from hashlib import blake2b
 from math import lcm
 
-from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime
-from symdyn.algebra.many_points import ManyPoints, Residues
+from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw, Residues, draw_prime
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 PRIMES = POINTS = 2

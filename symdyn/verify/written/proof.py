@@ -8,12 +8,9 @@ from functools import partial
 from hashlib import sha256
 from pathlib import PurePath
 
-from symdyn.algebra.finite_field import Redraw
-from symdyn.algebra.many_points import Residues
+from symdyn.algebra import Redraw, Residues
 from symdyn.graph import Expr
-from symdyn.program import Program, Routine, in_lines
-from symdyn.program.row_loop import row_loop
-from symdyn.program.table_numbers import table_in_order
+from symdyn.program import Program, Routine, in_lines, row_loop, table_in_order
 from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest

@@ -17,8 +17,7 @@ from symdyn.emit.targets.c.sincos import ABREAST
 from symdyn.emit.targets.c.stages import LONGEST, longest_loop
 from symdyn.emit.targets.c.writer import LANED, PassText, ScalarStage
 from symdyn.errors import EmitError
-from symdyn.program import Program, Routine
-from symdyn.program.assemble import PARAMS, shared
+from symdyn.program import PARAMS, Program, Routine, shared
 
 FEWEST = 32
 """States in the block of a long function, even if it leaves the nearest cache: fewer are slower."""

@@ -30,11 +30,10 @@ from symdyn.emit.targets.c.batch import batches
 from symdyn.emit.targets.c.cuts import cuts
 from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.gathered import LANES, LINE
-from symdyn.emit.targets.c.loops import loop_text
+from symdyn.emit.targets.c.loops.text import loop_text
 from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.graph import Op
-from symdyn.program.assemble import PARAMS, PREPARED
-from symdyn.program.prepare import is_prepared
+from symdyn.program import PARAMS, PREPARED, is_prepared
 
 
 def _spellings(real: Real) -> Mapping[Op, Spelling]:

@@ -11,8 +11,7 @@ from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
 from symdyn.emit.targets.c.row_solve import RowSolveText, fits, row_solve_text
 from symdyn.emit.targets.c.stages import LONGEST
 from symdyn.emit.targets.c.writer import SINGLE, PassText, ScalarStage, Writer
-from symdyn.program import Program, Routine
-from symdyn.program.row_loop import row_loop
+from symdyn.program import Program, Routine, row_loop
 
 SPLIT = 2
 """Scalar functions of more loops are cut into parts, too: compilers take more than linear time."""

@@ -15,15 +15,11 @@ from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.source_text import ArgumentText, FunctionText, Line
 from symdyn.emit.code.target import Draft
 from symdyn.emit.render import render
-from symdyn.emit.targets.c.double_double import printer as printer_of
-from symdyn.emit.targets.c.double_double import sincos_numbers
+from symdyn.emit.targets.c.double_double import printer as printer_of, sincos_numbers
 from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
-from symdyn.graph import Expr, Op
-from symdyn.graph.ops import SYMBOL
-from symdyn.program import Program, Routine, Step
-from symdyn.program.assemble import PARAMS, PREPARED, shared
-from symdyn.program.prepare import is_prepared
+from symdyn.graph import SYMBOL, Expr, Op
+from symdyn.program import PARAMS, PREPARED, Program, Routine, Step, is_prepared, shared
 
 DD_LANES = 16
 """States in a block: two of the widest vectors, so that one hides the latency of the other."""

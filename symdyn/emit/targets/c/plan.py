@@ -24,10 +24,7 @@ from symdyn.emit.targets.c.stages import (
     stages_of,
 )
 from symdyn.graph import Expr
-from symdyn.program import Routine, Step
-from symdyn.program.assemble import shared
-from symdyn.program.operands import operands
-from symdyn.program.schedule import schedule
+from symdyn.program import Routine, Step, operands, schedule, shared
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.program.row_loop import ABREAST, RowLoop
+from symdyn.program import ABREAST, RowLoop
 
 LARGEST = 1 << 16
 """Numbers of tables, which are short ones, are smaller."""

@@ -13,9 +13,7 @@ from itertools import count
 from math import prod
 
 from symdyn.graph import Expr, Op
-from symdyn.program import Routine, Step
-from symdyn.program.operands import standing
-from symdyn.program.schedule import schedule
+from symdyn.program import Routine, Step, schedule, standing
 
 Constants = Mapping[Expr, Fraction]
 

@@ -9,8 +9,7 @@ from itertools import groupby
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.source_text import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
-from symdyn.graph import Expr
-from symdyn.graph.ops import SYMBOL
+from symdyn.graph import SYMBOL, Expr
 from symdyn.program import Program, Routine, Step, identifier
 
 GROUP = 8

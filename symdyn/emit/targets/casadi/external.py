@@ -9,7 +9,7 @@ from math import prod
 from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.code.target import Draft
 from symdyn.emit.render import render
-from symdyn.emit.targets.c import HEADER_ONLY, C
+from symdyn.emit.targets.c.c99 import HEADER_ONLY, C
 from symdyn.emit.targets.casadi.jacobians import Block
 
 

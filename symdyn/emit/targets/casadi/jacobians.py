@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import accumulate
 
-from symdyn.dynamics.roads.named_functions import DRIVES, Argument, Function
+from symdyn.dynamics import Argument, Function
+from symdyn.dynamics.roads import DRIVES
 from symdyn.emit.code.identifiers import function_names
-from symdyn.program import Program
-from symdyn.program.assemble import PARAMS
+from symdyn.program import PARAMS, Program
 from symdyn.scene import Scene
 
 MOVED = ("q", "qd", "qdd", DRIVES)

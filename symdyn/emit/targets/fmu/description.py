@@ -8,8 +8,7 @@ from typing import Any
 from symdyn.emit.code.target import Draft
 from symdyn.emit.escape import in_xml
 from symdyn.emit.targets.fmu.variables import Variable
-from symdyn.scene.values.dimension import BASE
-from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.scene.values import BASE, UnitError, read_unit
 
 VARIABILITY = {"independent": "continuous", "parameter": "tunable"}
 """Of each causality; "continuous" of all others."""

@@ -17,21 +17,19 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from symdyn.dynamics.mechanism.directions import has_quaternions
-from symdyn.dynamics.mechanism.prescribed import has_motion, prescribed
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.mechanism import has_motion, has_quaternions, prescribed, quaternions
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render, verbatim
-from symdyn.emit.targets.c import C
+from symdyn.emit.targets.c.c99 import C
 from symdyn.emit.targets.fmu.archive import packed
 from symdyn.emit.targets.fmu.description import described
 from symdyn.emit.targets.fmu.start import starting_state
 from symdyn.emit.targets.fmu.variables import Variable, driven, variables
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
-from symdyn.program.prepare import is_prepared
+from symdyn.program import is_prepared
 from symdyn.scene import Scene
 
 TOLERANCE = "1e-09"

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from symdyn.dynamics.mechanism.prescribed import at_time, prescribed
+from symdyn.dynamics.mechanism import at_time, prescribed
 from symdyn.errors import EmitError
 from symdyn.graph import evaluate
-from symdyn.scene import Scene
-from symdyn.scene.joints.start import starting_velocity
+from symdyn.scene import Scene, starting_velocity
 
 
 def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
@@ -19,10 +18,8 @@ def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
         EmitError: angles are singular there, or a wheel lies flat.
         DerivationError: the loops do not close, or the velocities contradict each other.
     """
-    from symdyn.algebra.numeric import Floats
-    from symdyn.dynamics.loops.assembly import closed_position
-    from symdyn.dynamics.loops.continuation import declared_rates, fitting
-    from symdyn.dynamics.loops.loop_numbers import Numbers
+    from symdyn.algebra import Floats
+    from symdyn.dynamics.loops import Numbers, closed_position, declared_rates, fitting
 
     numbers = Numbers(scene)
     q, u = numbers.start(), [numbers.value(x) for x in starting_velocity(scene)]

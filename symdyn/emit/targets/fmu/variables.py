@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.prescribed import prescribed
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.program import Program
-from symdyn.program.assemble import PARAMS
-from symdyn.scene import Quantity, Scene, velocity_name
-from symdyn.scene.units import (
+from symdyn.program import PARAMS, Program
+from symdyn.scene import (
+    Quantity,
+    Scene,
     coordinates_with_units,
     drives_with_units,
     output_units,
     shown_unit,
     told_units,
+    velocity_name,
     velocity_units,
 )
-from symdyn.scene.values.value import known_value
+from symdyn.scene.values import known_value
 
 TIME = "t"
 

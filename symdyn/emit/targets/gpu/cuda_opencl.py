@@ -24,8 +24,7 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.gpu.kernels import WAITING, kernels, rooms
 from symdyn.emit.targets.gpu.room import BLOCKS, SIZES
 from symdyn.graph import ARITY, Op
-from symdyn.program.assemble import PARAMS, PREPARED
-from symdyn.program.prepare import is_prepared
+from symdyn.program import PARAMS, PREPARED, is_prepared
 
 FUNCTIONS: Mapping[Op, str] = {
     Op.SIN: "sin",

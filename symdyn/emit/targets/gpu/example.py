@@ -11,8 +11,7 @@ from symdyn.emit.code.worked_example import Called, Given, worked_example
 from symdyn.emit.render import render
 from symdyn.emit.targets.gpu.kernels import rooms
 from symdyn.emit.targets.gpu.room import Room
-from symdyn.program.assemble import PARAMS, PREPARED, shared
-from symdyn.program.prepare import PREPARE
+from symdyn.program import PARAMS, PREPARE, PREPARED, shared
 
 STATES = 1000
 """As many as fill several blocks, the last of them in part."""

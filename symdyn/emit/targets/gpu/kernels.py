@@ -18,10 +18,7 @@ from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.targets.gpu.room import MANY, SPARE, Room, Task, room
 from symdyn.graph import Expr, Op
-from symdyn.program import Program, Routine
-from symdyn.program.assemble import shared
-from symdyn.program.operands import operands, standing
-from symdyn.program.waiting import Line, Plan
+from symdyn.program import Line, Plan, Program, Routine, operands, shared, standing
 
 WAITING = "waiting"
 """Where values wait."""

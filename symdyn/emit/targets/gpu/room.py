@@ -15,8 +15,7 @@ from functools import cache
 from symdyn.emit.code.real import Real
 from symdyn.emit.targets.gpu.parts import shares
 from symdyn.graph import Op
-from symdyn.program.schedule import most_alive, schedule, schedule_backwards, schedule_in_turn
-from symdyn.program.waiting import Line, Plan, plan
+from symdyn.program import Line, Plan, most_alive, plan, schedule, schedule_backwards, schedule_in_turn
 
 BLOCKS = (128, 64, 32)
 """Threads of a block that registers are shared out for, the first one that leaves enough memory: with 128 each may have

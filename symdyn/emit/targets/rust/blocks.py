@@ -13,8 +13,7 @@ from symdyn.emit.targets.c.plan import SineCosine
 from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
 from symdyn.emit.targets.c.writer import Layout, PassText
 from symdyn.errors import EmitError
-from symdyn.program import Program, Routine
-from symdyn.program.assemble import PARAMS, shared
+from symdyn.program import PARAMS, Program, Routine, shared
 
 LANES = 64
 """States of a block, as in C."""

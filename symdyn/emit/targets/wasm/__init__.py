@@ -23,7 +23,7 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.javascript import JS
 from symdyn.emit.targets.wasm.binary import BLOCK, STRIDE, binary
 from symdyn.errors import EmitError
-from symdyn.program.assemble import shared
+from symdyn.program import shared
 
 BATCH = "batch"
 

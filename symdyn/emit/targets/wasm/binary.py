@@ -7,8 +7,7 @@ from symdyn.emit.targets.wasm.lanes import IMPORTED, pair_of
 from symdyn.emit.targets.wasm.routines import RoutineWriter, columns
 from symdyn.emit.targets.wasm.sincos import large_angles, sincos
 from symdyn.graph import Op
-from symdyn.program import Program
-from symdyn.program.assemble import ANGULAR
+from symdyn.program import ANGULAR, Program
 
 BLOCK = 256
 """States that stand in memory at a time."""

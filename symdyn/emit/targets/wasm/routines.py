@@ -11,8 +11,7 @@ from symdyn.emit.targets.wasm.instructions import BASE, Home, Instructions
 from symdyn.emit.targets.wasm.lanes import PAIR, SINGLE, Lanes
 from symdyn.emit.targets.wasm.sincos import CHAINS, ROW
 from symdyn.graph import Expr, Op
-from symdyn.program import Program, Routine
-from symdyn.program.assemble import ANGULAR, shared
+from symdyn.program import ANGULAR, Program, Routine, shared
 
 COUNT, STATE, LAST = "count", "state", "last"
 """Variables of a loop: how many states there are, where the first of a pair stands, where they end."""

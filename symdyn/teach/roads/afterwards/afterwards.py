@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.emit.print.printable import Printable
+from symdyn.emit.print import Printable
 from symdyn.teach.document import Section, Step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.roads.afterwards.comparison import comparison_step

@@ -13,12 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.draw.label_places import Label, Put
-from symdyn.draw.lettering import FONT, Run, Text
-from symdyn.draw.places import Array
-from symdyn.draw.shapes import Item, Shape, dot, path
-from symdyn.draw.svg import Drawing, svg
-from symdyn.draw.titles import Title
+from symdyn.draw import FONT, Array, Drawing, Item, Label, Put, Run, Shape, Text, Title, dot, path, svg
 
 WIDE, HIGH = 420.0, 190.0  # of a panel, units of the picture
 GAP = 62.0  # between panels

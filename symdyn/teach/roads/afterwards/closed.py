@@ -9,14 +9,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Symbol
+from symdyn.algebra import Form, Symbol
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
-from symdyn.linear import Equilibria, Linearization, linearize_at_rest, stability
-from symdyn.linear.prepared import prepared
-from symdyn.linear.steady import settled, steady_next_to
-from symdyn.scene.units import coordinate_units, in_shown_unit, velocity_units
-from symdyn.simulation.initial import read_start
-from symdyn.simulation.prescribed.forces import Forces
+from symdyn.linear import Equilibria, Linearization, linearize_at_rest, prepared, settled, stability, steady_next_to
+from symdyn.scene import coordinate_units, in_shown_unit, velocity_units
+from symdyn.simulation import Forces, read_start
 from symdyn.teach.document import Block, Section, Step, Words
 from symdyn.teach.lesson import Prose, together
 

@@ -11,16 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.form import Symbol, express_form, sum_of
-from symdyn.algebra.numeric import Batches
-from symdyn.draw.lettering import lettered
-from symdyn.draw.places import Array
-from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.emit.print.printable import Printable
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.algebra import Batches, Symbol, express_form, sum_of
+from symdyn.draw import Array, lettered
+from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.emit.print import Printable, latex_symbols
 from symdyn.graph import Expr, evaluate, gradient, reachable
-from symdyn.scene.units import coordinate_units, in_shown_unit, shown_unit
+from symdyn.scene import coordinate_units, in_shown_unit, shown_unit
 from symdyn.teach.document import Picture, Step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.roads.afterwards.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, plain, with_unit

@@ -16,13 +16,11 @@ from itertools import product
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Number, Pi, express_form, power_of, product_of
-from symdyn.algebra.ratios import Ratios, solved
-from symdyn.draw.places import Array
-from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.algebra import Form, Number, Pi, Ratios, express_form, power_of, product_of, solved
+from symdyn.draw import Array
+from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.scene.units import coordinate_units
+from symdyn.scene import coordinate_units
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.singular_places import Judge
@@ -155,7 +153,7 @@ class Rest:
 
     def never(self, force: Expr) -> bool:
         """Tell whether a force is zero for every value of the parameters, wherever the mechanism is."""
-        from symdyn.dynamics.closed_forms.frames_and_parameters import vanishes
+        from symdyn.dynamics import vanishes
 
         return force.is_zero or (not set(reachable([force])).intersection(self.lesson.state.q) and vanishes(force))
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.draw.places import Array
-from symdyn.dynamics.mechanism.loads import generalized_forces
+from symdyn.draw import Array
+from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.roads.afterwards.equilibria import Place, Rests

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Symbol
-from symdyn.algebra.joined_terms import with_squares
-from symdyn.dynamics.lagrange.second_kind import energies
+from symdyn.algebra import Form, Symbol, with_squares
+from symdyn.dynamics import energies
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene import Scene
-from symdyn.scene.values.quantity import ZERO as NOTHING
+from symdyn.scene.values import ZERO as NOTHING
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import Reduced, zero

@@ -7,12 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.draw.pictures import mechanism, watched
-from symdyn.draw.places import Array, places
-from symdyn.draw.positions import extent_of
-from symdyn.draw.shapes import Item, Shape
-from symdyn.draw.svg import Drawing, svg
-from symdyn.draw.titles import Title
+from symdyn.draw import Array, Drawing, Item, Shape, Title, extent_of, mechanism, places, svg, watched
 from symdyn.teach.document import Picture
 from symdyn.teach.lesson import Prose
 from symdyn.teach.shown_state import Chosen

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from symdyn.algebra.form import ZERO, Form, Symbol, sum_of
-from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.emit.print.printable import Printable
+from symdyn.algebra import ZERO, Form, Symbol, sum_of
+from symdyn.dynamics.mechanism import TIME, generalized_forces
+from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import gradient, reachable
-from symdyn.scene.values.quantity import ZERO as NOTHING
+from symdyn.scene.values import ZERO as NOTHING
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import cyclic_of, led_by, reduced, zero

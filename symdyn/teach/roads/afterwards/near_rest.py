@@ -7,21 +7,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     Form,
+    Ratios,
     Symbol,
+    characteristic,
     express_form,
+    factors,
     power_of,
     product_of,
+    solved,
     split_sign,
     sum_of,
     terms_of,
 )
-from symdyn.algebra.ratios import Ratios, characteristic, factors, solved
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
-from symdyn.scene.units import coordinate_units
+from symdyn.scene import coordinate_units
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.equilibria import Place, Rests

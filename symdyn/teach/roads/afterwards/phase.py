@@ -7,13 +7,11 @@ from functools import partial
 
 import numpy as np
 
-from symdyn.algebra.numeric import Batches
-from symdyn.draw.lettering import Text, lettered
-from symdyn.draw.places import Array
-from symdyn.emit.print.letters import head
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.algebra import Batches
+from symdyn.draw import Array, Text, lettered
+from symdyn.emit.print import head, latex_symbols
 from symdyn.graph import Expr, evaluate
-from symdyn.scene.units import coordinate_units, in_shown_unit, shown_unit
+from symdyn.scene import coordinate_units, in_shown_unit, shown_unit
 from symdyn.teach.document import Block, Letter, Picture, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.charts import (

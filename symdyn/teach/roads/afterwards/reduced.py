@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Batches
-from symdyn.draw.places import Array
-from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
+from symdyn.algebra import Batches
+from symdyn.draw import Array
+from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.scene.units import coordinate_units
+from symdyn.scene import coordinate_units
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.shown_state import Chosen
 

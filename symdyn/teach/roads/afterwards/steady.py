@@ -10,13 +10,14 @@ import math
 from collections.abc import Set
 from fractions import Fraction
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     ZERO,
     Form,
     Function,
     Number,
     Power,
+    Ratios,
     Symbol,
     factors_of,
     forms_in,
@@ -29,10 +30,9 @@ from symdyn.algebra.form import (
     terms_of,
     with_parts,
 )
-from symdyn.algebra.ratios import Ratios
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, evaluate, gradient
-from symdyn.scene.units import coordinate_units, in_shown_unit
+from symdyn.scene import coordinate_units, in_shown_unit
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import Reduced

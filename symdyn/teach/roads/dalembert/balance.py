@@ -13,23 +13,36 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Function, Symbol, form_of
-from symdyn.algebra.joined_terms import with_added_angles, with_squares
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.loops.loop_words import in_words
-from symdyn.dynamics.loops.reduction import solve_normal
-from symdyn.dynamics.mechanism.kinematics import centre_of_mass
-from symdyn.dynamics.mechanism.state import State
-from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector
-from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import PLACES, TINY, drives
-from symdyn.emit.print.dalembert_system import length_symbols
-from symdyn.emit.print.letters import LENGTH
+from symdyn.algebra import (
+    Compactor,
+    Form,
+    Function,
+    Polynomial,
+    Symbol,
+    TrigonometricRing,
+    form_of,
+    total_angles,
+    with_added_angles,
+    with_squares,
+)
+from symdyn.dynamics import Workspace, angle_groups, derive_one
+from symdyn.dynamics.loops import in_words, solve_normal
+from symdyn.dynamics.mechanism import State, centre_of_mass
+from symdyn.dynamics.reactions import (
+    COUPLING,
+    DRIVE,
+    PLACES,
+    REACTION,
+    TINY,
+    Equilibrium,
+    Hanging,
+    Unknown,
+    drives,
+    equilibrium,
+    frames,
+    inertia_bivector,
+)
+from symdyn.emit.print import LENGTH, length_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
 from symdyn.scene import Strut, velocity_name

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, form_of, product_of, sum_of
+from symdyn.algebra import MINUS_ONE, ZERO, Form, Symbol, form_of, product_of, sum_of
 from symdyn.draw import Wrench, free_body
-from symdyn.dynamics.reactions.bivectors import frames
-from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.letters import body_number, head
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.dynamics.reactions import frames
+from symdyn.emit.print import body_number, head, latex_symbols, text_of
 from symdyn.graph import Expr
 from symdyn.spatial import apply, cross, sub, zero_vector
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Number, product_of, sum_of, symbols_of
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.algebra import MINUS_ONE, ZERO, Form, Number, product_of, sum_of, symbols_of
+from symdyn.emit.print import latex_symbols
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.mathematics import letter
 from symdyn.teach.roads.dalembert.balance import Balance

@@ -11,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     ZERO,
+    Compactor,
     Form,
     Symbol,
+    TrigonometricRing,
     form_of,
     power_of,
     product_of,
@@ -24,14 +25,13 @@ from symdyn.algebra.form import (
     split_sign,
     sum_of,
     terms_of,
+    total_angles,
+    with_added_angles,
+    with_squares,
 )
-from symdyn.algebra.joined_terms import with_added_angles, with_squares
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.closed_forms.constraint_forms import ClosedRow, closed_constraints
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.reactions.hinges import Hinge
+from symdyn.dynamics import ClosedRow, angle_groups, closed_constraints
+from symdyn.dynamics.mechanism import body_placements
+from symdyn.dynamics.reactions import Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.scene import JOINTS, acceleration_name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import ONE, ZERO, Form, Number, Power, factors_of, power_of, product_of, sum_of, terms_of
+from symdyn.algebra import ONE, ZERO, Form, Number, Power, factors_of, power_of, product_of, sum_of, terms_of
 
 
 def quotient(above: Form, below: Form) -> Form:

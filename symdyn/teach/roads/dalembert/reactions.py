@@ -8,11 +8,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra.form import Number, power_of
-from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.lagrange.second_kind import driving_forces
-from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
-from symdyn.dynamics.reactions.least import equations
+from symdyn.algebra import Number, power_of
+from symdyn.dynamics import Workspace, derive_one, driving_forces
+from symdyn.dynamics.reactions import DRIVE, Unknown, equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Formula, Step, Values, Words
@@ -22,8 +20,7 @@ from symdyn.teach.roads.dalembert.shown_motion import determined, no_motion, sol
 from symdyn.teach.roads.lagrange.velocities import PAGE, folded, length
 from symdyn.teach.shown_state import Chosen
 from symdyn.verdict import DIFFERENT, PROVED
-from symdyn.verify.equality import Claim, prove
-from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions, solvable
+from symdyn.verify import Claim, drives_in_reactions, momentum, power_of_reactions, prove, solvable
 
 
 def solved_steps(lesson: Balance) -> list[Step]:

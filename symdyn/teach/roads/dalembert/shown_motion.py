@@ -13,9 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.loop_numbers import Array
-from symdyn.dynamics.mechanism.angles import angles_of
+from symdyn.algebra import Floats
+from symdyn.dynamics.loops import Array
+from symdyn.dynamics.mechanism import angles_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.teach.roads.dalembert.balance import Balance

@@ -15,22 +15,26 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import ONE, ZERO, Form, Symbol, power_of, product_of
-from symdyn.algebra.joined_terms import with_squares
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.mechanism.kinematics import centre_of_mass
-from symdyn.dynamics.mechanism.state import vector
-from symdyn.dynamics.reactions.bivectors import frames, known_bivectors
-from symdyn.emit.print.formula_text import text_of
+from symdyn.algebra import (
+    ONE,
+    ZERO,
+    Compactor,
+    Form,
+    Symbol,
+    TrigonometricRing,
+    power_of,
+    product_of,
+    total_angles,
+    with_squares,
+)
+from symdyn.dynamics import Workspace, angle_groups, closed_form
+from symdyn.dynamics.mechanism import centre_of_mass, vector
+from symdyn.dynamics.reactions import frames, known_bivectors
+from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
 from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.values.quantity import ZERO as NONE
+from symdyn.scene.values import ZERO as NONE
 from symdyn.spatial import apply_transposed, dot, scale, sub
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Prose

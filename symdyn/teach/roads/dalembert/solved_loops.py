@@ -17,21 +17,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi, remainder
 
-from symdyn.algebra.form import (
-    MINUS_ONE,
-    ZERO,
-    Form,
-    Function,
-    Power,
-    Symbol,
-    factors_of,
-    product_of,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra import MINUS_ONE, ZERO, Form, Function, Power, Symbol, factors_of, product_of, sum_of, terms_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
-from symdyn.scene.units import velocity_units
+from symdyn.scene import velocity_units
 from symdyn.teach.document import Block, Formula, Letter, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.roads.dalembert.balance import Balance

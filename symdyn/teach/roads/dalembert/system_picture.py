@@ -7,14 +7,9 @@ from itertools import groupby
 
 import numpy as np
 
-from symdyn.algebra.form import ZERO, product_of, sum_of
-from symdyn.draw.label_places import Label, Put
-from symdyn.draw.lettering import FONT, Run, Text, lettered
-from symdyn.draw.shapes import Item, Shape, dot, path
-from symdyn.draw.svg import Drawing, svg
-from symdyn.draw.titles import Title
-from symdyn.emit.print.letters import head
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.algebra import ZERO, product_of, sum_of
+from symdyn.draw import FONT, Drawing, Item, Label, Put, Run, Shape, Text, Title, dot, lettered, path, svg
+from symdyn.emit.print import head, latex_symbols
 from symdyn.graph import reachable
 from symdyn.teach.document import Block, Formula, Letter, Picture, Step
 from symdyn.teach.mathematics import letter

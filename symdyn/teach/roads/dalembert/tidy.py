@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     Form,
     Function,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symdyn.algebra.form import Form
-from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION
-from symdyn.scene import GROUND, Scene
+from symdyn.algebra import Form
+from symdyn.dynamics.reactions import COUPLING, DRIVE, REACTION
+from symdyn.scene import GROUND, Contact, Scene
 from symdyn.scene.forces import touch_of
-from symdyn.scene.values.element import Contact
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.roads.dalembert.balance import Balance

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     ONE,
     ZERO,
@@ -21,8 +21,8 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.dynamics.lagrange.second_kind import rotor_energy
-from symdyn.dynamics.mechanism.state import vector
+from symdyn.dynamics import rotor_energy
+from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Joint, express
 from symdyn.scene.forces import elastic

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, groupby
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     ZERO,
     Form,
@@ -18,13 +18,11 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces, mass_matrix
-from symdyn.dynamics.mechanism.directions import christoffel
-from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.printable import Coefficient, Printable
+from symdyn.dynamics import elastic_forces, gravity_forces, mass_matrix
+from symdyn.dynamics.mechanism import christoffel, generalized_forces
+from symdyn.emit.print import Coefficient, Printable, text_of
 from symdyn.graph import Expr, tangents
-from symdyn.scene.values.dimension import FORCE_UNITS
+from symdyn.scene.values import FORCE_UNITS
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named, together
 from symdyn.teach.roads.lagrange.forms import is_rate, rate_of

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     ONE,
     ZERO,

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of
-from symdyn.dynamics.mechanism.state import placement, vector
-from symdyn.emit.print.printable import Printable
+from symdyn.algebra import Form, Symbol, power_of, product_of, sum_of
+from symdyn.dynamics.mechanism import placement, vector
+from symdyn.emit.print import Printable
 from symdyn.graph import Expr
 from symdyn.scene import GROUND, JOINTS, Joint, express
-from symdyn.scene.joints.blocks import unit
+from symdyn.scene.joints import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
 from symdyn.teach.lesson import Lesson, named

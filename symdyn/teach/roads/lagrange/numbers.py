@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import MINUS_ONE, Form, Symbol, express_form, product_of, signed_product, sum_of, terms_of
+from symdyn.algebra import MINUS_ONE, Form, Symbol, express_form, product_of, signed_product, sum_of, terms_of
 from symdyn.draw import Lettered, Wrench, picture
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.mechanism.state import vector
-from symdyn.emit.print.letters import head
-from symdyn.emit.print.printable import Printable
+from symdyn.dynamics.mechanism import TIME, vector
+from symdyn.emit.print import Printable, head
 from symdyn.graph import Expr, tangents
-from symdyn.scene.units import coordinate_units, shown_unit, told_units, velocity_units
-from symdyn.scene.values.dimension import force_unit
+from symdyn.scene import coordinate_units, shown_unit, told_units, velocity_units
+from symdyn.scene.values import force_unit
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
 from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.masses import Mass

@@ -5,10 +5,10 @@ The index i in them stands for any coordinate: these names have no value, and te
 
 from __future__ import annotations
 
-from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, sum_of
-from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.emit.print.printable import Printable
-from symdyn.scene.units import velocity_units
+from symdyn.algebra import MINUS_ONE, Form, Symbol, product_of, sum_of
+from symdyn.dynamics.mechanism import generalized_forces
+from symdyn.emit.print import Printable
+from symdyn.scene import velocity_units
 from symdyn.teach.document import Block, Formula, Letter, Name, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of
-from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.printable import Printable
+from symdyn.algebra import ZERO, Form, Symbol, power_of, product_of
+from symdyn.emit.print import Printable, text_of
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.scene.units import velocity_units
+from symdyn.scene import velocity_units
 from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Block, Formula, Name, Step, Words
 from symdyn.teach.lesson import Lesson, named

@@ -6,9 +6,9 @@ From C_0b = C_0p C_pb and the skew matrix ω̃ = Cᵀ Ċ follows ω_b = C_pbᵀ 
 
 from __future__ import annotations
 
-from symdyn.algebra.form import Form, Symbol, product_of, sum_of, terms_of
-from symdyn.dynamics.mechanism.placements import joint_placement
-from symdyn.emit.print.letters import body_number
+from symdyn.algebra import Form, Symbol, product_of, sum_of, terms_of
+from symdyn.dynamics.mechanism import joint_placement
+from symdyn.emit.print import body_number
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND, Body, Joint, Scene
 from symdyn.spatial import Vec, apply_transposed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import Form
+from symdyn.algebra import Form
 from symdyn.teach.document import Formula, Step
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.roads.lagrange.velocities import folded

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from symdyn.algebra.form import ZERO, Form, Function, Power, Product, Sum, Symbol, parts_of, terms_of
+from symdyn.algebra import ZERO, Form, Function, Power, Product, Sum, Symbol, parts_of, terms_of
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND
 from symdyn.spatial import Vec

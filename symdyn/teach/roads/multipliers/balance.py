@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     ONE,
     ZERO,
     Form,
+    Polynomial,
     Power,
     Symbol,
     express_form,
@@ -19,15 +20,10 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.algebra.trigonometric import Polynomial
-from symdyn.dynamics.loops.reduction import solve_transposed
-from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.letters import head
-from symdyn.emit.print.printable import Printable
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.dynamics.loops import solve_transposed
+from symdyn.emit.print import Printable, head, latex_symbols, text_of
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Scene
-from symdyn.scene.units import row_units
+from symdyn.scene import Scene, row_units
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.roads.lagrange.velocities import folded, length

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.algebra.form import Form, Power, Symbol, product_of, signed_product, sum_of
+from symdyn.algebra import Form, Power, Symbol, product_of, signed_product, sum_of
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Formula, Matrix, Step, Words
 from symdyn.teach.lesson import named, together

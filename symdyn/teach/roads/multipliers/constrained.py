@@ -17,14 +17,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Function, Symbol, express_form, form_of, terms_of
-from symdyn.algebra.numeric import Floats
-from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.loops.constraint_rows import Label, differentiated
-from symdyn.dynamics.loops.cuts import Cut, cuts
-from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.algebra import Compactor, Floats, Form, Function, Symbol, TrigonometricRing, express_form, form_of, terms_of
+from symdyn.dynamics.loops import Cut, Label, Partition, cuts, differentiated
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import GROUND

@@ -14,9 +14,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.dynamics.loops.assembly import closed_position
-from symdyn.dynamics.loops.loop_numbers import Array
-from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.dynamics.loops import Array, closed_position
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.teach.roads.multipliers.constrained import Constrained

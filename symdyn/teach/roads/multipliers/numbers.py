@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra.form import Form, Symbol, product_of, signed_product, sum_of, terms_of
+from symdyn.algebra import Form, Symbol, product_of, signed_product, sum_of, terms_of
 from symdyn.graph import tangents
-from symdyn.scene.units import velocity_units
-from symdyn.scene.values.dimension import force_unit
+from symdyn.scene import velocity_units
+from symdyn.scene.values import force_unit
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import named
 from symdyn.teach.roads.multipliers.balance import unit_of, valued

@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, form_of
-from symdyn.algebra.joined_terms import with_added_angles
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.algebra import Compactor, Form, Polynomial, TrigonometricRing, form_of, total_angles, with_added_angles
+from symdyn.dynamics import angle_groups
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 

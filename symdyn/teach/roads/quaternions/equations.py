@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
 
-from symdyn.algebra.form import (
+from symdyn.algebra import (
     MINUS_ONE,
     ONE,
     Form,
@@ -19,8 +19,8 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.dynamics.lagrange.second_kind import mass_matrix
-from symdyn.emit.print.formula_text import text_of
+from symdyn.dynamics import mass_matrix
+from symdyn.emit.print import text_of
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene import Joint
 from symdyn.spatial import apply_transposed, cross, dot

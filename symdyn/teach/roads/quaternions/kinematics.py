@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.algebra.form import Number, Symbol, power_of, product_of, sum_of
-from symdyn.dynamics.mechanism.state import joint_motion
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.algebra import Number, Symbol, power_of, product_of, sum_of
+from symdyn.dynamics.mechanism import joint_motion
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Joint
-from symdyn.scene.joints.blocks import rotation_of
-from symdyn.scene.units import coordinate_units, drives_with_units, velocity_units
+from symdyn.scene import Joint, coordinate_units, drives_with_units, velocity_units
+from symdyn.scene.joints import rotation_of
 from symdyn.spatial import apply_transposed
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together

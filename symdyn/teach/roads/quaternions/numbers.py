@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import sqrt
 
-from symdyn.algebra.form import Form, Symbol, power_of, sum_of, terms_of
+from symdyn.algebra import Form, Symbol, power_of, sum_of, terms_of
 from symdyn.teach.document import Step
 from symdyn.teach.lesson import together
 from symdyn.teach.roads.quaternions.turning import Turning

@@ -10,14 +10,9 @@ X_i          derivative along velocity i alone                  p_i    momentum 
 
 from __future__ import annotations
 
-from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Symbol, express_form, form_of
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces
-from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.dynamics.mechanism.state import vector
+from symdyn.algebra import Compactor, Form, Symbol, TrigonometricRing, express_form, form_of, total_angles
+from symdyn.dynamics import angle_groups, elastic_forces, gravity_forces
+from symdyn.dynamics.mechanism import generalized_forces, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import Contact, Joint

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.algebra.form import Form
+from symdyn.algebra import Form
 from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.document import Document, Name, Section
 from symdyn.teach.notation import acting_steps, scene_step

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symdyn.dynamics.mechanism.state import vector
+from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import GROUND, Contact, express
-from symdyn.scene.joints.blocks import unit
+from symdyn.scene.joints import unit
 from symdyn.spatial import Vec, add, apply_transposed, cross, dot, scale, sub
 from symdyn.teach.document import Letter
 from symdyn.teach.roads.multipliers.constrained import Constrained

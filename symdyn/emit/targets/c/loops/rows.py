@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.joint_table import JointTable
+from symdyn.dynamics import JointTable
 from symdyn.emit.code.operators import Printer
-from symdyn.program.table_numbers import MOMENTS, table_in_order
+from symdyn.program import MOMENTS, table_in_order
 from symdyn.scene import Scene
 
 LINE = 64

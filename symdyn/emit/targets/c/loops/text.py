@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.row_kinds import kinds_of
-from symdyn.dynamics.recursive.sweeps import Sweep
-from symdyn.dynamics.recursive.table_loops import TableLoop
+from symdyn.dynamics import Sweep, TableLoop, kinds_of
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.targets.c.loops.rows import Room, Rows, room, rows_of
-from symdyn.graph import Op, reachable
-from symdyn.graph.ops import SYMBOL
-from symdyn.program.constants import constants
-from symdyn.program.table_numbers import MOMENTS
+from symdyn.graph import SYMBOL, Op, reachable
+from symdyn.program import MOMENTS, constants
 from symdyn.scene import Scene
 
 ROW = ("joint", "matrix")

@@ -1,0 +1,35 @@
+"""Names that `symdyn` offers; each is imported when it is first used."""
+
+from . import (
+    bench as bench,
+    build as build,
+    draw as draw,
+    dynamics as dynamics,
+    emit as emit,
+    errors as errors,
+    graph as graph,
+    identification as identification,
+    linear as linear,
+    program as program,
+    scene as scene,
+    simulation as simulation,
+    study as study,
+    teach as teach,
+    transcription as transcription,
+    verify as verify,
+)
+from .build import lambdify as lambdify, load as load
+from .draw import animation as animation, film as film, picture as picture
+from .dynamics import closed_form as closed_form, derive as derive
+from .emit.print import equations as equations
+from .errors import SymdynError as SymdynError
+from .identification import identify as identify
+from .linear import linearize as linearize
+from .program import lower as lower
+from .scene import Scene as Scene, example as example, read as read
+from .simulation import ensemble as ensemble, inverse as inverse, sensitivity as sensitivity, simulate as simulate
+from .study import sweep as sweep, uncertainty as uncertainty
+from .transcription import collocation as collocation
+from .verify import certify as certify
+
+__version__: str

@@ -1,0 +1,17 @@
+"""Names that `symdyn.emit.code` offers; each is imported when it is first used."""
+
+from .identifiers import function_names as function_names, is_device as is_device, page_stem as page_stem, stem as stem
+from .operators import (
+    OPERATORS as OPERATORS,
+    PRODUCT as PRODUCT,
+    SIGN as SIGN,
+    Printer as Printer,
+    Spelling as Spelling,
+    call as call,
+)
+from .real import REALS as REALS, SINGLE as SINGLE, find_real as find_real, halves as halves
+from .short_sines import (
+    SHORT_SINES as SHORT_SINES,
+    bound_of_sines as bound_of_sines,
+    find_short_sines as find_short_sines,
+)

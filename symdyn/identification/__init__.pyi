@@ -1,0 +1,20 @@
+"""Names that `symdyn.identification` offers; each is imported when it is first used."""
+
+from .criteria import CRITERIA as CRITERIA
+from .door import identify as identify
+from .excitation import Excitation as Excitation
+from .exciting_motion import excite as excite
+from .families import FAMILIES as FAMILIES
+from .gains import Gain as Gain
+from .identification import Identification as Identification
+from .linear_model import TERMS as TERMS
+from .log import Log as Log
+from .output_error import output_error as output_error
+from .output_fit import OutputFit as OutputFit
+from .payload import Payload as Payload
+from .regression import Regression as Regression
+from .report import report as report
+from .scene import Identified as Identified, identified as identified, with_parameters as with_parameters
+from .units import GAINED as GAINED
+from .unknowns import ten_of_body as ten_of_body
+from .written_scene import written as written

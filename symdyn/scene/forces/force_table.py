@@ -1,0 +1,130 @@
+"""The kinds of elements: everything that acts in a scene beside gravity and drives, one file each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from symdyn.scene.forces.body_load import LOAD
+from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
+from symdyn.scene.forces.damper import DAMPER
+from symdyn.scene.forces.force_kind import Forbid, ForceKind, Pull, Rub, Scope, Touch
+from symdyn.scene.forces.friction import FRICTION
+from symdyn.scene.forces.spring import SPRING
+from symdyn.scene.forces.velocity_row import FORMULA, Formula, says_no_place
+from symdyn.scene.values.element import Contact, Element, Row, Strut
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.quantity import NULL, Quantity
+from symdyn.scene.values.table import Entry, Faults, Table, show
+
+FORCES: dict[str, ForceKind] = {
+    "spring": SPRING,
+    "damper": DAMPER,
+    "friction": FRICTION,
+    "load": LOAD,
+    "formula": FORMULA,
+    "knife_edge": KNIFE_EDGE,
+    "rolling": ROLLING,
+}
+"""Every kind of element; scenes hold elements in this order, and joints what stands in their own tables."""
+
+
+def sections() -> tuple[str, ...]:
+    """Return the tables of a file that declare elements."""
+    return tuple(dict.fromkeys(kind.section for kind in FORCES.values() if not isinstance(kind.law, Rub)))
+
+
+def kinds_of(section: str) -> dict[str, ForceKind]:
+    """Return the kinds that a section declares; the first of them is meant where no type is given."""
+    return {name: kind for name, kind in FORCES.items() if kind.section == section}
+
+
+def read_elements(entries: Mapping[str, Iterable[Entry]], scope: Scope, faults: Faults) -> list[tuple[str, Element]]:
+    """Return the declared elements of all sections with their places, in the order of `FORCES`."""
+    found = []
+    for section in sections():
+        for entry in entries.get(section, ()):
+            one = _read(entry, kinds_of(section), scope, faults)
+            if one is not None:
+                found.append((entry.where, one))
+    return found
+
+
+def read_rubbing(entry: Entry, key: str, faults: Faults) -> Element | None:
+    """Return what stands under a key in the table of a joint, whose name the entry has."""
+    return _read(entry, kinds_of(key), Scope({}, NULL, ()), faults)
+
+
+def _read(entry: Entry, kinds: Mapping[str, ForceKind], scope: Scope, faults: Faults) -> Element | None:
+    own = ("type",) if len(kinds) > 1 else ()
+    type_ = entry.table.get("type", next(iter(kinds))) if own else next(iter(kinds))
+    if not isinstance(type_, str) or type_ not in kinds:
+        faults.add(entry.where, f"type = {show(type_)} is not a constraint; {suggestion(str(type_), kinds)}")
+        return None
+    kind = kinds[type_]
+    table = Table(entry, faults, (*own, *(key for part in kind.parts for key in part.keys)))
+    if not any(key in table for key in kind.needs):
+        table.fault(kind.missing)
+    fields = {name: value for part in kind.parts for name, value in part.fields(table, scope).items()}
+    return kind.noun(name=entry.name, **fields)
+
+
+def place_of(one: Element) -> str:
+    """Return where a file declares an element, for messages."""
+    return f"{FORCES[one.kind].section}.{one.name}"
+
+
+def table_of(one: Element, scope: Scope) -> dict[str, object]:
+    """Return what the table of an element says, its type first."""
+    kind, kinds = FORCES[one.kind], kinds_of(FORCES[one.kind].section)
+    said: dict[str, object] = {} if one.kind == next(iter(kinds)) else {"type": one.kind}
+    for part in kind.parts:
+        said |= part.raw(one, scope)
+    return said
+
+
+def elastic(scene: Scene) -> tuple[Strut, ...]:
+    """Return the struts that store energy."""
+    return tuple(one for one in scene.struts if pull_of(one).energy is not None)
+
+
+def resisting(scene: Scene) -> tuple[Strut, ...]:
+    """Return the struts that store none."""
+    return tuple(one for one in scene.struts if pull_of(one).energy is None)
+
+
+def touch_of(contact: Contact) -> Touch:
+    """Return the law of a contact."""
+    law = FORCES[contact.kind].law
+    assert isinstance(law, Touch), "a contact touches"
+    return law
+
+
+def touches(contact: Contact) -> bool:
+    """Tell whether a contact holds a position too: that of a wheel or a ball on its plane."""
+    return any(touch_of(contact).closes(contact))
+
+
+def formula_of(row: Row) -> Quantity | None:
+    """Return the left side of a row that is a formula, which vanishes; None for a contact."""
+    law = FORCES[row.kind].law
+    return law.formula(row) if isinstance(law, Forbid) else None
+
+
+def without_place(scene: Scene) -> tuple[str, ...]:
+    """Return the names of rows whose force may act on any bodies, since nothing says on which it does."""
+    return tuple(row.name for row in scene.rows if isinstance(row, Formula) and says_no_place(row, scene.velocities))
+
+
+def rub_of(dry: Element) -> Rub:
+    """Return the law of what stands in the table of a joint."""
+    law = FORCES[dry.kind].law
+    assert isinstance(law, Rub), "it resists a joint"
+    return law
+
+
+def pull_of(strut: Strut) -> Pull:
+    """Return the law of a strut."""
+    law = FORCES[strut.kind].law
+    assert isinstance(law, Pull), "a strut pulls"
+    return law

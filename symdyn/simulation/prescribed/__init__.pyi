@@ -1,0 +1,17 @@
+"""Names that `symdyn.simulation.prescribed` offers; each is imported when it is first used."""
+
+from .entries import Entries as Entries, read_entries as read_entries
+from .forces import Table as Table, drive_names as drive_names, read_inputs as read_inputs
+from .formulas_in_time import (
+    TIME as TIME,
+    close as close,
+    noted as noted,
+    number_of as number_of,
+    parameter_values as parameter_values,
+    read_formula as read_formula,
+    read_seen as read_seen,
+    words as words,
+)
+from .numbers_in_time import Columns as Columns, counted as counted, read_columns as read_columns
+from .path_entries import tables_in as tables_in
+from .scene_motion import motion_times as motion_times
