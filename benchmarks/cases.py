@@ -21,7 +21,7 @@ from symdyn.graph import evaluate
 from symdyn.program import Program, formulate, lower
 from symdyn.program.states import quaternion_places
 from symdyn.scene import Scene, body, read, revolute, scene, write_text
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import SceneUnits
 
 Array = npt.NDArray[np.float64]
 Value = TypeVar("Value")
@@ -90,7 +90,7 @@ class Case:
         q, qd, qdd = rng.uniform(-2, 2, (3, count, self.n))
         more = rng.uniform(-2, 2, (count, len(self.scene.coordinates) - self.n))  # a quaternion has four numbers
         q = np.concatenate([q, more], axis=1)
-        for k in quaternion_places(coordinate_units(self.scene)):
+        for k in quaternion_places(SceneUnits(self.scene).coordinates):
             q[:, k : k + 4] /= np.linalg.norm(q[:, k : k + 4], axis=1, keepdims=True)
         tau = self.evaluate("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd})
         return {"q": q, "qd": qd, "qdd": qdd, "tau": tau}

@@ -10,7 +10,7 @@ from cases import EXAMPLES, Array, Case
 from symdyn.bench.states import positions_of
 from symdyn.program.states import quaternion_places
 from symdyn.scene import read, read_text
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.units import SceneUnits
 
 FEET = {"fl": ("0.19", "0.13"), "fr": ("0.19", "-0.13"), "rl": ("-0.19", "0.13"), "rr": ("-0.19", "-0.13")}
 """Where the feet stand at the start, m."""
@@ -40,7 +40,7 @@ class Held(Case):
         assert loops is not None, "nothing holds a robot that is free"
         start = loops.numbers.start()
         q = start + rng.uniform(-REACH, REACH, (count, len(start)))
-        for k in quaternion_places(coordinate_units(self.scene)):
+        for k in quaternion_places(SceneUnits(self.scene).coordinates):
             q[:, k : k + 4] /= np.linalg.norm(q[:, k : k + 4], axis=1, keepdims=True)
         q = loops.closed(q)
         qd, tau = rng.uniform(-2, 2, (2, count, self.n))

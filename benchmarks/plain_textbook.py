@@ -26,7 +26,7 @@ import numpy as np
 from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import Workspace
 from symdyn.graph import evaluate
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 
 Array = np.ndarray[Any, Any]
 
@@ -219,7 +219,7 @@ def textbooks(scene: Scene) -> tuple[Textbook, Textbook]:
     """Return a scene without free parameters in 50 digits, and every number of it rounded to double."""
     tree = Workspace(scene).tree
     parameters = {
-        tree.graph.symbol(p.name): evaluate([express(p.value, tree.graph)], BIG, {})[0]
+        tree.graph.symbol(p.name): evaluate([p.value.express(tree.graph)], BIG, {})[0]
         for p in scene.parameters
         if p.value is not None
     }

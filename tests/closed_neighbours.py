@@ -17,7 +17,7 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.dynamics.roads import closed_outputs
 from symdyn.graph import Expr, evaluate, reachable, tangents
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 
 DIGITS = 60
 STEP = "1e-20"
@@ -45,7 +45,7 @@ class Neighbours:
         found = {graph.symbol(name): self.mp.mpf(x) for name, x in self.w.loops.numbers.free.items()}
         for parameter in self.w.scene.parameters:
             if parameter.value is not None:
-                found[graph.symbol(parameter.name)] = evaluate([express(parameter.value, graph)], self.algebra, {})[0]
+                found[graph.symbol(parameter.name)] = evaluate([parameter.value.express(graph)], self.algebra, {})[0]
         return found
 
     def values(self, entries: Sequence[Expr], known: Mapping[Expr, Any]) -> list[Any]:

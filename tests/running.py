@@ -14,7 +14,7 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.reactions.least import elements, equations
 from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.spatial import plus, times
 from symdyn.verify.equality import Claim
 
@@ -62,7 +62,7 @@ def solved_reactions(scene: Scene, axes: str, algebra: Algebra[Any], **arguments
     """
     w = Workspace(scene)
     system = equilibrium(w.hanging)
-    known = {p.name: express(p.value, w.graph) for p in scene.parameters if p.value is not None}
+    known = {p.name: p.value.express(w.graph) for p in scene.parameters if p.value is not None}
     values = {w.graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in known.items()}
     for symbols, name in ((w.state.q, "q"), (w.state.qd, "qd"), (w.state.qdd, "qdd")):
         values.update(zip(symbols, arguments[name], strict=True))
@@ -92,7 +92,7 @@ def solved_at(system: Equilibrium, algebra: Algebra[Any], values: Mapping[Expr, 
 def settings(equations: Equations, algebra: Algebra[Any]) -> dict[Any, Any]:
     """Return the values of the parameters that have one."""
     graph = equations.graph
-    known = {p.name: express(p.value, graph) for p in equations.scene.parameters if p.value is not None}
+    known = {p.name: p.value.express(graph) for p in equations.scene.parameters if p.value is not None}
     return {graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in known.items()}
 
 

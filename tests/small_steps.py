@@ -13,7 +13,7 @@ from typing import Any
 from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.graph import evaluate
-from symdyn.scene import JOINTS, Scene, express
+from symdyn.scene import JOINTS, Scene
 
 BIG = BigFloats(50)
 STEP = BIG.number("1e-12")
@@ -81,7 +81,7 @@ class Numbers:
         graph, parameters = self.workspace.graph, self.workspace.scene.parameters
         for p in parameters:
             if p.value is not None:
-                (values[graph.symbol(p.name)],) = evaluate([express(p.value, graph)], BIG, {})
+                (values[graph.symbol(p.name)],) = evaluate([p.value.express(graph)], BIG, {})
         return evaluate(function.entries, BIG, values)
 
     def stepped(self, state: State, along: str, k: int, step: Any) -> State:

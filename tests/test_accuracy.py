@@ -12,7 +12,6 @@ import pytest
 from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import evaluate, substitute
-from symdyn.scene.values.quantity import express
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
 
@@ -26,7 +25,7 @@ NUMBERS = BigFloats(60)
 def at_states(one, output, states):
     """Return an output of our derivation at states, in 60 digits, shape (N, size)."""
     w = Workspace(one)
-    values = {w.graph.symbol(p.name): express(p.value, w.graph) for p in one.parameters}
+    values = {w.graph.symbol(p.name): p.value.express(w.graph) for p in one.parameters}
     function = derive_one(w, output)
     entries = substitute(function.entries, values)
     rows = []

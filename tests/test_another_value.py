@@ -15,7 +15,7 @@ import pytest
 
 from symdyn.errors import SymdynError
 from symdyn.graph import reachable
-from symdyn.scene import Scene, bind, in_numbers, read, read_text
+from symdyn.scene import Scene, bind, read, read_text
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.decisions import hold, written_decisions
@@ -372,7 +372,7 @@ LEANING = (
 
 def test_what_the_command_line_binds_is_folded() -> None:
     scene = bind(read(EXAMPLES / "cart_pole.toml"), {"l": "0.4"})
-    system = state_equations(in_numbers(scene, ["l"]))
+    system = state_equations(scene.in_numbers(["l"]))
 
     (params,) = system.compiled.prepared["prepare"].function.arguments
     needed = {node.value for node in reachable(system.compiled.prepared["prepare"].function.entries)}

@@ -17,7 +17,7 @@ from symdyn.algebra.numeric import Batches
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import evaluate
-from symdyn.scene import Scene, bind, express, parse
+from symdyn.scene import Scene, bind, parse
 from symdyn.scene.toml import read_text
 from symdyn.transcription import METHODS, Collocation, along
 from symdyn.transcription.lagrangian import lagrangian
@@ -45,7 +45,7 @@ def in_complex_numbers(problem: Collocation, formulas: dict[str, list[str]]) -> 
     values = {p.name: p.value for p in scene.parameters}
     w = Workspace(opened, LoopChoices(parameters=tuple((n, float(values[n].value)) for n in free)))
     found = written(w, free, {name: [parse(text) for text in texts] for name, texts in formulas.items()})
-    known = {w.graph.symbol(n): express(x, w.graph) for n, x in values.items() if n not in free}
+    known = {w.graph.symbol(n): x.express(w.graph) for n, x in values.items() if n not in free}
     numbers = dict(zip(known, evaluate(list(known.values()), Batches(), {}), strict=True))
 
     def function(name: str):

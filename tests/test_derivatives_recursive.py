@@ -18,7 +18,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, evaluate, reachable
 from symdyn.scene import JOINTS, Scene, read_text
-from symdyn.scene.forces import rub_of
+from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.values.quantity import symbol
 from symdyn.verify import certify
 
@@ -64,7 +64,7 @@ ROADS = {
 
 def jumps(scene: Scene) -> bool:
     """Tell whether dry friction is an ideal sign, with which there is no forward dynamics."""
-    return any(joint.dry is not None and rub_of(joint.dry).jumps(joint.dry) for joint in scene.joints)
+    return any(joint.dry is not None and FORCES[joint.dry.kind].rub.jumps(joint.dry) for joint in scene.joints)
 
 
 def agree(scene: Scene) -> None:

@@ -11,6 +11,7 @@ from dimensional import PENDULUM, output, pendulum
 
 import symdyn
 from symdyn.scene import read_text
+from symdyn.scene.units import SceneUnits
 
 ROOT = Path(__file__).parent.parent
 
@@ -31,11 +32,10 @@ SILENT = [  # a letter without a unit, where it stands, and what it is then
 
 @pytest.mark.parametrize(("old", "new", "unit"), SILENT)
 def test_a_letter_without_a_unit_takes_that_of_where_it_stands(old: str, new: str, unit: str) -> None:
-    from symdyn.scene.units import letter_units
 
     found = pendulum(old, new)
 
-    assert letter_units(found)["p"] == unit
+    assert SceneUnits(found).letters["p"] == unit
     assert next(one for one in found.parameters if one.name == "p").unit == ""
 
 
@@ -53,26 +53,24 @@ def test_a_letter_without_a_unit_takes_that_of_where_it_stands(old: str, new: st
 )
 def test_where_two_places_disagree_both_are_said(first: str, second: str, words: str) -> None:
     """In SI that is right, and it is told: nothing says that one letter is not two numbers that are equal."""
-    from symdyn.scene.units import doubtful, letter_units
 
     found = pendulum('force = "', f'{first}\n{second}\nforce = "')
 
-    assert letter_units(found)["p"] == ""
-    (said,) = doubtful(found)
+    assert SceneUnits(found).letters["p"] == ""
+    (said,) = SceneUnits(found).doubtful
     assert re.search(words, said)
     assert "p says no unit and stands in places of two dimensions: joints.hinge" in said
 
 
 def test_what_no_letter_tells_alone_is_told_by_all_equations_together() -> None:
     """Two letters, two products of them: neither place tells one of them, both together do."""
-    from symdyn.scene.units import doubtful, letter_units
 
     text = PENDULUM.replace("p = 7", "p = 7\nr = 2").replace('mass = "m"', 'mass = "p*r"')
     found = read_text(text.replace('com = [0, "-l", 0]', 'com = [0, "p/r", 0]'))
-    units = letter_units(found)
+    units = SceneUnits(found).letters
 
     assert (units["p"], units["r"]) == ("kg^(1/2) m^(1/2)", "kg^(1/2)/m^(1/2)")
-    (p, r) = doubtful(read_text(text.replace('com = [0, "-l", 0]', 'com = [0, "p*r", 0]')))
+    (p, r) = SceneUnits(read_text(text.replace('com = [0, "-l", 0]', 'com = [0, "p*r", 0]'))).doubtful
     assert all("p*r is in kg, and m is asked for" in one for one in (p, r))
 
 

@@ -14,6 +14,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Scene, read_text
+from symdyn.scene.units import SceneUnits
 
 CART = """
 [parameters]
@@ -55,13 +56,12 @@ def test_a_stop_at_pi_times_the_time_is_read() -> None:
 
 
 def test_a_letter_beside_pi_is_told_where_nothing_contradicts() -> None:
-    from symdyn.scene.units import dimensions, letter_units
 
     found = cart(mass="pi*rho*r**2*h")
 
-    assert letter_units(found)["rho"] == "kg/m^3"
-    assert not dimensions(found).carried
-    assert letter_units(cart(mass="rho*r**3", tail=output("pi*rho")))["rho"] == "kg/m^3"
+    assert SceneUnits(found).letters["rho"] == "kg/m^3"
+    assert not SceneUnits(found).dimensions.carried
+    assert SceneUnits(cart(mass="rho*r**3", tail=output("pi*rho"))).letters["rho"] == "kg/m^3"
 
 
 CARRIER = """
@@ -86,12 +86,11 @@ MIXED = {"cylindrical": "axis = [0, 0, 1]\n", "planar": "axis = [0, 0, 1]\n", "f
     ['damping = "0.2 N s/m"', 'damping = "0.2 N m s/rad"', 'damping = "c"\nfriction = "c"', 'friction = "3 N"'],
 )
 def test_a_joint_that_turns_and_slides_takes_both_units(kind: str, said: str) -> None:
-    from symdyn.scene.units import doubtful, letter_units
 
     found = read_text(CARRIER.replace("TYPE", kind) + MIXED[kind] + said)
 
-    assert letter_units(found)["c"] == ""
-    assert not doubtful(found)
+    assert SceneUnits(found).letters["c"] == ""
+    assert not SceneUnits(found).doubtful
     for wrong in ('damping = "3 kg"', 'damping = "m"'):
         with pytest.raises(SceneError, match="in kg, and N m s/rad or N s/m is asked for"):
             read_text(CARRIER.replace("TYPE", kind) + MIXED[kind] + wrong)
@@ -123,13 +122,12 @@ def test_cycles_a_second_where_radians_are_asked_for_are_refused_with_both_readi
 
 
 def test_a_sine_of_cycles_is_told_where_no_factor_makes_them_radians() -> None:
-    from symdyn.scene.units import doubtful
 
-    (said,) = doubtful(cart('force = "A*sin(f*t)"'))
+    (said,) = SceneUnits(cart('force = "A*sin(f*t)"')).doubtful
     assert "joints.slide: force = A*sin(f*t)" in said
     assert "f in cycles a second" in said
-    assert not doubtful(cart('force = "A*sin(2*pi*f*t)"'))
-    assert not doubtful(cart('force = "A*sin(k*s/A)"'))
+    assert not SceneUnits(cart('force = "A*sin(2*pi*f*t)"')).doubtful
+    assert not SceneUnits(cart('force = "A*sin(k*s/A)"')).doubtful
 
 
 def test_what_is_said_for_a_power_that_is_not_known_is_read() -> None:
@@ -162,7 +160,6 @@ def test_without_dimensions_letters_have_no_unit_but_what_they_say(
 
 def test_letters_in_a_long_chain_are_told_in_little_time() -> None:
     """Two thousand letters took 22 s, four times those of half as many."""
-    from symdyn.scene.units import letter_units
 
     n = 2000
     names = [f"p{k}" for k in range(n)]
@@ -171,7 +168,7 @@ def test_letters_in_a_long_chain_are_told_in_little_time() -> None:
     found = read_text(f'{text}force = "{names[-1]}"\n[outputs]\n{outputs}')
     start = time.process_time()
 
-    units = letter_units(found)
+    units = SceneUnits(found).letters
 
     assert {units[name] for name in names} == {"N"}
     assert time.process_time() - start < 2.0
@@ -199,6 +196,5 @@ def test_long_exponents_are_rounded() -> None:
     [("m*(l*phi_dot)**2/2", "N m"), ("2*m*g", "N"), ("pi*l**2", "m^2"), ("12*u", "")],
 )
 def test_halves_and_circles_keep_the_unit_of_an_output(formula: str, unit: str) -> None:
-    from symdyn.scene.units import output_units
 
-    assert output_units(pendulum(more=output(formula)))["y"] == unit
+    assert SceneUnits(pendulum(more=output(formula))).outputs["y"] == unit

@@ -27,7 +27,6 @@ from symdyn.emit.print.equations_text import base_parameters_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import body as rigid, parse, prismatic, revolute, scene, with_symbolic_inertia
-from symdyn.scene.values.quantity import express
 from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
@@ -43,7 +42,7 @@ def assert_formulas(one, known):
     found = base_parameter_forms(one)
     graph = Graph()
     claims = [
-        Claim(name, "ours", "theirs", (express_form(form, graph),), (express(parse(known[name]), graph),))
+        Claim(name, "ours", "theirs", (express_form(form, graph),), (parse(known[name]).express(graph),))
         for name, form in found
     ]
 

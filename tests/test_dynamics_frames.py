@@ -154,10 +154,9 @@ def test_what_was_moved_is_told_in_the_declared_frame():
 )
 def test_angles_are_in_degrees_where_that_is_exact(turns, text):
     from symdyn.scene import parse
-    from symdyn.scene.values.quantity import express
 
     graph = Graph()
-    angle = express(parse(turns), graph)
+    angle = parse(turns).express(graph)
     found = angle_of(graph.cos(angle), graph.sin(angle))
 
     assert angle_text(found) == text

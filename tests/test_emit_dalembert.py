@@ -18,7 +18,7 @@ from symdyn.emit.print.dalembert_lines import dalembert_lines
 from symdyn.emit.print.dalembert_page import dalembert_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.scene import bind, body, express, parse, prismatic, read, scene
+from symdyn.scene import bind, body, parse, prismatic, read, scene
 from symdyn.teach import walkthrough
 
 
@@ -82,7 +82,7 @@ def test_plain_text_is_a_linear_system_whose_solution_is_the_drive(name):
     unknowns = re.findall(r"^# (\w+): ", text, re.MULTILINE)
     lines = [line for line in re.sub(r"\n +", " ", text).splitlines() if line and not line.startswith("#")]
     graph = Graph()
-    sides = [express(parse(line.removesuffix(" = 0")), graph) for line in lines]
+    sides = [parse(line.removesuffix(" = 0")).express(graph) for line in lines]
     rng = np.random.default_rng(3)
     if mechanism.is_closed:  # a state on the manifold, with accelerations and drives that go together
         run = symdyn.simulate(mechanism, {"M": "0.4"}, until=0.3)

@@ -24,7 +24,7 @@ from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import latex_symbols, latex_unit, print_name
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Parameter, Scene, express, number, parse, read, symbol
+from symdyn.scene import Parameter, Scene, number, parse, read, symbol
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 
@@ -58,7 +58,7 @@ def test_text_read_back_has_the_values_of_the_graph(name: str) -> None:
     assert len(printed) == len(scene.moving)
     for joint, (left, right), force in zip(scene.moving, printed, forces, strict=True):
         drive = symbol(joint.drive) if joint.drive else number(0)
-        balance = express(parse(left), graph) - express(parse(right), graph) + express(drive, graph)
+        balance = parse(left).express(graph) - parse(right).express(graph) + drive.express(graph)
         shown, derived = float_values([balance, force])
         assert shown == pytest.approx(derived, rel=1e-9, abs=1e-9)
 
@@ -70,7 +70,7 @@ def test_coefficients_read_back_have_their_values() -> None:
     for i in range(closed.n):
         for j in range(closed.n):
             for kind, name in (("k_z", f"k_z{i + 1}{j + 1}"), ("k_D", f"k_D{i + 1}{j + 1}")):
-                nodes = [express_form(closed.form(kind, i, j), graph), express(parse(printed[name]), graph)]
+                nodes = [express_form(closed.form(kind, i, j), graph), parse(printed[name]).express(graph)]
                 expected, shown = float_values(nodes)
                 assert shown == pytest.approx(expected, rel=1e-12), name
 
@@ -294,8 +294,8 @@ def test_brackets_and_signs_are_right(form: Product | Power | Sum, text: str, la
     spelled = text_of(form)
     assert spelled == text
     assert Latex({})(form).replace(BREAK, "") == latex
-    assert float_values([express(parse(spelled), Graph())]) == pytest.approx(
-        float_values([express(parse(text), Graph())])
+    assert float_values([parse(spelled).express(Graph())]) == pytest.approx(
+        float_values([parse(text).express(Graph())])
     )
 
 

@@ -10,7 +10,7 @@ from wide import everything
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
-from symdyn.scene import FORCES, Strut, pull_of
+from symdyn.scene import FORCES, Strut
 from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.forces.force_kind import Mark, Pull
 from symdyn.teach.languages import languages
@@ -48,7 +48,7 @@ def test_every_strut_has_a_mark_that_pages_can_draw(name: str) -> None:
 
 @pytest.mark.parametrize("strut", elastic(WIDE), ids=lambda one: one.name)
 def test_the_force_is_the_slope_of_the_energy_at_joints_and_between_points(strut: Strut) -> None:
-    law, graph = pull_of(strut), Graph()
+    law, graph = FORCES[strut.kind].pull, Graph()
     x = graph.symbol("x")
     assert law.energy
     assert law.over
@@ -62,7 +62,7 @@ def test_the_force_is_the_slope_of_the_energy_at_joints_and_between_points(strut
 
 @pytest.mark.parametrize("strut", resisting(WIDE), ids=lambda one: one.name)
 def test_what_stores_nothing_takes_power_and_is_without_force_at_rest(strut: Strut) -> None:
-    law, graph = pull_of(strut), Graph()
+    law, graph = FORCES[strut.kind].pull, Graph()
     x = graph.symbol("x")
 
     assert law.force(strut, x, graph.zero).is_zero

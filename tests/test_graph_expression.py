@@ -10,7 +10,7 @@ from oracles import BIG
 
 from symdyn.graph import ARITY, Graph, LinearForm, Op, as_number, evaluate, linear_form, reachable
 from symdyn.graph.ops import FUNCTIONS
-from symdyn.scene import express, parse
+from symdyn.scene import parse
 
 
 @pytest.fixture
@@ -208,4 +208,4 @@ def test_operations_are_leaves_arithmetic_or_functions():
 )
 def test_a_polynomial_in_sines_that_is_one_number_is_known(formula: str, value: int | None) -> None:
     graph = Graph()
-    assert as_number(express(parse(formula), graph)) == value
+    assert as_number(parse(formula).express(graph)) == value

@@ -19,7 +19,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, bind, body, free, knife_edge, read, read_noting, read_text, rolling, scene, write_text
-from symdyn.scene.forces import touches
+from symdyn.scene.forces.force_table import FORCES
 from symdyn.teach.interactive.reduced import held
 from symdyn.teach.student.derivation_check import check_derivation
 
@@ -149,7 +149,7 @@ def test_words_of_python_declare_the_same_contacts() -> None:
     )  # fmt: skip
 
     assert read_text(write_text(one, "toml").text, "again.toml") == one
-    assert [touches(row) for row in one.contacts] == [True, False, False]
+    assert [FORCES[row.kind].closes(row) for row in one.contacts] == [True, False, False]
     assert one.rows[0].axis is None
 
 
@@ -171,7 +171,7 @@ def test_a_contact_that_holds_a_height_is_printed_as_a_position() -> None:
     text = HEAD.replace("GRAVITY", "[0, 0, -9.81]").replace("PARAMETER", "0.1").replace("axis = [0, 1, 0]\n", "")
     shown = equations_text(read_text(text, "ball.toml"), "text")
 
-    assert touches(one)
+    assert FORCES[one.kind].closes(one)
     assert "\nz - 0.3 = 0\n" in shown
     assert "normal force of contact touch, exerted by ground on disc" in shown
 

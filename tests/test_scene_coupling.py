@@ -24,7 +24,6 @@ from symdyn.scene import (
     acceleration_name,
     body,
     dh_table,
-    express,
     number,
     parse,
     read_text,
@@ -195,11 +194,11 @@ def reduced(one, w):
         derive_one(other, name, "lagrange" if name == "mass_matrix" else None).entries
         for name in ("mass_matrix", "inverse_dynamics", "kinetic_energy", "potential_energy")
     )
-    ratios = [express(follows.ratio, w.graph) for follows in positions]
+    ratios = [follows.ratio.express(w.graph) for follows in positions]
     values = {}
     for name, follows, ratio in zip(free.coordinates, positions, ratios, strict=True):
         q = follows.coordinate
-        values[other.graph.symbol(name)] = ratio * w.graph.symbol(q) + express(follows.offset, w.graph)
+        values[other.graph.symbol(name)] = ratio * w.graph.symbol(q) + follows.offset.express(w.graph)
         for rate in (velocity_name, lambda coordinate: acceleration_name(velocity_name(coordinate))):
             values[other.graph.symbol(rate(name))] = ratio * w.graph.symbol(rate(q))
     n, N = len(one.coordinates), len(positions)

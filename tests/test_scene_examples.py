@@ -12,18 +12,9 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement, state_symbols
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
-from symdyn.scene import (
-    JOINTS,
-    Scene,
-    express,
-    number,
-    read,
-    read_text,
-    starting_position,
-    starting_velocity,
-    with_symbolic_inertia,
-)
+from symdyn.scene import JOINTS, Scene, number, read, read_text, with_symbolic_inertia
 from symdyn.scene.joints.held_or_reversed import inverse
+from symdyn.scene.joints.start import start_of
 from symdyn.scene.starters import starter
 from symdyn.scene.values.quantity import symbol
 from symdyn.scene.values.value import value_of
@@ -57,8 +48,8 @@ def residuals(scene: Scene) -> list[float]:
     """Return the residual of every loop where the scene starts, all parameters at their values; m or 1."""
     graph = Graph()
     state, poses = state_symbols(scene, graph), body_placements(scene, graph)
-    known = {p.name: express(p.value, graph) for p in scene.parameters if p.value is not None}
-    at = dict(zip(state.q, (express(x, graph) for x in starting_position(scene)), strict=True))
+    known = {p.name: p.value.express(graph) for p in scene.parameters if p.value is not None}
+    at = dict(zip(state.q, (x.express(graph) for x in start_of(scene).position), strict=True))
     entries: list[Expr] = []
     for loop in scene.loops:
         there = poses[loop.parent] @ placement(loop.origin, graph)
@@ -80,7 +71,7 @@ def test_a_mechanism_has_the_freedoms_that_its_first_lines_say(path):
 
 def test_the_four_bar_starts_where_its_reactions_are_known():
     """Numbers of an independent program, at 60 digits; angles of coupler and rocker from the x axis."""
-    start = [float(value_of(x, {})) for x in starting_position(read(ROOT / "examples" / "four_bar.toml"))]
+    start = [float(value_of(x, {})) for x in start_of(read(ROOT / "examples" / "four_bar.toml")).position]
 
     assert start == pytest.approx([0.8, 0.9420089234527959928 - 0.8, 2.0260131545490214846], rel=1e-15)
 
@@ -88,8 +79,8 @@ def test_the_four_bar_starts_where_its_reactions_are_known():
 def test_the_disc_begins_to_roll_without_slip():
     """v = r ω along the ground, and the lowest point of the leaning disc touches it."""
     disc = read(ROOT / "examples" / "rolling_disc.toml")
-    z, w, x = (value_of(entry, {"r": 0.3}) for entry in (*starting_position(disc)[2:3], *starting_position(disc)[3:5]))
-    v, _, _, _, turn, _ = (value_of(entry, {"r": 0.3}) for entry in starting_velocity(disc))
+    z, w, x = (value_of(entry, {"r": 0.3}) for entry in (*start_of(disc).position[2:3], *start_of(disc).position[3:5]))
+    v, _, _, _, turn, _ = (value_of(entry, {"r": 0.3}) for entry in start_of(disc).velocity)
 
     assert z == pytest.approx(0.3 * (1 - 2 * x * x))
     assert w * w + x * x == pytest.approx(1)

@@ -13,7 +13,7 @@ from symdyn.dynamics import derive
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.program import lower
-from symdyn.scene import body, express, fixed, helical, lock, number, parse, prismatic, read_text, revolute, scene
+from symdyn.scene import body, fixed, helical, lock, number, parse, prismatic, read_text, revolute, scene
 from symdyn.verdict import PROVED
 from symdyn.verify import certify
 
@@ -92,7 +92,7 @@ def test_a_joint_that_follows_a_locked_one_is_locked_and_formulas_see_its_place(
     assert gripper.coordinates == ("q2",)
     ((step, turn),) = gripper.joints[1].origin.steps
     graph = Graph()
-    assert (step, graph.sin(express(turn, graph))) == ("Rz", graph.constant(1) / 2)
+    assert (step, graph.sin(turn.express(graph))) == ("Rz", graph.constant(1) / 2)
     assert gripper.joints[2].force == parse("-3*(pi/6)*q2")
 
 

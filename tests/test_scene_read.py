@@ -16,7 +16,6 @@ from symdyn.scene import (
     Pose,
     body,
     dh_table,
-    express,
     fixed,
     joint,
     number,
@@ -228,7 +227,7 @@ def test_dh_rows_place_the_link_as_the_convention_says(convention, kind):
     place = unit_transform(graph)
     for pose in (only.origin, motion, only.tip):
         for step, amount in pose.steps:
-            place = place @ elementary(step, express(amount, graph))
+            place = place @ elementary(step, amount.express(graph))
     from symdyn.graph import Op, evaluate
 
     class Floats:

@@ -18,7 +18,6 @@ from symdyn.scene import (
     Quantity,
     bind,
     body,
-    express,
     lock,
     number,
     parse,
@@ -26,14 +25,13 @@ from symdyn.scene import (
     read_text,
     revolute,
     scene,
-    starting_position,
-    starting_velocity,
     with_symbolic_inertia,
     with_symbols,
     write_text,
 )
 from symdyn.scene.checks.draft import draft_of, uses
 from symdyn.scene.forces.velocity_row import linear_parts
+from symdyn.scene.joints.start import start_of
 from symdyn.scene.values.mapping import quantities_in
 
 WIDE = everything()
@@ -74,8 +72,8 @@ def test_velocities_of_a_quaternion_are_named_after_the_joint():
 
 
 def test_the_start_of_a_quaternion_is_no_rotation():
-    by_name = dict(zip(WIDE.coordinates, starting_position(WIDE), strict=True))
-    rates = dict(zip(WIDE.velocities, starting_velocity(WIDE), strict=True))
+    by_name = dict(zip(WIDE.coordinates, start_of(WIDE).position, strict=True))
+    rates = dict(zip(WIDE.velocities, start_of(WIDE).velocity, strict=True))
 
     assert [by_name[name] for name in named("joints", "f1").coordinates] == [number(x) for x in (0, 0, 0, 1, 0, 0, 0)]
     assert [by_name[f"q{k}"] for k in range(8, 12)] == [number(Fraction(1, 2))] * 4
@@ -132,7 +130,7 @@ def test_names_for_numbers_leave_the_values_as_they_are():
         numbers += [x for part in FORCES[element.kind].parts for _, x, _ in part.numbers(element)]
 
     assert back == one
-    assert all(quantity.symbols or express(quantity, graph).is_zero for quantity in numbers)
+    assert all(quantity.symbols or quantity.express(graph).is_zero for quantity in numbers)
     assert values["Fz2"] == number(9)
     assert named("loops", "ring4", one).shape[1][1].symbols == ("h_o4",)
     assert values["h_o4"] == number(Fraction(1, 50))
@@ -167,7 +165,7 @@ def test_locked_joints_take_their_springs_with_them():
     assert named("joints", "cam", one).origin.steps == (("Rz", parse("pi/2")), ("Tx", parse("r*sin(pi/2)")))
     (turn, angle), (slide, way) = named("joints", "h1", one).origin.steps
     assert (turn, angle, slide) == ("Rz", parse("pi"), "Tz")
-    assert express(way, graph := Graph()) is express(parse("r/200"), graph)
+    assert way.express(graph := Graph()) is parse("r/200").express(graph)
     assert named("rows", "slip", one).formula == parse("x_dot*cos(pi/2) - r*(0 - 2*alpha_dot)")
     assert read_text(write_text(one, "toml").text) == one
 
@@ -199,8 +197,8 @@ def test_a_formula_is_split_into_what_each_velocity_multiplies(formula, slopes, 
     graph = Graph()
     assert set(found) == set(slopes)
     for name, slope in slopes.items():
-        assert (express(found[name], graph) - express(parse(slope), graph)).is_zero
-    assert (express(alone, graph) - express(parse(rest), graph)).is_zero
+        assert (found[name].express(graph) - parse(slope).express(graph)).is_zero
+    assert (alone.express(graph) - parse(rest).express(graph)).is_zero
 
 
 BASE = """\

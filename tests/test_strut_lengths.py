@@ -29,7 +29,7 @@ from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, express, number, parse, read, symbol
+from symdyn.scene import Scene, number, parse, read, symbol
 from symdyn.scene.toml import read_text
 
 DATA = Path(__file__).parent / "data"
@@ -59,7 +59,7 @@ def floats(nodes: list[Expr]) -> list[float]:
 
 def needed(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the drives, zero where there is none, less what Lagrange's road says that the motion needs."""
-    drives = [express(symbol(x) if x else number(0), graph) for x in scene.drives]
+    drives = [(symbol(x) if x else number(0)).express(graph) for x in scene.drives]
     return [drive - force for drive, force in zip(drives, driving_forces(energies(scene, graph)), strict=True)]
 
 
@@ -80,7 +80,7 @@ def test_text_with_its_definitions_has_the_values_of_the_graph(name: str) -> Non
     def read_back(text: str) -> Expr:
         for known, form in reversed(defined.items()):  # a rate before the length that stands in it
             text = re.sub(rf"\b{known}\b", f"({form})", text)
-        return express(parse(text), graph)
+        return parse(text).express(graph)
 
     balances = [read_back(right) - read_back(left) for left, right in equations]
     assert floats(balances) == pytest.approx(floats(needed(scene, graph)), rel=1e-9, abs=1e-9)
@@ -165,7 +165,7 @@ def test_a_length_is_called_as_no_symbol_of_the_scene(own: str) -> None:
     assert f"{own}*" in equations[0][0]
     symbols = latex_symbols(scene, (), [next(iter(defined))])
     assert len(set(symbols.values())) == len(symbols)
-    texts = {name: express(parse(form), graph) for name, form in defined.items()}
+    texts = {name: parse(form).express(graph) for name, form in defined.items()}
     assert all(graph.symbol(own) not in reachable([node]) for node in texts.values())
 
 

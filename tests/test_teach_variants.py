@@ -17,7 +17,7 @@ from symdyn.dynamics.lagrange.second_kind import energies
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, express, read, read_text, write_text
+from symdyn.scene import Scene, read, read_text, write_text
 from symdyn.scene.values.quantity import ZERO
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import Room
@@ -83,7 +83,7 @@ def test_what_is_said_of_masses_and_lengths_is_true(name: str) -> None:
     graph = Graph()
     arms = [values(*centre_of_mass(one, body, graph)) for one in (scene, longer)]
     assert arms[1] == pytest.approx([number(said, "factor") * x for x in arms[0]])
-    spins = [values(*(express(x, graph) for x in one.bodies[k].inertia))
+    spins = [values(*(x.express(graph) for x in one.bodies[k].inertia))
              for one in (scene, longer) for k, b in enumerate(one.bodies) if b.name == body]  # fmt: skip
     assert spins[1] == pytest.approx([number(said, "square") * x for x in spins[0]])
 
@@ -94,13 +94,13 @@ def test_what_is_said_of_axes_gravity_and_springs_is_true() -> None:
         turned, said = single(scene, key)
         joint = next(one for one in turned.joints if one.name == said.places["joint"])
         old = next(one for one in scene.joints if one.name == joint.name)
-        axis = values(*(express(x, graph) for x in joint.axis))
+        axis = values(*(x.express(graph) for x in joint.axis))
         assert axis == [number(said, letter) for letter in "xyz"]
-        was = values(*(express(x, graph) for x in old.axis))
+        was = values(*(x.express(graph) for x in old.axis))
         assert sum(a * b for a, b in zip(axis, was, strict=True)) == pytest.approx(-1 if key.endswith("sense") else 0)
     falling, said = single(scene, "variant.gravity")
     shown = [express_form(said.places[x], graph) for x in "xyz"]  # type: ignore[arg-type]
-    assert values(*shown) == values(*(express(x, graph) for x in falling.gravity))
+    assert values(*shown) == values(*(x.express(graph) for x in falling.gravity))
     assert falling.gravity != scene.gravity
     sprung, said = single(scene, "variant.spring")
     k, q = said.places["k"], said.places["q"]

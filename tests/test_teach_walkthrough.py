@@ -22,7 +22,7 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
-from symdyn.scene import JOINTS, Scene, express, number, read
+from symdyn.scene import JOINTS, Scene, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
@@ -210,8 +210,8 @@ def test_a_closed_mechanism_moves_as_its_loop_allows_and_the_ground_moves_its_mo
     momentum = [w.graph.zero, w.graph.zero]
     placed = body_placements(one, w.graph)
     for body in one.bodies:
-        at = placed[body.name].point(tuple(express(x, w.graph) for x in body.com))
-        momentum = [p + express(body.mass, w.graph) * x for p, x in zip(momentum, at, strict=False)]
+        at = placed[body.name].point(tuple(x.express(w.graph) for x in body.com))
+        momentum = [p + body.mass.express(w.graph) * x for p, x in zip(momentum, at, strict=False)]
     pushed = tangents(tangents(momentum, w.state.velocity), w.state.acceleration)
     x, y = evaluate(pushed, Floats(), values)
     assert found["reaction:motor:0"] + found["reaction:pivot:0"] == pytest.approx(x, abs=1e-2)

@@ -23,7 +23,7 @@ from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, equilibrium
 from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
-from symdyn.scene import JOINTS, Body, Particle, express, number
+from symdyn.scene import JOINTS, Body, Particle, number
 from symdyn.spatial import add, apply, apply_transposed, cross, identity, multiply, neg, scale, skew, sub, transpose
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import prove
@@ -61,7 +61,7 @@ def resultant(loop, j):
     origin, gravity = loop.place(j).p, vector(loop.scene.gravity, loop.graph)
     masses = [(particle.mass, particle.at) for particle in one.particles] + [(one.mass, one.com)]
     force, moment = (loop.graph.zero,) * 3, (loop.graph.zero,) * 3
-    pulls = [(T.point(vector(at, loop.graph)), scale(express(mass, loop.graph), gravity)) for mass, at in masses]
+    pulls = [(T.point(vector(at, loop.graph)), scale(mass.express(loop.graph), gravity)) for mass, at in masses]
     for load in loop.scene.loads:
         if load.place.body == one.name:
             F, M = vector(load.force, loop.graph), vector(load.couple, loop.graph)
@@ -261,7 +261,7 @@ def test_equation_5_18_every_body_is_in_equilibrium(one):
     symbols = [*loop.state.q, *loop.state.qd, *loop.state.qdd, *loop.state.tau]
     symbols += [loop.graph.symbol(parameter.name) for parameter in one.free_parameters]
     state = {node: BIG.number(rng.uniform(-1, 1)) for node in symbols}
-    valued = {p.name: express(p.value, loop.graph) for p in one.parameters if p.value is not None}
+    valued = {p.name: p.value.express(loop.graph) for p in one.parameters if p.value is not None}
     state |= {loop.graph.symbol(name): evaluate([node], BIG, {})[0] for name, node in valued.items()}
     x = solved_at(loop.system, BIG, state)
     for j in bodies(loop):

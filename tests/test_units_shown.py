@@ -10,6 +10,7 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.scene import read_text
+from symdyn.scene.units import SceneUnits
 
 CRANE = """
 name = "crane"
@@ -124,10 +125,8 @@ def test_what_is_called_an_energy_is_in_joules(name: str, formula: str, unit: st
     """Dimensions tell no energy from a torque: where neither a name nor a term says it, the unit is N m."""
     from dimensional import output, pendulum
 
-    from symdyn.scene.units import output_units
-
     scene = pendulum(more=output(formula).replace("y =", f"{name} ="))
-    assert output_units(scene)[name] == unit
+    assert SceneUnits(scene).outputs[name] == unit
 
 
 def test_what_has_a_term_in_joules_is_in_joules() -> None:

@@ -17,7 +17,7 @@ from arms import two_link
 
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Expr, gradient, substitute, tangents
-from symdyn.scene import Parameter, Point, Pose, Scene, express, parse, symbol, velocity_name
+from symdyn.scene import Parameter, Point, Pose, Scene, parse, symbol, velocity_name
 from symdyn.verify.equality import Claim, prove
 
 ENDS = (
@@ -131,7 +131,7 @@ class Arm:
             **dict(zip(("v1", "v2", "a1", "a2"), self.state.qd + self.state.qdd, strict=True)),
         }
         meanings = {graph.symbol(letter): node for letter, node in letters.items()}
-        return substitute([express(parse(text), graph)], meanings)[0]
+        return substitute([parse(text).express(graph)], meanings)[0]
 
 
 def verdict(left: Expr, right: Expr) -> str:

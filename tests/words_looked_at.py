@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 import symdyn
-from symdyn.scene import read_text, starting_position, starting_velocity
+from symdyn.scene import read_text
+from symdyn.scene.joints.start import start_of
 
 
 def _state(scene: symdyn.Scene) -> object:
-    return [list(map(repr, numbers)) for numbers in (starting_position(scene), starting_velocity(scene))]
+    return [list(map(repr, numbers)) for numbers in (start_of(scene).position, start_of(scene).velocity)]
 
 
 def _forces(scene: symdyn.Scene) -> object:

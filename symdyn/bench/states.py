@@ -20,7 +20,7 @@ from symdyn.dynamics.mechanism import INPUTS
 from symdyn.dynamics.roads import DIRECTIONS, WEIGHTS
 from symdyn.errors import DerivationError
 from symdyn.program import quaternion_places
-from symdyn.scene import Scene, coordinate_units
+from symdyn.scene import Scene, SceneUnits
 
 Array = npt.NDArray[np.float64]
 
@@ -88,7 +88,7 @@ class Positions:
 
 def positions_of(scene: Scene, seed: int = 1) -> Positions:
     """Return a scene's coordinates without any singular positions; free parameters as `draw` gives them."""
-    units = coordinate_units(scene)
+    units = SceneUnits(scene).coordinates
     loops = None
     if scene.is_closed:
         numbers = Numbers(scene)

@@ -17,7 +17,7 @@ from symdyn.bench.extended import truth
 from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.extras import install
-from symdyn.scene import Scene, coordinate_units
+from symdyn.scene import Scene, SceneUnits
 from symdyn.simulation import (
     METHODS,
     IntegrationError,
@@ -102,7 +102,7 @@ def lively(scene: Scene) -> dict[str, str]:
     amounts = {"rad": "1/2", "m": "1/10"}
     return {
         name: amounts[unit]
-        for name, unit in zip(scene.coordinates, coordinate_units(scene), strict=True)
+        for name, unit in zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True)
         if unit in amounts
     }
 

@@ -17,7 +17,7 @@ from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene, sce
 from symdyn.cli.talk import Waiting, print_paths, print_text, say
 from symdyn.draw import check_picture, free_body, picture, pose
 from symdyn.errors import DrawError
-from symdyn.scene import FormulaError, Scene, letter_units, parse
+from symdyn.scene import FormulaError, Scene, SceneUnits, parse
 from symdyn.scene.values import fits, read_unit, split_commas, value_of
 
 
@@ -113,7 +113,7 @@ def _view(text: str) -> tuple[float, float]:
 def _at(text: str, scene: Scene | None = None) -> dict[str, float]:
     """Return the coordinates of `q1=0.3, q2=90 deg`; with a scene, in units that fit."""
     values: dict[str, float] = {}
-    units = {} if scene is None else letter_units(scene)
+    units = {} if scene is None else SceneUnits(scene).letters
     for part in split_commas(text):
         name, equals, formula = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not formula:

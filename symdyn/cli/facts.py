@@ -23,22 +23,7 @@ from symdyn.emit.print import base_parameter_texts, frame_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
 from symdyn.program import choose, count_derived, formulate, is_prepared, lower, prepare, skipped
-from symdyn.scene import (
-    FORCES,
-    JOINTS,
-    Joint,
-    Place,
-    Quantity,
-    Scene,
-    as_written,
-    doubtful,
-    leaves,
-    mistakable,
-    output_units,
-    shown_unit,
-    spell,
-    told_units,
-)
+from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, SceneUnits, as_written, spell
 from symdyn.scene.values import Letter
 
 MEASURED = 50
@@ -59,14 +44,14 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
     freedoms = _mobility(scene, closing)
     if freedoms:
         freedoms["loose_reactions"] = _loose(scene, closing)
-    told = told_units(scene)
+    told = SceneUnits(scene).told
     facts = {
         "name": scene.name,
         "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
         "mobility": freedoms,
         "chosen": closing.words,
         "gravity": [spell(component) for component in scene.gravity],
-        "gravity_unit": shown_unit(scene, "m/s^2"),
+        "gravity_unit": scene.shown_unit("m/s^2"),
         "joints": [
             {
                 "name": joint.name,
@@ -74,7 +59,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
                 "parent": joint.parent,
                 "child": joint.child,
                 "coordinate": joint.coordinate,
-                "unit": "".join(shown_unit(scene, x) for x in JOINTS[joint.type].coordinates(joint))
+                "unit": "".join(scene.shown_unit(x) for x in JOINTS[joint.type].coordinates(joint))
                 if joint.moves
                 else "",
                 "drive": joint.drive,
@@ -91,7 +76,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
             for joint in scene.loops
         ],
         "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].says(row)} for row in scene.rows],
-        "leaves": list(leaves(scene)),
+        "leaves": list(scene.leaves),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "on_request": on_request(scene),
         "parameters": [
@@ -104,8 +89,8 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
             }
             for p in scene.parameters
         ],
-        **({"values_with_units": list(said)} if (said := mistakable(scene)) else {}),
-        **({"doubtful_units": list(said)} if (said := doubtful(scene)) else {}),
+        **({"values_with_units": list(said)} if (said := SceneUnits(scene).mistakable) else {}),
+        **({"doubtful_units": list(said)} if (said := SceneUnits(scene).doubtful) else {}),
         **_signals(scene),
         **counted,
     }
@@ -114,12 +99,12 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
 
 def _signals(scene: Scene) -> dict[str, list[dict[str, str]]]:
     """Return the inputs and the outputs that a scene names, nothing where it names none."""
-    told = told_units(scene)
+    told = SceneUnits(scene).told
     inputs = [
         {"name": p.name, "value": spell(p.value), "unit": told[p.name], "text": p.text, **_written(p)}
         for p in scene.inputs
     ]
-    looked = output_units(scene)
+    looked = SceneUnits(scene).outputs
     outputs = [
         {"name": p.name, "formula": spell(p.formula), "unit": looked[p.name], "text": p.text} for p in scene.outputs
     ]
@@ -208,7 +193,7 @@ def _with_units(scene: Scene, names: tuple[str, ...], units: Sequence[str], per:
     """Return names of coordinates or velocities with their units; none where a joint follows another one."""
     behind = f"/{per}" if per else ""
     return [
-        {"name": name, "unit": shown_unit(scene, f"{unit}{behind}")} for name, unit in zip(names, units, strict=False)
+        {"name": name, "unit": scene.shown_unit(f"{unit}{behind}")} for name, unit in zip(names, units, strict=False)
     ]
 
 

@@ -24,7 +24,7 @@ from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code import REALS, SHORT_SINES
 from symdyn.errors import EmitError
 from symdyn.program import at_rest, formulate, is_prepared, kept_in_lines, lower, prepare, tunable
-from symdyn.scene import Scene, leaves
+from symdyn.scene import Scene
 
 MADE, BEGINNING = b"Written by symdyn generate", 1000
 """What a file beside sources says of itself in its first bytes, so many."""
@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
         for reason in left_out:
             say(f"symdyn: {reason}")
         if asked is None and not scene.points:
-            say(f"symdyn: {scene.name}: {asking(leaves(scene))}")
+            say(f"symdyn: {scene.name}: {asking(scene.leaves)}")
         by_names = tuple(f"_by_{one}" for one in ("parameters", *(one.name for one in scene.parameters)))
         if not target.tunes and not any(one.partition(":")[0].endswith(by_names) for one in outputs):
             say_values_alone(options, scene, f"target {target.name}")

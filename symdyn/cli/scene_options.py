@@ -13,7 +13,7 @@ from pathlib import Path
 from symdyn.cli.talk import say
 from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked, request_of
 from symdyn.errors import DerivationError, SceneError, printable
-from symdyn.scene import ReadOptions, Scene, ask_for_units, bind, in_numbers, read_bindings, read_noting, with_symbols
+from symdyn.scene import ReadOptions, Scene, ask_for_units, bind, read_bindings, read_noting, with_symbols
 from symdyn.scene.values import split_commas
 
 MOST_NOTES = 20
@@ -198,7 +198,7 @@ def read_scene_to_move(options: argparse.Namespace) -> Scene:
     What the reader notes goes to stderr.
     """
     scene = read_scene(options)
-    return in_numbers(scene, read_bindings(options.bind)) if options.bind is not None else scene
+    return scene.in_numbers(read_bindings(options.bind)) if options.bind is not None else scene
 
 
 _SPARE = re.compile(r"(?<!\w) +| +(?!\w)")

@@ -10,7 +10,7 @@ from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, ask_for_units, in_shown_unit, letter_units
+from symdyn.scene import Scene, SceneUnits, ask_for_units
 from symdyn.scene.values import Faults
 from symdyn.simulation import (
     END,
@@ -131,7 +131,7 @@ def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:
         if told:
             raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
         return None
-    values, units, faults = parameter_values(scene), letter_units(scene), Faults("")
+    values, units, faults = parameter_values(scene), SceneUnits(scene).letters, Faults("")
     limits, said = {}, pairs(options.limits, "--limits")
     with noted(faults):
         ask_for_units(scene.inputs, said.items(), "--limits")
@@ -166,7 +166,7 @@ def errors(trajectory: Trajectory) -> str:
     monitors = trajectory.monitors
 
     def size(energy: float, digits: int) -> str:
-        return in_shown_unit(trajectory.scene, in_digits(energy, digits), "J")
+        return trajectory.scene.in_shown_unit(in_digits(energy, digits), "J")
 
     off, scale = monitors["energy"], monitors["energy_scale"]
     known = "holds to" if off <= max(NOTHING, COARSE * scale) else "is off by"

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from symdyn.cli.talk import print_table
-from symdyn.scene import Scene, dimensions, doubtful, letter_units, output_units, place_words, shown_unit, spell
-from symdyn.scene.values import Letter, point_names
+from symdyn.scene import Scene, SceneUnits, place_words, spell
+from symdyn.scene.values import Letter
 
 
 def unit_facts(scene: Scene) -> dict[str, Any]:
     """Return letters with their units and how these are known, columns with theirs, and numbers that carry one."""
-    units, known = letter_units(scene), dimensions(scene)
+    units, known = SceneUnits(scene).letters, SceneUnits(scene).dimensions
     joints = {name: joint.name for joint in scene.joints for name in (*joint.coordinates, *joint.rates, *joint.drives)}
     given: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
     said, names = {one.name for one in given if one.unit}, {one.name for one in given}
@@ -19,7 +19,7 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
     for name, unit in units.items():
         if name in said or name not in names:
             how = "it says so" if name in said else f"joint {joints[name]}" if name in joints else ""
-            told_unit = unit if name in said else shown_unit(scene, unit)
+            told_unit = unit if name in said else scene.shown_unit(unit)
             letters.append({"name": name, "unit": told_unit, "known": how})
         elif not scene.dimensionless and (told := known.letter(name)) is not None:
             origin = known.origins[name]
@@ -30,8 +30,8 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
             letters.append({"name": name, "unit": unit or told.text, "known": f"{place_words(origin.place)}{beside}"})
         else:
             letters.append({"name": name, "unit": unit, "known": "nothing tells it"})
-    columns = [{"name": name, "unit": unit} for name, unit in output_units(scene).items()]
-    columns += [{"name": name, "unit": shown_unit(scene, "m")} for name in point_names(scene)]
+    columns = [{"name": name, "unit": unit} for name, unit in SceneUnits(scene).outputs.items()]
+    columns += [{"name": name, "unit": scene.shown_unit("m")} for name in scene.point_letters]
     numbers = [
         {"number": spell(one.number), "where": place_words(one.place), "unit": one.dimension.text}
         for one in ([] if scene.dimensionless else known.carried)
@@ -42,7 +42,7 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
         "letters": letters,
         "columns": columns,
         "numbers": [one for k, one in enumerate(numbers) if one not in numbers[:k]],
-        "doubtful": list(doubtful(scene)),
+        "doubtful": list(SceneUnits(scene).doubtful),
     }
 
 

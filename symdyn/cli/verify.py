@@ -26,7 +26,7 @@ from symdyn.emit.code import SHORT_SINES, SINGLE
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, ask_for_units, express, letter_units, parse, read_bindings
+from symdyn.scene import Scene, SceneUnits, ask_for_units, parse, read_bindings
 from symdyn.scene.values import UnitError, fits, read_unit
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
@@ -161,13 +161,13 @@ def numbers(text: str, scene: Scene) -> dict[str, float]:
     Raises:
         SceneError: a part that is no name = number, or a name that comes twice.
     """
-    values, units, given = {}, letter_units(scene), read_bindings(text, "--at")
+    values, units, given = {}, SceneUnits(scene).letters, read_bindings(text, "--at")
     ask_for_units(scene.parameters, given.items(), "--at")
     for name, formula in given.items():
         try:
             said = parse(formula)
             fits(said, read_unit(units[name]) if units.get(name) else None)
-            values[name] = float(evaluate([express(said, Graph())], BigFloats(), {})[0])
+            values[name] = float(evaluate([said.express(Graph())], BigFloats(), {})[0])
         except UnitError as error:
             raise SceneError(f"--at {name}: {formula} {error}") from None
         except (KeyError, ArithmeticError, ValueError, TypeError) as fault:

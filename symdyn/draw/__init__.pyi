@@ -5,7 +5,7 @@ from .canvas import import_matplotlib as import_matplotlib, saved as saved, sett
 from .curves import Curve as Curve, curves as curves, ellipse as ellipse
 from .drawn import Key as Key, drawn as drawn
 from .films import FILMS as FILMS, Told as Told, check_film as check_film, film as film
-from .force_arrows import Wrench as Wrench, from_zero as from_zero, mark_of as mark_of
+from .force_arrows import Wrench as Wrench, from_zero as from_zero
 from .free_bodies import acting_on as acting_on, free_body as free_body
 from .label_places import Label as Label, Put as Put
 from .lettering import (

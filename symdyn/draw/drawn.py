@@ -8,8 +8,8 @@ from typing import Any
 
 from symdyn.dynamics.mechanism import body_placements, first_moment, joint_motion, load_vectors, placement, vector
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import FORCES, JOINTS, Body, Contact, Element, Joint, JointMotion, Load, Scene, express
-from symdyn.scene.forces import Rim, in_plane
+from symdyn.scene import FORCES, JOINTS, Body, Contact, Element, Joint, JointMotion, Load, Scene
+from symdyn.scene.forces import in_plane
 from symdyn.scene.joints import unit
 from symdyn.spatial import Transform, apply, unit_transform
 
@@ -42,8 +42,8 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
         force, couple = load_vectors(one, graph)
         wanted |= {("force", one): apply(R, force), ("couple", one): apply(R, couple)}
     elif isinstance(one, Contact):
-        if isinstance(FORCES[one.kind].mark, Rim):
-            wanted["radius", one] = (express(one.radius, graph),)
+        if FORCES[one.kind].rolls:
+            wanted["radius", one] = (one.radius.express(graph),)
         if one.axis:
             wanted["axis", one] = apply(placed[one.place.body].R, vector(one.axis, graph))
         T, normal = placed[one.plane.body], unit(one.plane.normal, graph)
@@ -54,7 +54,7 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
 
 def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     wanted: dict[Key, tuple[Expr, ...]] = {}
-    mass = express(body.mass, graph)
+    mass = body.mass.express(graph)
     if not mass.is_zero:
         if body.com is not None:
             wanted["com", body.name] = T.point(vector(body.com, graph))
@@ -63,7 +63,7 @@ def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...
             wanted["com", body.name] = T.point((x / mass, y / mass, z / mass))
     for k, particle in enumerate(body.particles):
         at = T.point(vector(particle.at, graph))
-        wanted["particle", body.name, k] = (express(particle.mass, graph), *at)
+        wanted["particle", body.name, k] = (particle.mass.express(graph), *at)
     return wanted
 
 

@@ -18,7 +18,6 @@ from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import FORCES, GROUND, Joint, Scene, Strut
-from symdyn.scene.forces import Mark
 
 ARROW = 46.0  # length of a force, units of the picture
 BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture
@@ -121,13 +120,6 @@ def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tu
     return tuple(items), tuple(labels)
 
 
-def mark_of(strut: Strut) -> Mark:
-    """Return how a strut is drawn."""
-    mark = FORCES[strut.kind].mark
-    assert isinstance(mark, Mark), "a strut has a mark of lines"
-    return mark
-
-
 def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
     if one.ends:
         a, b = (view.flat(end) for end in found.ends[one])
@@ -139,7 +131,7 @@ def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Sh
     if hinge.slides:
         return _beside(one, hinge, view, from_zero(scene, hinge.joint))
     at = view.flat(hinge.moved.p)
-    (near, first), (far, last), width = mark_of(one).curl
+    (near, first), (far, last), width = FORCES[one.kind].lines.curl
     r, turns = np.linspace(near, far, 61) * view.size, np.linspace(first, last, 61)
     curve = np.stack([r * np.cos(turns), r * np.sin(turns)], axis=1)
     return (path(one.kind, at[:, None] + curve[None], size=width),), at + curve[-1]
@@ -153,7 +145,7 @@ def _beside(one: Strut, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[S
     begins = begins and float(way.min()) > length
     room = 0.0 if begins else max(60.0, 30.0 - float(way.min()) * view.scale) / view.scale
     flat = unit(view.lean(along))
-    side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * mark_of(one).side
+    side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * FORCES[one.kind].lines.side
     a = view.flat(hinge.fixed.p - along * room) + side
     b = view.flat(hinge.moved.p) - flat * 2 * view.size + side
     return (_wall(a, b, view.size, hinge.joint.parent == GROUND), *_between(one, a, b, view.size)), (a + b) / 2
@@ -161,7 +153,7 @@ def _beside(one: Strut, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[S
 
 def from_zero(scene: Scene, joint: Joint) -> bool:
     """Tell whether a slide's struts begin at its zero: its coordinate is the length of one of them."""
-    return any(mark_of(one).has_length(one) for one in scene.struts if one.joint == joint.name)
+    return any(FORCES[one.kind].lines.has_length(one) for one in scene.struts if one.joint == joint.name)
 
 
 def _wall(at: Array, other: Array, size: float, ground: bool = True) -> Shape:
@@ -177,7 +169,7 @@ def _between(one: Strut, a: Array, b: Array, size: float) -> tuple[Shape, ...]:
     """Return the mark of a strut between points of shape (N, 2)."""
     side = unit(np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)) * size * 0.75
     drawn = []
-    for width, lines in mark_of(one).strokes:
+    for width, lines in FORCES[one.kind].lines.strokes:
         parts = [np.stack([a + (b - a) * share + side * off for share, off in points], axis=1) for points in lines]
         drawn.append(path(one.kind, *parts, size=width))
     return tuple(drawn)

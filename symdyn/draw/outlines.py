@@ -18,8 +18,7 @@ from symdyn.algebra import Floats
 from symdyn.dynamics.mechanism import first_moment, vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import FORCES, OUTLINES, Body, Scene, express
-from symdyn.scene.forces import Rim
+from symdyn.scene import FORCES, OUTLINES, Body, Scene
 from symdyn.spatial import Mat, Vec, apply, dot, scale, zero_vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -90,13 +89,13 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
     Type and directions are those at values of the parameters, sizes follow their formulas.
     """
     said = body.shape
-    rim = any(isinstance(FORCES[row.kind].mark, Rim) and row.place.body == body.name for row in scene.contacts)
+    rim = any(FORCES[row.kind].rolls and row.place.body == body.name for row in scene.contacts)
     carries = any(body.name in (joint.parent, joint.child) for joint in scene.loops) or any(
         joint.parent == body.name for joint in scene.joints
     )
     if (said is None and (rim or carries)) or (rim and said is not None and OUTLINES[said.type].rolls):
         return None
-    mass = express(body.mass, graph)
+    mass = body.mass.express(graph)
     if mass.is_zero:
         centre: Vec = vector(body.com, graph) if body.com else zero_vector(graph)
     else:
@@ -119,7 +118,7 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
     lengths = []
     for name, shares in row.sizes.items():
         if name in given:
-            length = express(given[name], graph)
+            length = given[name].express(graph)
         elif mass.is_zero:
             return None
         else:
@@ -173,7 +172,7 @@ def _around(axes: Array, axis: Array, place: int) -> Array:
 
 def _about_centre(body: Body, graph: Graph, mass: Expr, centre: Vec) -> Mat:
     """Return the inertia of the extended part about its centre of mass, along the axes of the body."""
-    xx, yy, zz, xy, xz, yz = (express(entry, graph) for entry in body.inertia)
+    xx, yy, zz, xy, xz, yz = (entry.express(graph) for entry in body.inertia)
     if body.about == "frame":
         x, y, z = centre
         xx, yy, zz = xx - mass * (y * y + z * z), yy - mass * (x * x + z * z), zz - mass * (x * x + y * y)

@@ -11,8 +11,7 @@ import numpy as np
 from symdyn.draw.places import Array, places
 from symdyn.dynamics.loops import Numbers, closed_position, witness
 from symdyn.errors import DerivationError, DrawError
-from symdyn.scene import Joint, Scene, coordinate_units, coordinates_with_units, starting_position, velocity_name
-from symdyn.scene.forces import touches
+from symdyn.scene import FORCES, Joint, Scene, SceneUnits, start_of, velocity_name
 from symdyn.scene.values import Value, suggestion, value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
@@ -65,14 +64,14 @@ def pose(
         if name not in scene.coordinates:
             raise DrawError(f'{scene.name}: "{name}" is not a coordinate; {suggestion(name, scene.coordinates)}')
     values = values_of(scene, parameters)
-    if scene.loops or any(map(touches, scene.contacts)):
+    if scene.loops or any(FORCES[one.kind].closes(one) for one in scene.contacts):
         return _closed(scene, given, values, parameters)
     declared = any(joint.start for joint in scene.joints)
     q = _start(scene, values)
     if not declared:
-        angle = min(ANGLE, CURL / max(1, coordinate_units(scene).count("rad")))
+        angle = min(ANGLE, CURL / max(1, SceneUnits(scene).coordinates.count("rad")))
         seen = {"rad": angle, "m": SHARE * extent_of(scene, q, values)}
-        moved = zip(coordinates_with_units(scene), q, strict=True)
+        moved = zip(SceneUnits(scene).each_coordinate(), q, strict=True)
         q = np.array([_within(joint, seen.get(unit, x), values) for (joint, _, unit), x in moved])
     return _with(scene, q, given), values
 
@@ -96,7 +95,7 @@ def _closed(
 
 def _start(scene: Scene, values: Mapping[str, float]) -> Array:
     known = {name: Fraction(value) for name, value in values.items()}
-    return np.array([float(value_of(one, known) or 0) for one in starting_position(scene)], dtype=np.float64)
+    return np.array([float(value_of(one, known) or 0) for one in start_of(scene).position], dtype=np.float64)
 
 
 def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.scene import Joint, Quantity, Scene, acceleration_name, shown_unit, velocity_units
+from symdyn.scene import Joint, Quantity, Scene, SceneUnits, acceleration_name
 from symdyn.scene.values import Faults, force_unit, suggestion
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 
@@ -83,8 +83,8 @@ def read_bounds(scene: Scene, start: Sequence[float], box: Box, faults: Faults) 
             found[name] = found[name].within(low, high)
         else:
             faults.add(where, f"{given} is nothing that a box can hold; {suggestion(given, found)}")
-    found = {name: replace(one, unit=shown_unit(scene, one.unit)) for name, one in found.items()}
-    units = velocity_units(scene)
+    found = {name: replace(one, unit=scene.shown_unit(one.unit)) for name, one in found.items()}
+    units = SceneUnits(scene).velocities
     for k, (q, u) in enumerate(zip(scene.coordinates, scene.velocities, strict=True)):
         reach, speed = REACH[units[k]], SPEED[units[k]]
         one = found[q]
@@ -120,7 +120,7 @@ def usual_notes(bounds: Sequence[Bound]) -> list[str]:
 
 def _all(scene: Scene) -> dict[str, Bound]:
     """Return what a box can hold, by name: coordinates, velocities, accelerations, drives, places of points."""
-    units = velocity_units(scene)
+    units = SceneUnits(scene).velocities
     found: dict[str, Bound] = {}
     for kind, names in (
         ("position", scene.coordinates),

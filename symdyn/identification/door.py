@@ -20,7 +20,7 @@ from symdyn.identification.payload import Carried, Payload, carried, check_paylo
 from symdyn.identification.said_gains import doubts
 from symdyn.identification.told_apart import untold
 from symdyn.identification.units import forces_off, said_in, shown_in
-from symdyn.scene import SceneLike, scene_of, velocity_units, with_values
+from symdyn.scene import SceneLike, SceneUnits, scene_of, with_values
 from symdyn.scene.values import listed
 from symdyn.simulation.prescribed import drive_names
 
@@ -180,5 +180,5 @@ def _expected(
         for place, one in moved
     ]
     names = [drive_names(model.scene)[j] for j in driven]
-    kinds = [velocity_units(model.scene)[j] for j in driven]
+    kinds = [SceneUnits(model.scene).velocities[j] for j in driven]
     return forces_off(logs[0].source, names, kinds, tau[:, driven], np.concatenate(before)[:, driven])

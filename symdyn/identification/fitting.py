@@ -20,7 +20,7 @@ from symdyn.identification.parts import Evidence, held_in, moving, rows_of
 from symdyn.identification.payload import Carried
 from symdyn.identification.regression import Regression, Rows, solve
 from symdyn.identification.validation import Fit, mean_square
-from symdyn.scene import shown_unit, velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names
 
@@ -182,7 +182,7 @@ def _fits(model: LinearModel, evidence: Evidence, gains: Gains, own: Rows, used:
         held: sum(p.stop - p.start for one in evidence.parts for p, h in one.blocks if h is held)
         for held in (False, True)
     }
-    units, names = velocity_units(model.scene), drive_names(model.scene)
+    units, names = SceneUnits(model.scene).velocities, drive_names(model.scene)
     count = len(model.prior)
     before = np.append(model.prior, gains.factors[count:])
     known = bool(np.isfinite(before).all())
@@ -197,7 +197,7 @@ def _fits(model: LinearModel, evidence: Evidence, gains: Gains, own: Rows, used:
         found.append(
             Fit(
                 names[j],
-                shown_unit(model.scene, force_unit(units[j])),
+                model.scene.shown_unit(force_unit(units[j])),
                 off(own, 0 * gains.factors),
                 off(own, gains.factors),
                 off(own, before) if known else float("nan"),

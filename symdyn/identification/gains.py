@@ -21,7 +21,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.identification.filtered import Indices
 from symdyn.identification.regression import Regression, Rows
-from symdyn.scene import Scene, velocity_units
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names
 
@@ -235,7 +235,7 @@ def _fitted(rows: Rows, drives: Sequence[int], guess: Array) -> tuple[float, Arr
 
 def told_gains(scene: Scene, shown: Mapping[int, str], regression: Regression, values: Array) -> tuple[Gain, ...]:
     """Return the gains of a fit, with their standard errors, in the order of velocities."""
-    names, kinds = drive_names(scene), velocity_units(scene)
+    names, kinds = drive_names(scene), SceneUnits(scene).velocities
     errors = regression.errors[len(regression.names) - len(shown) :]
     return tuple(
         Gain(names[j], f"{force_unit(kinds[j])}/{one}", float(values[j]), float(error))

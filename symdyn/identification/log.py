@@ -20,7 +20,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.units import in_si, looks_off
-from symdyn.scene import Scene, acceleration_name, letter_units
+from symdyn.scene import Scene, SceneUnits, acceleration_name
 from symdyn.scene.values import Faults, listed, nearest, shorten
 from symdyn.simulation.prescribed import TIME, Columns, drive_names, read_entries
 
@@ -84,7 +84,7 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
     if not said.tables and not faults.lines:
         faults.add("data", "is no log; give a CSV file with the columns t, " + ", ".join(expected(scene)))
     drives = [drive for drive in scene.drives if drive]
-    tables = [in_si(table, units or {}, drives, letter_units(scene), faults) for table in said.tables]
+    tables = [in_si(table, units or {}, drives, SceneUnits(scene).letters, faults) for table in said.tables]
     logs = [one for table in tables if (one := _log(scene, table, faults)) is not None]
     if faults.lines:
         raise IdentifyError(faults.lines)

@@ -23,16 +23,7 @@ from symdyn.identification.measured import FEWEST, Measured, first_state, read_m
 from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
 from symdyn.identification.shooting import shooting
-from symdyn.scene import (
-    Scene,
-    SceneLike,
-    coordinate_units,
-    scene_of,
-    shown_unit,
-    told_units,
-    velocity_units,
-    with_values,
-)
+from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of, with_values
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.simulation import Values, opened
 from symdyn.simulation.prescribed import Entries, parameter_values
@@ -212,10 +203,10 @@ def _found(scene: Scene, search: Search, unknowns: Array, names: tuple[str, ...]
 
 
 def _units(scene: Scene, search: Search) -> tuple[str, ...]:
-    units = told_units(scene)
-    states = {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
-    states |= dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
-    starts = (shown_unit(scene, states.get(one, "rad")) for piece in search.pieces for one in piece.unknowns)
+    units = SceneUnits(scene).told
+    states = {name: f"{unit}/s" for name, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True)}
+    states |= dict(zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True))
+    starts = (scene.shown_unit(states.get(one, "rad")) for piece in search.pieces for one in piece.unknowns)
     return (*(units[name] for name in search.parameters), *starts)
 
 

@@ -23,7 +23,6 @@ from symdyn.identification.identification import Identification
 from symdyn.identification.report_bodies import scene_section
 from symdyn.identification.report_sections import Picture, Section, Table, figure
 from symdyn.identification.scene import Identified
-from symdyn.scene import shown_unit
 from symdyn.simulation.prescribed import drive_names
 
 LAGS = 40
@@ -186,7 +185,7 @@ def _outliers(found: Identification) -> Section:
 def _plots(found: Identification) -> Iterator[Section]:
     names = drive_names(found.model.scene)
     units = {one.drive: one.unit for one in found.fits}
-    time = _axis("t", shown_unit(found.model.scene, "s"))
+    time = _axis("t", found.model.scene.shown_unit("s"))
     for motion, predicted, used, held in zip(found.motions, found.predicted, found.used, found.held, strict=True):
         pictures = []
         t = motion.t

@@ -16,7 +16,7 @@ from symdyn.identification.freed_gain import bounds, steps
 from symdyn.identification.linear_model import LinearModel
 from symdyn.identification.regression import Regression
 from symdyn.identification.units import Said
-from symdyn.scene import velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit, listed
 from symdyn.simulation.prescribed import drive_names
 
@@ -61,7 +61,7 @@ def doubts(
     """
     if alone:
         return _by_one_factor(model, said, found.regression)
-    units = [force_unit(unit) for unit in velocity_units(model.scene)]
+    units = [force_unit(unit) for unit in SceneUnits(model.scene).velocities]
     freed: list[tuple[float, int, str, Fitted]] = []
     for j, bound in _in_doubt((*said, *(forces if said else ())), found, shown):
         if freed and bound > LEVEL * min(one[0] for one in freed):

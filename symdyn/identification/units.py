@@ -14,7 +14,7 @@ from math import isfinite, pi
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.scene import Scene, coordinate_units
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import TIME as TIMES, Faults, Unit, UnitError, choice, misfit, read_unit, value_of
 from symdyn.simulation.prescribed import TIME, Columns
 
@@ -147,7 +147,7 @@ def _size(unit: Unit) -> float:
 def looks_off(scene: Scene, source: str, t: Array, q: Array, qd: Array | None, faults: Faults) -> list[str]:
     """Return notes on units of motion that look off, and add those that cannot be right to the faults."""
     notes: list[str] = []
-    kinds = coordinate_units(scene)
+    kinds = SceneUnits(scene).coordinates
     if qd is not None and q.shape == qd.shape:
         rates = np.gradient(q, t, axis=0)
         ratios = [_ratio(qd[:, k], rates[:, k]) for k in range(q.shape[1])]

@@ -21,7 +21,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.roads import base_columns, base_of_columns, linear
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.scene import FORCES, INERTIAL, Quantity, Scene, express
+from symdyn.scene import FORCES, INERTIAL, Quantity, Scene
 
 TEN = len(INERTIAL)
 
@@ -104,7 +104,7 @@ def _signs(w: Workspace, columns: list[Expr]) -> tuple[tuple[str, ...], list[lis
     """Return what is never negative, as rows that the parameters are multiplied by; what is not linear has none."""
     told, rows = list[str](), list[list[float]]()
     for what, quantity in never_negative(w.scene):
-        slopes = gradient(express(quantity, w.graph), columns)
+        slopes = gradient(quantity.express(w.graph), columns)
         if any(not slope.is_zero for slope in slopes) and not {*reachable(slopes)} & {*columns}:
             told.append(what)
             rows.append(_numbers(slopes, w))
@@ -126,7 +126,7 @@ def _numbers(entries: Sequence[Expr], w: Workspace, scene: Scene | None = None) 
     """Return the values of formulas, with what the scene says of its parameters."""
     known = {p.name: p.value for one in (w.scene, scene or w.scene) for p in one.parameters if p.value is not None}
     values = {
-        w.graph.symbol(name): evaluate([express(value, w.graph)], Floats(), {})[0] for name, value in known.items()
+        w.graph.symbol(name): evaluate([value.express(w.graph)], Floats(), {})[0] for name, value in known.items()
     }
     return [float(x) for x in evaluate(list(entries), Floats(), values)]
 

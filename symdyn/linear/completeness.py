@@ -25,7 +25,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.equilibrium import Equilibria
 from symdyn.linear.prepared import Prepared
-from symdyn.scene import FormulaError, coordinate_units, express
+from symdyn.scene import FormulaError, SceneUnits
 
 CIRCLE = ("sin", "cos")
 
@@ -49,7 +49,7 @@ def _equations(asked: Prepared) -> tuple[list[dict[tuple[int, ...], Fraction]], 
     values: dict[Expr, Expr] = {}
     for parameter in asked.scene.parameters:
         if parameter.value is not None:
-            values[w.graph.symbol(parameter.name)] = express(parameter.value, w.graph)
+            values[w.graph.symbol(parameter.name)] = parameter.value.express(w.graph)
     values |= dict.fromkeys([*w.state.tau, *w.state.qd], w.graph.zero)
     try:
         forces = substitute(substitute(list(asked.functions.statics.parts["f"][1]), values), values)
@@ -62,7 +62,7 @@ def _equations(asked: Prepared) -> tuple[list[dict[tuple[int, ...], Fraction]], 
     turning = {one.node for k, one in enumerate(ring.generators) if k in named and one.kind in CIRCLE}
     kept = [k for k, one in enumerate(ring.generators) if k in named or (one.kind in CIRCLE and one.node in turning)]
     generators = [ring.generators[k] for k in kept]
-    units = dict(zip(w.state.q, coordinate_units(asked.scene), strict=True))
+    units = dict(zip(w.state.q, SceneUnits(asked.scene).coordinates, strict=True))
     for one in generators:
         wanted = "rad" if one.kind in CIRCLE and one.unit == 1 else "m" if one.kind == "symbol" else None
         if one.node is None or wanted is None or units.get(one.node) != wanted:

@@ -28,7 +28,7 @@ from symdyn.graph import Expr, reachable
 from symdyn.linear.eliminated import RANK
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.simulation import numbers_at, opened, read_start
 from symdyn.simulation.prescribed import TIME
 
@@ -173,7 +173,7 @@ class _Search:
         self.idle = [q not in needed for q in state.q]
         self.start = read_start(self.scene).q
         here = asked.place(self.start, np.zeros(state.n), t)
-        self.sizes, self.units = here.sizes, coordinate_units(self.scene)
+        self.sizes, self.units = here.sizes, SceneUnits(self.scene).coordinates
         self.turns, self.numbers = self._turns(), numbers_at(self.scene)
 
     def at(self, q: Array, multipliers: Array) -> dict[str, Array]:

@@ -16,7 +16,7 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
 from symdyn.rounding import in_digits
-from symdyn.scene import SceneLike, coordinate_units, in_shown_unit, scene_of, with_values
+from symdyn.scene import SceneLike, SceneUnits, scene_of, with_values
 from symdyn.scene.values import value_of
 from symdyn.simulation import Forces, Start, Trajectory, read_start
 
@@ -161,9 +161,9 @@ def told_of(places: Equilibria, asked: Prepared) -> list[str]:
 
 def _crossing(asked: Prepared, place: Equilibrium, idle: Sequence[str]) -> str:
     """Return what is said of a place where it rests and branches of loops meet."""
-    units = coordinate_units(asked.scene)
+    units = SceneUnits(asked.scene).coordinates
     values = [
-        f"{name} = {in_shown_unit(asked.scene, in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
+        f"{name} = {asked.scene.in_shown_unit(in_digits(float(x) + 0.0, 6), '' if unit == '1' else unit)}"
         for name, x, unit in zip(asked.scene.coordinates, place.q, units, strict=True)
         if name not in idle
     ]

@@ -13,7 +13,7 @@ from symdyn.dynamics.mechanism import inputs_of
 from symdyn.dynamics.roads import Moving, expressed
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity, Scene, coordinate_units, shown_unit, symbol
+from symdyn.scene import Quantity, Scene, SceneUnits, symbol
 from symdyn.scene.values import AXES, Faults, split_commas
 from symdyn.simulation import unit_of
 from symdyn.simulation.prescribed import close, read_seen
@@ -42,7 +42,7 @@ def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
         )
     texts = tuple(split_commas(texts) if isinstance(texts, str) else texts) or tuple(declared)
     if not texts:
-        units = tuple(shown_unit(scene, unit) for unit in coordinate_units(scene))
+        units = tuple(scene.shown_unit(unit) for unit in SceneUnits(scene).coordinates)
         return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), units)
     faults = Faults("")
     formulas = [read_seen(scene, text, "outputs", faults) for text in texts]

@@ -23,7 +23,7 @@ from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.spinning import STILL
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
-from symdyn.scene import FormulaError, Parameter, Scene, bind, is_bare, parse, question
+from symdyn.scene import FormulaError, Parameter, Scene, bind, parse, question
 from symdyn.scene.values import fits, read_unit, split_commas, value_of
 from symdyn.simulation import Forces, opened, read_forces, read_start
 
@@ -76,8 +76,8 @@ def number_in(text: str, letter: Parameter | None = None) -> float:
     formula = parse(text)
     if letter is not None:
         fits(formula, read_unit(letter.unit) if letter.unit else None)
-        if letter.written and is_bare(text):
-            raise FormulaError(question(letter, text))
+        if asked := question(letter, text):
+            raise FormulaError(asked)
     if formula.symbols:
         raise FormulaError(f"{text} is no number; it names {', '.join(formula.symbols)}")
     value = value_of(formula, {})

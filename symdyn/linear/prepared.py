@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from symdyn.linear.eliminated import Choice, Place, chosen, independent, matrice
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
-from symdyn.scene import Scene, shown_unit, told_units, velocity_units
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import force_unit, split_commas
 from symdyn.simulation import Forces, opened, read_forces
 from symdyn.simulation.prescribed import TIME
@@ -90,8 +89,8 @@ class Prepared:
                 raise LinearizeError(
                     f"{scene.name}: a derivative has no finite value there; give another place, or other values"
                 )
-        units, labels, told = velocity_units(scene), COLUMNS["q"](v.w), told_units(scene)
-        shown = partial(shown_unit, scene)
+        units, labels, told = SceneUnits(scene).velocities, COLUMNS["q"](v.w), SceneUnits(scene).told
+        shown = scene.shown_unit
         states = Axis(
             (*(labels[k] for k in choice.positions), *(scene.velocities[k] for k in choice.velocities)),
             (*(shown(units[k]) for k in choice.positions), *(shown(f"{units[k]}/s") for k in choice.velocities)),

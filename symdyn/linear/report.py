@@ -17,7 +17,7 @@ from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
 from symdyn.linear.verdict import stability
 from symdyn.rounding import asked, in_digits, showing
-from symdyn.scene import coordinate_units, in_shown_unit, told_units, velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names
 
@@ -95,15 +95,15 @@ def where(found: Linearization) -> str:
     scene, point = found.scene, found.point
 
     def shown(name: str, x: float, unit: str) -> str:
-        return f"{name} = {in_shown_unit(scene, number(x), '' if unit == '1' else unit)}"
+        return f"{name} = {scene.in_shown_unit(number(x), '' if unit == '1' else unit)}"
 
-    parts = [*map(shown, scene.coordinates, point.q, coordinate_units(scene))]
-    units = velocity_units(scene)
+    parts = [*map(shown, scene.coordinates, point.q, SceneUnits(scene).coordinates)]
+    units = SceneUnits(scene).velocities
     parts += [shown(n, x, f"{u}/s") for n, x, u in zip(scene.velocities, point.u, units, strict=True) if x]
     names = drive_names(scene)
     parts += [shown(names[k], x, force_unit(units[k])) for k, x in enumerate(point.tau) if abs(x) > NOTHING]
     inputs = zip(scene.inputs, point.inputs, strict=False)
-    told = told_units(scene)
+    told = SceneUnits(scene).told
     parts += [f"{one.name} = {number(x)} {told[one.name]}".rstrip() for one, x in inputs if abs(x) > NOTHING]
     return f"at {', '.join(parts)}" + (f"; {shown('t', point.t, 's')}" if point.t else "")
 

@@ -21,7 +21,7 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.spinning import EQUAL, STILL, Way, seen, ways
-from symdyn.scene import acceleration_name, in_shown_unit, velocity_units
+from symdyn.scene import SceneUnits, acceleration_name
 from symdyn.simulation import numbers_at
 
 BALANCED = 1e-6
@@ -282,8 +282,8 @@ def _closed(numbers: Numbers, q: Array) -> Array:
 
 def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], still: bool) -> str:
     """Return what is said of a point that is no equilibrium: what accelerates, and where nothing would."""
-    scene, units = found.scene, velocity_units(found.scene)
-    sizes = {k: in_shown_unit(scene, f"{found.point.udot[k]:.6g}", f"{units[k]}/s^2") for k in off}
+    scene, units = found.scene, SceneUnits(found.scene).velocities
+    sizes = {k: scene.in_shown_unit(f"{found.point.udot[k]:.6g}", f"{units[k]}/s^2") for k in off}
     told = ", ".join(f"{acceleration_name(scene.velocities[k])} = {size}" for k, size in sizes.items())
     what = "equilibrium" if still else "steady motion"
     words = f"{scene.name}: no {what} at this point: {told}{_precession(found, off)}"

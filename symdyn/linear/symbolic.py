@@ -19,7 +19,7 @@ from symdyn.linear.formulas import SAME, Root, Symbolic
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.one_freedom import places, with_definitions
 from symdyn.linear.prepared import Prepared
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.simulation import opened
 
 MOST_STATES, MOST_NODES, MOST_TERMS = 6, 2500, 90
@@ -83,7 +83,7 @@ def _exact(asked: Prepared, found: Linearization) -> tuple[dict[Expr, Expr], tup
     w, place, held = asked.functions.w, dict[Expr, Expr](), []
     needed = set(reachable([x for _, some in asked.functions.slopes.parts.values() for x in some]))
     exact = True
-    for q, x, unit in zip(w.state.q, found.point.q.tolist(), coordinate_units(found.scene), strict=True):
+    for q, x, unit in zip(w.state.q, found.point.q.tolist(), SceneUnits(found.scene).coordinates, strict=True):
         parts = round(x / PART) if abs(x) < FAR else 0
         if abs(x) <= EXACT:
             place[q] = w.graph.zero

@@ -24,7 +24,7 @@ from symdyn.dynamics.mechanism import inputs_of, refuse_ideal_friction
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
 from symdyn.linear.outputs import on_graph
 from symdyn.program import cheapest
-from symdyn.scene import Quantity, Scene, express
+from symdyn.scene import Quantity, Scene
 from symdyn.unlocked import cached_property
 
 Entries = Mapping[str, tuple[tuple[int, ...], Sequence[Expr]]]
@@ -150,8 +150,8 @@ def _written(
     places = dict(formulas)
     zero = graph.zero
     letters = inputs_of(scene, graph)
-    acting = {one: one + express(places[k], graph) if k in places else one for k, one in enumerate(letters, n)}
-    push = substitute([express(places[k], graph) if k in places else zero for k in range(n)], acting)
+    acting = {one: one + places[k].express(graph) if k in places else one for k, one in enumerate(letters, n)}
+    push = substitute([places[k].express(graph) if k in places else zero for k in range(n)], acting)
     acting |= {tau: tau + more for tau, more in zip(state.tau, push, strict=True)}
     bias, G, residual, holding = _rows(w)
     rates = [graph.total(entry * u for entry, u in zip(row, state.qd, strict=True)) for row in G]

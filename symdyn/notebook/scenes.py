@@ -6,7 +6,7 @@ from symdyn.draw import picture as drawn
 from symdyn.emit.print import value_text
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Cell, Markup, beside, head, note, picture, table, together
-from symdyn.scene import Scene, coordinate_units, drives_with_units, output_units, shown_unit, spell, told_units
+from symdyn.scene import Scene, SceneUnits, spell
 
 
 def scene(found: Scene) -> list[Markup]:
@@ -32,14 +32,14 @@ def _counts(found: Scene) -> str:
 
 
 def _tables(found: Scene) -> list[Markup]:
-    units = dict(zip(found.coordinates, coordinate_units(found), strict=True))
+    units = dict(zip(found.coordinates, SceneUnits(found).coordinates, strict=True))
     drives: dict[str, list[str]] = {}
-    for joint, drive, unit in drives_with_units(found):
-        drives.setdefault(joint.name, []).append(", ".join(filter(None, (drive, shown_unit(found, unit)))))
+    for joint, drive, unit in SceneUnits(found).each_drive():
+        drives.setdefault(joint.name, []).append(", ".join(filter(None, (drive, found.shown_unit(unit)))))
     rows = [
         (
             q,
-            shown_unit(found, units[q]),
+            found.shown_unit(units[q]),
             joint.name,
             joint.type.replace("_", " "),
             "; ".join(drives.pop(joint.name, ())),
@@ -47,7 +47,7 @@ def _tables(found: Scene) -> list[Markup]:
         for joint in found.moving
         for q in joint.coordinates
     ]
-    told, looked = told_units(found), output_units(found)
+    told, looked = SceneUnits(found).told, SceneUnits(found).outputs
     named: list[list[Cell]] = [
         [one.name, "" if one.value is None else value_text(one.value), told[one.name], one.text]
         for one in found.parameters

@@ -17,7 +17,6 @@ from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.passes import DEFAULT, optimise
 from symdyn.program.routine import Program, check
-from symdyn.scene import express
 
 Functions = tuple[Function, ...]
 
@@ -78,7 +77,7 @@ def _bind(equations: Equations) -> Functions:
     bound: dict[Expr, Expr] = {}
     for node in reachable(entries_of(functions)) if values else ():
         if node.op is SYMBOL and node.value in values:
-            bound[node] = express(values[str(node.value)], graph)
+            bound[node] = values[str(node.value)].express(graph)
     if not bound:
         return functions
     try:

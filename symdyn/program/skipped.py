@@ -24,7 +24,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
-from symdyn.scene import Body, Pose, Quantity, Scene, express, number
+from symdyn.scene import Body, Pose, Quantity, Scene, number
 from symdyn.scene.values import ZERO
 from symdyn.unlocked import cached_property
 
@@ -180,7 +180,7 @@ def _is_massless(body: Body) -> bool:
 
 
 def _vanishes(quantity: Quantity) -> bool:
-    return express(quantity, Graph()).is_zero
+    return quantity.express(Graph()).is_zero
 
 
 def _listed(what: str, names: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from symdyn.dynamics import JointTable
 from symdyn.graph import SYMBOL, Expr, Graph, reachable, substitute
 from symdyn.program.constants import constants
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 
 MOMENTS = 7
 """Numbers of a body that a row has room for."""
@@ -39,7 +39,7 @@ def table_numbers(table: JointTable, scene: Scene) -> list[Fraction]:
     values = {one.name: one.value for one in scene.parameters if one.value is not None}
     graph = Graph()
     bound: dict[Expr, Expr] = {
-        node: express(values[str(node.value)], graph) for node in reachable(entries) if node.op is SYMBOL
+        node: values[str(node.value)].express(graph) for node in reachable(entries) if node.op is SYMBOL
     }
     found = substitute(entries, bound, graph)
     known = constants(found)

@@ -39,22 +39,21 @@ from .declaration.value_in_unit import (
     as_written as as_written,
     ask_for_units as ask_for_units,
     in_si_here as in_si_here,
-    is_bare as is_bare,
     question as question,
 )
 from .examples import example as example, example_text as example_text, examples as examples
 from .forces.body_load import load as load
 from .forces.contact import knife_edge as knife_edge, rolling as rolling
 from .forces.damper import Damper as Damper, damper as damper
-from .forces.force_kind import ForceKind as ForceKind, Pull as Pull, Push as Push
-from .forces.force_table import FORCES as FORCES, pull_of as pull_of
+from .forces.force_kind import ForceKind as ForceKind, Pull as Pull
+from .forces.force_table import FORCES as FORCES
 from .forces.friction import Friction as Friction
 from .forces.spring import Spring as Spring, spring as spring
 from .forces.velocity_row import Formula as Formula, row as row
 from .joints.joint_kind import JointKind as JointKind, JointMotion as JointMotion, Move as Move
 from .joints.joint_table import JOINTS as JOINTS
-from .joints.start import starting_position as starting_position, starting_velocity as starting_velocity
-from .robot_words import coordinates_of_joints as coordinates_of_joints, leaves as leaves
+from .joints.start import start_of as start_of
+from .robot_words import coordinates_of_joints as coordinates_of_joints
 from .scene_files import (
     FileLike as FileLike,
     SceneLike as SceneLike,
@@ -69,24 +68,7 @@ from .starters import STARTERS as STARTERS, starter as starter
 from .symbolic import with_force_parameters as with_force_parameters, with_symbols as with_symbols
 from .ten_parameters import INERTIAL as INERTIAL, with_symbolic_inertia as with_symbolic_inertia
 from .toml import read_text as read_text, tables_of as tables_of
-from .units import (
-    check_formula as check_formula,
-    coordinate_units as coordinate_units,
-    coordinates_with_units as coordinates_with_units,
-    dimensions as dimensions,
-    doubtful as doubtful,
-    drives_with_units as drives_with_units,
-    formula_unit as formula_unit,
-    in_shown_unit as in_shown_unit,
-    letter_units as letter_units,
-    mistakable as mistakable,
-    output_units as output_units,
-    row_units as row_units,
-    shown_unit as shown_unit,
-    told_units as told_units,
-    velocity_units as velocity_units,
-    written_in_si as written_in_si,
-)
+from .units import SceneUnits as SceneUnits
 from .values.body import Body as Body, Particle as Particle, Pose as Pose
 from .values.element import (
     Contact as Contact,
@@ -105,7 +87,6 @@ from .values.joint import (
     acceleration_name as acceleration_name,
     velocity_name as velocity_name,
 )
-from .values.mapping import in_numbers as in_numbers
 from .values.model import (
     GROUND as GROUND,
     Input as Input,
@@ -115,5 +96,5 @@ from .values.model import (
     Signal as Signal,
 )
 from .values.outline import OUTLINES as OUTLINES
-from .values.quantity import Quantity as Quantity, express as express, number as number, symbol as symbol
+from .values.quantity import Quantity as Quantity, number as number, symbol as symbol
 from .values.spelling import spell as spell

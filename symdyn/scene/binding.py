@@ -21,7 +21,7 @@ from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import ZERO, Quantity, express
+from symdyn.scene.values.quantity import ZERO, Quantity
 from symdyn.scene.values.table import Faults, show
 
 
@@ -135,6 +135,6 @@ def read_bindings(text: str, option: str = "--bind") -> dict[str, str]:
 
 def _is_zero(value: Quantity) -> bool:
     try:
-        return express(value, Graph()).is_zero
+        return value.express(Graph()).is_zero
     except ZeroDivisionError:
         return False  # reported by the check

@@ -1,13 +1,13 @@
-"""What a robot file has no words for, told in words of its own: whose positions q1, q2, ... are, which links end it.
+"""What a robot file has no words for, told in words of its own: whose positions q1, q2, ... are.
 
-A URDF or MJCF file names joints and links; coordinates are called q1, q2, ... and poses are asked for by name.
+A URDF or MJCF file names joints and links; coordinates are called q1, q2, ...
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from symdyn.scene.values.model import GROUND, Scene
+from symdyn.scene.values.model import Scene
 
 SCENES = ("", ".toml", ".par")
 """Endings of files that name their coordinates themselves, or none where Python made the scene."""
@@ -27,12 +27,6 @@ def coordinates_of_joints(scene: Scene, most: int | None = None) -> str:
     joints = [joint for joint in scene.joints if joint.coordinates]
     told = [f"{_run(joint.coordinates)} {joint.name}" for joint in joints[:most]]
     return ", ".join([*told, *([f"... ({len(joints)} joints in all)"] if len(told) < len(joints) else [])])
-
-
-def leaves(scene: Scene) -> tuple[str, ...]:
-    """Return the bodies that carry no other body: hands, tools, feet."""
-    carrying = {joint.parent for joint in scene.joints} | {GROUND}
-    return tuple(body.name for body in scene.bodies if body.name not in carrying)
 
 
 def _run(names: tuple[str, ...]) -> str:

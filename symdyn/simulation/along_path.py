@@ -13,7 +13,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.loops import direction_words, newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.scene import in_shown_unit, velocity_name
+from symdyn.scene import velocity_name
 from symdyn.simulation.followed import Followed
 from symdyn.simulation.following import CLOSED, Following, Known, Tied
 from symdyn.simulation.initial import no_equations
@@ -233,8 +233,8 @@ def _misses(equations: PathEquations, t: float, q: Array) -> str:
         held = np.isfinite(asked.origin)
         gap, turn = (float(np.linalg.norm(x)) for x in (off[: held.sum()], off[held.sum() :]))
         place = ", ".join("_" if not known else f"{x:.6g}" for x, known in zip(asked.origin, held, strict=True))
-        parts = [f"({place}) by {in_shown_unit(scene, f'{gap:.6g}', 'm')}"] * (gap > CLOSED)
-        parts += [f"its turning by {in_shown_unit(scene, f'{turn:.6g}', 'rad')}"] * (turn > CLOSED)
+        parts = [f"({place}) by {scene.in_shown_unit(f'{gap:.6g}', 'm')}"] * (gap > CLOSED)
+        parts += [f"its turning by {scene.in_shown_unit(f'{turn:.6g}', 'rad')}"] * (turn > CLOSED)
         if parts:
             found.append(f"{path.name} misses {' and '.join(parts)}")
     loops = float(np.abs(equations.functions("constraint_residual", q, still)).max(initial=0.0))

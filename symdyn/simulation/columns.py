@@ -11,17 +11,7 @@ from symdyn.algebra import Array
 from symdyn.emit import in_latex
 from symdyn.emit.print import latex_symbols, print_name
 from symdyn.errors import quoted
-from symdyn.scene import (
-    Quantity,
-    Scene,
-    acceleration_name,
-    coordinate_units,
-    formula_unit,
-    row_units,
-    shown_unit,
-    told_units,
-    velocity_units,
-)
+from symdyn.scene import Quantity, Scene, SceneUnits, acceleration_name
 from symdyn.scene.values import choice, force_unit
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -101,9 +91,9 @@ ROWS = (
 def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
     """Return what the columns of a run of a scene are, in their order, those beside the state by name."""
     latex = latex_symbols(scene, [name for name in drive_names(scene) if name not in scene.drives])
-    rates, forces = velocity_units(scene), drive_names(scene)
+    rates, forces = SceneUnits(scene).velocities, drive_names(scene)
     found = [Column(TIME, "time", "s", TIME)]
-    places = zip(scene.coordinates, coordinate_units(scene), strict=True)
+    places = zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True)
     found += [Column(name, "coordinates", unit, latex[name]) for name, unit in places]
     for kind, ending, names in (
         ("velocities", "/s", scene.velocities),
@@ -112,7 +102,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         found += [Column(name, kind, unit + ending, latex[name]) for name, unit in zip(names, rates, strict=True)]
     for name, unit in zip(forces, rates, strict=True):
         found.append(Column(name, FORCES, force_unit(unit), latex[name]))
-    told = told_units(scene)
+    told = SceneUnits(scene).told
     said = {
         one.name: Column(one.name, "inputs", told[one.name], one.latex or str(print_name(one.name)))
         for one in scene.inputs
@@ -127,10 +117,11 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         for velocity, unit in zip(scene.velocities, rates, strict=True)
     }
     held = {
-        f"multiplier_{row}": Column(f"multiplier_{row}", "multipliers", unit) for row, unit in row_units(scene).items()
+        f"multiplier_{row}": Column(f"multiplier_{row}", "multipliers", unit)
+        for row, unit in SceneUnits(scene).rows.items()
     }
     found += [said.get(name) or held.get(name) or _beside(name, own) for name in extra]
-    return tuple(one if one.name in said else replace(one, unit=shown_unit(scene, one.unit)) for one in found)
+    return tuple(one if one.name in said else replace(one, unit=scene.shown_unit(one.unit)) for one in found)
 
 
 def unit_of(formula: Quantity, scene: Scene) -> str:
@@ -140,7 +131,7 @@ def unit_of(formula: Quantity, scene: Scene) -> str:
 
 
 def _unit(scene: Scene, formula: Quantity, units: Mapping[str, str], called: str = "") -> str:
-    return formula_unit(scene, formula, column_units(formula.symbols) | dict(units), called)
+    return SceneUnits(scene).of_formula(formula, column_units(formula.symbols) | dict(units), called)
 
 
 def column_units(names: Iterable[str]) -> dict[str, str]:

@@ -10,7 +10,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.graph import Graph
 from symdyn.program import constants
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.simulation.initial import Start
 
 NEAR = Fraction(1, 2**50)
@@ -23,7 +23,7 @@ def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
     Quaternions are brought to length one.
     """
     low, graph = np.zeros(size), Graph()
-    numbers = [express(formula, graph) for formula in start.formulas]
+    numbers = [formula.express(graph) for formula in start.formulas]
     for group in quaternions(scene) if numbers else ():
         first = list(scene.coordinates).index(group[0])
         four = numbers[first : first + 4]

@@ -13,7 +13,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
-from symdyn.scene import Quantity, Scene, express, letter_units, starting_position, starting_velocity, velocity_name
+from symdyn.scene import Quantity, Scene, SceneUnits, start_of, velocity_name
 from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.equations.conserved import values_on
 from symdyn.simulation.equations.opened import numbers_at
@@ -67,11 +67,11 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     values = parameter_values(scene)
     faults = Faults("")
     q, given_q, formulas = _position(scene, start, values, faults)
-    u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in starting_velocity(scene)])
-    formulas += starting_velocity(scene)
+    u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in start_of(scene).velocity])
+    formulas += start_of(scene).velocity
     moved = prescribed(scene, Graph()).place
     given_u: list[int] = []
-    velocities, units = scene.velocities, letter_units(scene)
+    velocities, units = scene.velocities, SceneUnits(scene).letters
     for name, text in _by_name(rates, "start rates", faults).items():
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
         k = _index(named, velocities, "start rates", faults)
@@ -119,9 +119,9 @@ def _position(
     scene: Scene, start: Values | None, values: Mapping[str, Quantity], faults: Faults
 ) -> tuple[Array, list[int], list[Quantity]]:
     """Return coordinates at the start, which of them the user gives, and the formulas of all."""
-    formulas, given = [*starting_position(scene)], list[int]()
+    formulas, given = [*start_of(scene).position], list[int]()
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in formulas])
-    units = letter_units(scene)
+    units = SceneUnits(scene).letters
     for name, text in _by_name(start, "start", faults).items():
         k = _index(name, scene.coordinates, "start", faults)
         formula, value = _value(text, values, f"start: {name}", faults, units.get(name, ""))
@@ -172,7 +172,7 @@ def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: F
     motion = prescribed(scene, graph)
     if not motion.place:
         return
-    known = {graph.symbol(p.name): express(p.value, graph) for p in scene.parameters if p.value is not None}
+    known = {graph.symbol(p.name): p.value.express(graph) for p in scene.parameters if p.value is not None}
     found = evaluate(
         substitute([*motion.position, *motion.velocity], known | {graph.symbol(TIME): graph.zero}), Floats(), {}
     )

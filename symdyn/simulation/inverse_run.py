@@ -20,8 +20,8 @@ from symdyn.dynamics.loops import off_planes
 from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph
-from symdyn.scene import Scene, SceneLike, in_shown_unit, scene_of, spell, velocity_name, velocity_units, with_values
-from symdyn.scene.values import Faults, force_unit, point_names
+from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of, spell, velocity_name, with_values
+from symdyn.scene.values import Faults, force_unit
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.crossings import SLACK
@@ -131,7 +131,7 @@ def inverse(
     columns = {name: column[:n] for name, column in (over_time | columns).items()}
     columns["drive_power"] = np.einsum("ni,ni->n", tau, u)
     if scene.points:
-        columns |= dict(zip(point_names(scene), functions("points", t, q, u).T, strict=True))
+        columns |= dict(zip(scene.point_letters, functions("points", t, q, u).T, strict=True))
     if axes:
         columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False, axes=axes)
     columns |= output_columns(Trajectory(scene, t, q, u, a, tau, columns), given=False)
@@ -202,10 +202,10 @@ def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str
 def _impossible(scene: Scene, tau: Array) -> list[str]:
     """Return what is to be said of forces that no drive gives."""
     moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
-    units = velocity_units(scene)
+    units = SceneUnits(scene).velocities
     return [
         f"{name.removesuffix('_dot')} has no drive, and the motion takes up to "
-        f"{in_shown_unit(scene, f'{largest[k]:.3g}', force_unit(units[k]))} there"
+        f"{scene.in_shown_unit(f'{largest[k]:.3g}', force_unit(units[k]))} there"
         for k, name in enumerate(scene.velocities)
         if scene.drives[k] is None and k not in moved and largest[k] > NOTHING * max(1.0, float(largest.max()))
     ]

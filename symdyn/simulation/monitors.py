@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.scene import Contact
-from symdyn.scene.forces import touches
+from symdyn.scene import FORCES, Contact
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.reaction_columns import multipliers
@@ -70,7 +69,7 @@ class Needed:
 
 def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], list[str]]:
     """Return what contacts that hold a height need over a motion, and what is to be said of it."""
-    contacts = [row for row in system.scene.contacts if touches(row)]
+    contacts = [row for row in system.scene.contacts if FORCES[row.kind].closes(row)]
     if not contacts:
         return [], []
     labels, decisions = numbers_at(system.scene).constraints.labels, system.decisions

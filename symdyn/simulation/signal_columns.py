@@ -13,8 +13,8 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.values import MULTIPLIER, reaction_axes, suggestion
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import MULTIPLIER, suggestion
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -33,7 +33,7 @@ def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
         return {}
     named = dict.fromkeys(name for one in scene.outputs for name in one.formula.symbols)
     known: dict[str, Array] = dict(zip(motion.names, motion.table()[1].T, strict=True))
-    axes = reaction_axes(scene)
+    axes = scene.reaction_axes
     for one in dict.fromkeys(axes[name] for name in named if name in axes):
         known |= reaction_columns(motion, given, one)
     if any(name.startswith(MULTIPLIER) for name in named):
@@ -84,5 +84,5 @@ def _values(formulas: Sequence[Quantity], known: Mapping[str, Array], t: Array) 
     graph = Graph()
     values = {graph.symbol(name): known[name] for one in formulas for name in one.symbols}
     with np.errstate(all="ignore"):
-        found = evaluate([express(one, graph) for one in formulas], Batches(), values)
+        found = evaluate([one.express(graph) for one in formulas], Batches(), values)
     return [np.array(np.broadcast_to(np.asarray(x, dtype=np.float64), t.shape)) for x in found]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.scene.values import Faults, point_names
+from symdyn.scene.values import Faults
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.system import StateEquations
@@ -42,7 +42,7 @@ def trajectory_of(
             columns = {one.name: column for one, column in zip(scene.inputs, told.T, strict=True)} | columns
             found = replace(found, extra=columns)
         if scene.points:
-            columns |= dict(zip(point_names(scene), system.tell("points", run.t, run.x).T, strict=True))
+            columns |= dict(zip(scene.point_letters, system.tell("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
             columns |= reaction_columns(found, given=True, axes=axes)
         columns |= output_columns(replace(found, extra=columns), given=True)

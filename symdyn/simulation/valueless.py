@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import at_time, ends_apart, pull
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
+from symdyn.scene import FORCES, Quantity, Scene, spell
 from symdyn.scene.values import TIMED
 from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.spatial import dot
@@ -25,7 +25,7 @@ def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str
     values |= at_time(scene, graph, t)
     for parameter in scene.parameters:
         if parameter.value is not None:
-            values[graph.symbol(parameter.name)] = evaluate([express(parameter.value, graph)], Floats(), {})[0]
+            values[graph.symbol(parameter.name)] = evaluate([parameter.value.express(graph)], Floats(), {})[0]
 
     def has_value(formula: Expr) -> bool:
         try:
@@ -35,7 +35,7 @@ def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str
 
     for what, quantity in _formulas(scene, forces):
         try:
-            known = has_value(express(quantity, graph))
+            known = has_value(quantity.express(graph))
         except ZeroDivisionError:
             known = False
         if not known:
@@ -71,7 +71,7 @@ def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
         if square.is_zero:  # points that never part pull at nothing
             continue
         words = f"{strut.kind} {strut.name} has no length there"
-        if pull_of(strut).over is None:
+        if FORCES[strut.kind].pull.over is None:
             yield f"{words}, and so no direction", graph.one / square
         else:
             words = f"{words}, where it pulls (with free = 0 it would not)"

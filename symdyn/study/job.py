@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
-from symdyn.scene import Scene, coordinate_units, shown_unit, told_units, velocity_units, write_text, written_in_si
+from symdyn.scene import Scene, SceneUnits, write_text
 from symdyn.scene.values import Faults, shorten
 from symdyn.study.design import Design
 
@@ -69,7 +69,7 @@ class Job:
     @property
     def scene_text(self) -> str:
         """The scene as TOML."""
-        return write_text(written_in_si(self.scene), "toml").text
+        return write_text(self.scene.in_si(), "toml").text
 
     @property
     def told(self) -> dict[str, Any]:
@@ -90,10 +90,10 @@ class Job:
 def units_of(job: Job) -> dict[str, str]:
     """Return the unit of every column, "" where it is not known."""
     scene = job.scene
-    known = told_units(scene)
-    states = dict(zip(scene.coordinates, coordinate_units(scene), strict=True))
-    states |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, velocity_units(scene), strict=True)}
-    known |= {name: shown_unit(scene, unit) for name, unit in states.items()}
+    known = SceneUnits(scene).told
+    states = dict(zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True))
+    states |= {name: f"{unit}/s" for name, unit in zip(scene.velocities, SceneUnits(scene).velocities, strict=True)}
+    known |= {name: scene.shown_unit(unit) for name, unit in states.items()}
     return {name: known.get(name, "") for name in job.design.names} | {one.name: one.unit for one in job.measures}
 
 

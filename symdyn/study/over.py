@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.scene import FormulaError, Parameter, Quantity, Scene, is_bare, letter_units, question
+from symdyn.scene import FormulaError, Parameter, Quantity, Scene, SceneUnits, question
 from symdyn.scene.values import Faults, Letter, read_tolerance, shorten, split_commas, suggestion, value_of
 from symdyn.simulation.prescribed import number_of, read_formula
 from symdyn.study.distributions import DISTRIBUTIONS, Distribution
@@ -112,8 +112,8 @@ def _toleranced(scene: Scene, name: str, said: str, faults: Faults) -> Distribut
         faults.add(where, f"{name} is no parameter, and a tolerance is of one; write uniform(low, high)")
         return None
     try:
-        if parameter.written and said and is_bare(said.removeprefix("±")):
-            faults.add(where, question(parameter, said))
+        if said and (asked := question(parameter, said.removeprefix("±"))):
+            faults.add(where, asked)
             return None
         tolerance = read_tolerance(said, parameter.unit) if said else parameter.tolerance
     except FormulaError as error:
@@ -199,12 +199,12 @@ def _arguments(
 def _letter(scene: Scene, name: str) -> Letter:
     """Return the letter of a name; one that has no value of its own, such as a coordinate, with its unit."""
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    unit = letter_units(scene).get(name, "")
+    unit = SceneUnits(scene).letters.get(name, "")
     return next((one for one in letters if one.name == name), None) or Parameter(name, unit=unit)
 
 
 def _number(text: str, values: Mapping[str, Quantity], where: str, faults: Faults, letter: Letter) -> float | None:
-    if letter.written and is_bare(text):
-        faults.add(where, question(letter, text))
+    if asked := question(letter, text):
+        faults.add(where, asked)
     formula = read_formula(text, values, where, faults, unit=letter.unit)
     return None if formula is None else number_of(formula, values, where, faults)

@@ -17,7 +17,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.build import Loaded, Operand, load
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import PREPARE
-from symdyn.scene import Quantity, Scene, express
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, value_of
 from symdyn.simulation import FOLDS, Measure, Sums, read_measure, sums_of
 from symdyn.simulation.prescribed import drive_names
@@ -126,7 +126,7 @@ def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], f
     expressed = {}
     for formula in (one for measure in measures for one in (*measure.insides, measure.formula)):
         graph = Graph()
-        expressed[id(formula)] = express(formula, graph), {name: graph.symbol(name) for name in formula.symbols}
+        expressed[id(formula)] = formula.express(graph), {name: graph.symbol(name) for name in formula.symbols}
     named = {name for _, symbols in expressed.values() for name in symbols} - set(free)
     values = {p.name: p.value for p in scene.parameters if p.name in named and p.value is not None}
     numbers = {name: np.asarray(float(value_of(value, {}) or 0.0)) for name, value in values.items()}

@@ -12,7 +12,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import derive
 from symdyn.errors import DerivationError
-from symdyn.scene import Scene, bind, letter_units
+from symdyn.scene import Scene, SceneUnits, bind
 from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation import FOLDS, read_measure, read_start
 from symdyn.simulation.prescribed import close, noted, number_of, parameter_values, read_columns, read_formula, words
@@ -144,7 +144,7 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
             return _told({TIME: table.t, **table.values})
         return {}, ""
     entries: Mapping[str, Any] = words(split_commas(at), "at", faults) if isinstance(at, str) else dict(at or {})
-    values, units = parameter_values(scene), letter_units(scene)
+    values, units = parameter_values(scene), SceneUnits(scene).letters
     found: dict[str, Array] = {}
     for name, said in entries.items():
         if isinstance(said, str):

@@ -11,7 +11,7 @@ from symdyn.dynamics.mechanism import State, body_placements, squared_length, st
 from symdyn.emit.print import LENGTH, Letters, Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
-from symdyn.scene import JOINTS, Joint, Scene, shown_unit
+from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import Transform
 from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
 from symdyn.teach.languages import Language, fill, language_of
@@ -150,7 +150,7 @@ class Prose:
         ]
         column = heads.index("unit") if "unit" in heads else -1
         plain = (
-            [shown_unit(self.scene, x) if k == column and isinstance(x, str) else x for k, x in enumerate(row)]
+            [self.scene.shown_unit(x) if k == column and isinstance(x, str) else x for k, x in enumerate(row)]
             for row in rows
         )
         cells = (tuple(cell if isinstance(cell, Words) else Words((cell,)) for cell in row) for row in plain)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism import first_moment, vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Body, Scene, express
+from symdyn.scene import Body, Scene
 from symdyn.spatial import Mat, Transform, Vec, apply, symmetric
 
 AXES = "xyz"
@@ -46,8 +46,8 @@ def masses(scene: Scene, graph: Graph, placed: Mapping[str, Transform]) -> list[
     found = []
     for number, body in enumerate(scene.bodies, 1):
         T = placed[body.name]
-        own = [(express(p.mass, graph), T.point(vector(p.at, graph))) for p in body.particles]
-        m, inertia = express(body.mass, graph), symmetric(*(express(x, graph) for x in body.inertia))
+        own = [(p.mass.express(graph), T.point(vector(p.at, graph))) for p in body.particles]
+        m, inertia = body.mass.express(graph), symmetric(*(x.express(graph) for x in body.inertia))
         extended = not m.is_zero or not all(x.is_zero for row in inertia for x in row) or body.first_moment is not None
         tags = [str(number)] if len(own) + extended == 1 else [f"{number}{letter}" for letter in "abcdefgh"]
         if len(own) + extended > len(tags):

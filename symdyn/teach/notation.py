@@ -8,7 +8,7 @@ from symdyn.algebra import Form, Symbol, form_of
 from symdyn.dynamics.mechanism import joint_position
 from symdyn.emit.print import value_text
 from symdyn.graph import Graph
-from symdyn.scene import FORCES, GROUND, Joint, Scene, coordinates_with_units, drives_with_units, express, told_units
+from symdyn.scene import FORCES, GROUND, Joint, Scene, SceneUnits
 from symdyn.scene.values import ZERO
 from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
@@ -37,7 +37,7 @@ def acting_steps(lesson: Prose) -> list[Step]:
     for joint in scene.joints:
         where = lesson.text("acting.joint", joint=joint.name)
         if joint.motion is not None:
-            motion = form_of(express(joint.motion, Graph()))
+            motion = form_of(joint.motion.express(Graph()))
             formula: tuple[str | Form, ...] = (f"{where}: ", Symbol(joint.coordinates[0]), " = ", motion)
             rows.append((lesson.say("acting.motion"), Words(formula)))
         if joint.coupling is not None:
@@ -70,11 +70,11 @@ def notation_step(lesson: Prose) -> Step:
     """Return the table of symbols."""
     scene = lesson.scene
     rows: list[tuple[Symbol, str | Words, str, str]] = []
-    for (joint, q, unit), rate in zip(coordinates_with_units(scene), scene.velocities, strict=True):
+    for (joint, q, unit), rate in zip(SceneUnits(scene).each_coordinate(), scene.velocities, strict=True):
         kind = lesson.say("notation.angle" if unit == "rad" else "notation.way", joint=joint.name)
         rows.append((Symbol(q), kind, unit, ""))
         rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s", ""))
-    for joint, drive, unit in drives_with_units(scene):
+    for joint, drive, unit in SceneUnits(scene).each_drive():
         key = "notation.force" if unit == "N" else "notation.torque"
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
     rows += parameter_rows(lesson)
@@ -85,7 +85,7 @@ def notation_step(lesson: Prose) -> Step:
 def parameter_rows(lesson: Prose) -> list[tuple[Symbol, str | Words, str, str]]:
     """Return the rows of the table of symbols about parameters, values with the language's decimal mark."""
     rows: list[tuple[Symbol, str | Words, str, str]] = []
-    told = told_units(lesson.scene)
+    told = SceneUnits(lesson.scene).told
     for parameter in lesson.scene.parameters:
         value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")

@@ -8,7 +8,7 @@ from symdyn.draw import Lettered
 from symdyn.dynamics.mechanism import body_placements, joint_motion, placement, vector
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
-from symdyn.scene import Pose, Quantity, Scene, express
+from symdyn.scene import Pose, Quantity, Scene
 from symdyn.scene.values import ZERO, Vector
 from symdyn.spatial import Transform, Vec, add, elementary, scale
 from symdyn.teach.shown_state import Chosen
@@ -54,7 +54,7 @@ def _lengths(scene: Scene, graph: Graph) -> Iterator[tuple[str, Vec]]:
 
 def _steps(T: Transform, pose: Pose, graph: Graph) -> Iterator[tuple[str, Vec]]:
     for kind, amount in pose.steps:
-        after = T @ elementary(kind, express(amount, graph))
+        after = T @ elementary(kind, amount.express(graph))
         if kind[0] == "T" and (letter := _letter(amount)):
             yield letter, _middle(T.p, after.p)
         T = after

@@ -19,7 +19,7 @@ from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.mechanism import TIME, State, at_time, prescribed, state_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate, gradient
-from symdyn.scene import Scene, coordinates_with_units, starting_velocity
+from symdyn.scene import Scene, SceneUnits, start_of
 from symdyn.scene.values import value_of
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
@@ -114,7 +114,7 @@ def idle_velocities(scene: Scene) -> list[int]:
 def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]:
     """Return the velocities at which a scene starts, zeros where it does not say; shape (nv,)."""
     known = {name: Fraction(value) for name, value in parameters.items()}
-    return [float(value_of(x, known) or 0) for x in starting_velocity(scene)]
+    return [float(value_of(x, known) or 0) for x in start_of(scene).velocity]
 
 
 def shown_state(scene: Scene) -> Chosen:
@@ -196,7 +196,7 @@ def _distinct(
 ) -> dict[str, float]:
     """Return coordinates that are held, and others where none hides another; with loops or rows only driven ones."""
     found, seen, tied = dict(held), list(held.values()), scene.is_closed
-    for joint, name, unit in coordinates_with_units(scene):
+    for joint, name, unit in SceneUnits(scene).each_coordinate():
         if name in held or unit == "1" or (tied and not any(joint.drives)):
             continue
         low, high = limits_of(joint, {name: Fraction(value) for name, value in parameters.items()})

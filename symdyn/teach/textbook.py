@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from symdyn.algebra import MINUS_ONE, Form, Function, Number, Symbol, power_of, product_of, sum_of
 from symdyn.graph import Op, substitute
-from symdyn.scene import express, parse
+from symdyn.scene import parse
 from symdyn.scene.forces import elastic
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Section, Step, Words
 from symdyn.teach.lesson import Lesson, Prose
@@ -99,7 +99,7 @@ def numbers_for(lesson: Lesson) -> Mapping[str, str]:
     wanted = {"m1", "m2", "h1", "h2", "g"}
     if scene.coordinates != ("q1", "q2") or {p.name for p in scene.parameters} != wanted or elastic(scene):
         return {}
-    same = lesson.vanishes(lesson.L - express(parse(LAGRANGIAN), lesson.graph))
+    same = lesson.vanishes(lesson.L - parse(LAGRANGIAN).express(lesson.graph))
     return NUMBERS if same and all(joint.drive for joint in scene.moving) else {}
 
 
@@ -143,7 +143,7 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
         printed = quoted(one.reads)
         node = lesson.names[one.left].node
         assert node is not None, f"{one.left} has no value"
-        typed = express(parse(one.reads), lesson.graph)
+        typed = parse(one.reads).express(lesson.graph)
         meanings = {lesson.graph.symbol(a): lesson.names[b].node for a, b in LETTERS.items()}
         meanings |= {lesson.graph.symbol(a): lesson.graph.symbol(b) for a, b in READ_AS.items()}
         (read,) = substitute([typed], {x: y for x, y in meanings.items() if y is not None})

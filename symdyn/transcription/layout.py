@@ -9,7 +9,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, letter_units, velocity_name
+from symdyn.scene import Quantity, Scene, SceneUnits, velocity_name
 from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation import Start, read_start
 from symdyn.simulation.prescribed import drive_names, number_of, read_formula
@@ -127,7 +127,7 @@ class Layout:
     ) -> Start | None:
         """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
         speeds: dict[str, Number] = {}
-        units = letter_units(self.scene)
+        units = SceneUnits(self.scene).letters
         for name, text in end_rates.items():
             speed = velocity_name(name) if velocity_name(name) in self.scene.velocities else name
             if speed in speeds:

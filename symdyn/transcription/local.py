@@ -33,8 +33,7 @@ from symdyn.dynamics import Argument, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
 from symdyn.dynamics.roads import inverse_derivatives
 from symdyn.graph import SYMBOL, Expr, gradient, reachable, substitute, tangents
-from symdyn.scene import Quantity, express
-from symdyn.scene.values import point_names
+from symdyn.scene import Quantity
 from symdyn.simulation import compiled, plain, points
 from symdyn.simulation.prescribed import drive_names
 
@@ -161,8 +160,8 @@ def _quaternions(w: Workspace) -> list[list[int]]:
 def _expressed(w: Workspace, formulas: Sequence[Quantity]) -> list[Expr]:
     """Return formulas on the graph: drives and points by the names that trajectories give them."""
     meant = {w.graph.symbol(name): tau for name, tau in zip(drive_names(w.scene), w.state.tau, strict=True)}
-    meant |= zip(map(w.graph.symbol, point_names(w.scene)), points(w).entries, strict=True)
-    return substitute([express(one, w.graph) for one in formulas], meant)
+    meant |= zip(map(w.graph.symbol, w.scene.point_letters), points(w).entries, strict=True)
+    return substitute([one.express(w.graph) for one in formulas], meant)
 
 
 def partials(entries: Sequence[Expr], inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:

@@ -11,8 +11,8 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError
-from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, check_formula, scene_of, spell
-from symdyn.scene.values import Faults, held, point_names, suggestion
+from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, SceneUnits, scene_of, spell
+from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation import Start, read_start
 from symdyn.simulation.prescribed import close, drive_names, noted, parameter_values, read_formula
 from symdyn.transcription.grid import grid
@@ -79,7 +79,7 @@ def collocation(
     if not declared.velocities:
         raise SimulateError(f"{declared.name}: nothing moves: no joint has a coordinate")
     try:
-        scene = held(declared)
+        scene = declared.held()
     except FormulaError as fault:
         raise SimulateError(f"{declared.name}: an input that the scene holds: {fault}") from None
     faults = Faults("")
@@ -93,7 +93,7 @@ def collocation(
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     known_names("free", free, values, faults)
     span = _span(until, faults)
-    state = (TIME, *scene.coordinates, *scene.velocities, *values, *point_names(scene))
+    state = (TIME, *scene.coordinates, *scene.velocities, *values, *scene.point_letters)
     formulas = {
         "path": _formulas(scene, tuple(path or ()), state, "path", faults),
         "running": _formulas(scene, (cost,) if cost else (), (*state, *_drives(scene)), "cost", faults),
@@ -161,5 +161,5 @@ def _formulas(
     read = [read_formula(text, allowed, where, faults) for text in texts]
     found = tuple(one for one in read if one is not None)
     for one in found:
-        check_formula(scene, one, where, faults)
+        SceneUnits(scene).check(one, where, faults)
     return found

@@ -7,7 +7,7 @@ from itertools import chain
 
 from symdyn.dynamics.roads import kinks
 from symdyn.graph import substitute
-from symdyn.scene import Quantity, Scene, parse, starting_position, starting_velocity
+from symdyn.scene import Quantity, Scene, parse, start_of
 from symdyn.scene.values import listed
 from symdyn.simulation.prescribed import drive_names
 from symdyn.transcription.source import Source
@@ -49,8 +49,8 @@ def taken(scene: Scene, free: Sequence[str], given: Mapping[str, Mapping[str, ob
         if isinstance(text, str)
     ]
     for where, names, those in (
-        ("start", scene.coordinates, starting_position(scene)),
-        ("start rates", scene.velocities, starting_velocity(scene)),
+        ("start", scene.coordinates, start_of(scene).position),
+        ("start rates", scene.velocities, start_of(scene).velocity),
     ):
         formulas += [(f"{where}: {n}", x) for n, x in zip(names, those, strict=True) if n not in given.get(where, {})]
     for joint in scene.moving:

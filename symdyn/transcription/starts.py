@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.simulation import numbers_at
 from symdyn.transcription.solution import Searched, Solution
 from symdyn.transcription.transcribed import Collocation
@@ -62,7 +62,7 @@ def _sizes(problem: Collocation) -> Array:
     """Return how far coordinates are moved, shape (nq,): half of what their bounds leave, else by their unit."""
     inside = problem.place["q"][1:-1] if len(problem.place["q"]) > 2 else problem.place["q"]
     least, most = problem.lower[inside].max(axis=0), problem.upper[inside].min(axis=0)
-    usual = np.array([SIZES.get(unit, 1.0) for unit in coordinate_units(problem.scene)])
+    usual = np.array([SIZES.get(unit, 1.0) for unit in SceneUnits(problem.scene).coordinates])
     bounded = np.isfinite(most - least)
     return np.where(bounded, np.minimum(np.where(bounded, most - least, 0.0) / 2, 2 * usual), usual)
 

@@ -29,7 +29,7 @@ from symdyn.dynamics.mechanism import at_time
 from symdyn.dynamics.reactions import InNumbers, equilibrium, undriven, why_no_reactions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.scene import coordinate_units, velocity_name
+from symdyn.scene import SceneUnits, velocity_name
 from symdyn.verdict import Unclaimed, verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Looked
@@ -145,7 +145,7 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
 def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
     """Yield the positions to begin with, and the velocities of the coordinates that were set."""
     assembly, scene = w.loops.decisions.assembly, w.scene
-    units = coordinate_units(scene)
+    units = SceneUnits(scene).coordinates
     angles = [k for k, unit in enumerate(units) if unit == "rad"]
 
     def turned(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from symdyn.dynamics import Function, row_of
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import PREPARE, Program, RowLoop, is_prepared, row_loop
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.verify.equality import Claim
 
 
@@ -16,7 +16,7 @@ def program_claims(scene: Scene, functions: Sequence[Function], program: Program
     values = {p.name: p.value for p in scene.parameters if p.value is not None}
     entries = [entry for function in functions for entry in function.entries]
     bound: dict[Expr, Expr] = {
-        node: express(value, node.graph)
+        node: value.express(node.graph)
         for node in reachable(entries)
         if isinstance(node.value, str) and (value := values.get(node.value)) is not None
     }

@@ -24,7 +24,7 @@ from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import ROUNDOFF, TINIEST, lower, sample, values_of
-from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of, starting_position, starting_velocity
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of, start_of
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed, together, verdict
@@ -154,7 +154,7 @@ def rigorous(
     if made.refused:
         raise VerifyError(f"{scene.name}: the code was refused: {made.refused}")
     progress("bounding")
-    parameters = {p.name: express(p.value, workspace.graph) for p in scene.parameters if p.value is not None}
+    parameters = {p.name: p.value.express(workspace.graph) for p in scene.parameters if p.value is not None}
     bounds: list[Bound] = []
     tried: dict[str, tuple[Mapping[str, Any], ...]] = {}
     bits = BITS
@@ -198,7 +198,7 @@ def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: st
     values = dict.fromkeys(known.values(), 0.0)
     values |= {p.name: 1.0 for p in scene.free_parameters}
     values |= {p.name: _number(p.value, workspace) for p in scene.inputs}
-    for nodes, quantities in ((state.q, starting_position(scene)), (state.qd, starting_velocity(scene))):
+    for nodes, quantities in ((state.q, start_of(scene).position), (state.qd, start_of(scene).velocity)):
         values |= {str(n.value): _number(x, workspace) for n, x in zip(nodes, quantities, strict=True)}
     values |= {known[name]: float(value) for name, value in at.items()}
     return {name: float(np.float32(value)) for name, value in values.items()} if real == "float" else values
@@ -212,7 +212,7 @@ def _lost(workspace: Workspace, given: Mapping[str, float]) -> str:
 def _number(quantity: Quantity, workspace: Workspace) -> float:
     """Return the double nearest to a number of the scene; 0 where it depends on a free parameter."""
     try:
-        return float(evaluate([express(quantity, workspace.graph)], BigFloats(), {})[0])
+        return float(evaluate([quantity.express(workspace.graph)], BigFloats(), {})[0])
     except KeyError:
         return 0.0
 

@@ -13,7 +13,7 @@ from symdyn.draw import extent_of, limits_of, pose
 from symdyn.dynamics.loops import Numbers, newton, seen_closed
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
-from symdyn.scene import Scene, coordinates_with_units, shown_unit, velocity_name
+from symdyn.scene import Scene, SceneUnits, velocity_name
 
 LEG = 0.1
 """How far a coordinate of a closed mechanism is pulled at once, rad or m, so that it stays on its branch."""
@@ -102,10 +102,10 @@ def standing(scene: Scene, at: dict[str, float]) -> Standing:
     q, values = pose(scene, at)
     wide = {"rad": math.pi, "m": extent_of(scene, q, values) if scene.coordinates else 1.0, "1": 1.0}
     spans = []
-    for joint, name, unit in coordinates_with_units(scene):
+    for joint, name, unit in SceneUnits(scene).each_coordinate():
         low, high = limits_of(joint, values)
         low, high = (x if math.isfinite(x) else sign * wide[unit] for x, sign in ((low, -1), (high, 1)))
-        spans.append((name, shown_unit(scene, unit), low, high))
+        spans.append((name, scene.shown_unit(unit), low, high))
     numbers = Numbers(scene) if scene.is_closed else None
     if numbers is not None:
         numbers = numbers.bound_to({p.name: values[p.name] for p in scene.free_parameters})

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.graph import Expr, Op
-from symdyn.scene import FORCES, ForceKind, Pull, Quantity, Strut, express, spell
+from symdyn.scene import FORCES, ForceKind, Pull, Quantity, Strut, spell
 from symdyn.scene.forces.attachments import Ends
 from symdyn.scene.forces.force_kind import Mark
 from symdyn.scene.values.key import Key, Stand
@@ -27,15 +27,15 @@ class GasSpring(Strut):
 
 
 def _room(spring: GasSpring, x: Expr) -> Expr:
-    return x - express(spring.dead, x.graph)
+    return x - spring.dead.express(x.graph)
 
 
 def _force(spring: GasSpring, x: Expr, v: Expr) -> Expr:
-    return -express(spring.charge, x.graph) / _room(spring, x)
+    return -spring.charge.express(x.graph) / _room(spring, x)
 
 
 def _energy(spring: GasSpring, x: Expr) -> Expr:
-    return -express(spring.charge, x.graph) * x.graph.function(Op.LOG, _room(spring, x))
+    return -spring.charge.express(x.graph) * x.graph.function(Op.LOG, _room(spring, x))
 
 
 def _check(spring: GasSpring, stand: Stand) -> None:

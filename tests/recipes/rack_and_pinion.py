@@ -6,7 +6,7 @@ The rack is the x axis of the joint frame, shifted by r along y; the pinion turn
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import JOINTS, Joint, JointKind, JointMotion, Move, Quantity, express, number
+from symdyn.scene import JOINTS, Joint, JointKind, JointMotion, Move, Quantity, number
 from symdyn.scene.joints import Block, MarkPart
 from symdyn.scene.joints.forbidden import everywhere, forces, leaning, moments, offsets
 from symdyn.scene.joints.joint_kind import Forbids
@@ -32,7 +32,7 @@ RADIUS = Key(
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        (x, _, z), still, r = everywhere(graph), unit_transform(graph), express(RADIUS.of(joint), graph)
+        (x, _, z), still, r = everywhere(graph), unit_transform(graph), RADIUS.of(joint).express(graph)
         rolls = Move(True, x, r * q[0], still, ((0, r),))
         return JointMotion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
 
@@ -41,14 +41,14 @@ def _blocks(joint: Joint) -> tuple[Block, ...]:
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
     x, y, z = everywhere(X.p[0].graph)
-    return forces(y, z) + moments(x, y) + ((x, scale(-express(RADIUS.of(joint), x[0].graph), z)),)
+    return forces(y, z) + moments(x, y) + ((x, scale(-RADIUS.of(joint).express(x[0].graph), z)),)
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     graph = X.p[0].graph
     x, y, z = everywhere(graph)
     angle = graph.function(Op.ATAN2, X.R[1][0], X.R[0][0])
-    return (*offsets(X, y, z), *leaning(X, z, x, y), dot(x, X.p) - express(RADIUS.of(joint), graph) * angle)
+    return (*offsets(X, y, z), *leaning(X, z, x, y), dot(x, X.p) - RADIUS.of(joint).express(graph) * angle)
 
 
 def _held(joint: Joint, angle: Quantity) -> tuple[tuple[str, Quantity], ...]:

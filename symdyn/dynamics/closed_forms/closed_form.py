@@ -38,7 +38,7 @@ from symdyn.dynamics.mechanism.state import State, joint_motion, state_symbols, 
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import JOINTS, Scene, SceneLike, express, scene_of
+from symdyn.scene import JOINTS, Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
@@ -205,10 +205,10 @@ def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
     number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
     rotors = []
     for joint in scene.joints:
-        inertia = express(joint.armature, graph)
+        inertia = joint.armature.express(graph)
         if joint.moves and not inertia.is_zero and not JOINTS[joint.type].ball(joint):
             leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
-            ratio = express(joint.coupling.ratio, graph) if joint.coupling else graph.one
+            ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
             rotors.append((number[leader], ratio * ratio * inertia))
     return rotors
 
@@ -218,7 +218,7 @@ def _balls(scene: Scene, graph: Graph) -> list[tuple[Inertia, list[tuple[int, Tr
     number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
     found = []
     for joint in scene.joints:
-        a, zero = express(joint.armature, graph), graph.zero
+        a, zero = joint.armature.express(graph), graph.zero
         if not a.is_zero and JOINTS[joint.type].ball(joint):
             X = joint_motion(joint, graph).placement
             inertia = Inertia(zero, zero_vector(graph), symmetric(a, a, a, zero, zero, zero))

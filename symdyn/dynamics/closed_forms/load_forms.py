@@ -32,7 +32,7 @@ from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
 from symdyn.dynamics.mechanism.state import State, joint_position, vector
 from symdyn.graph import Expr, Graph, Op, tangents
-from symdyn.scene import Load, Scene, Strut, pull_of
+from symdyn.scene import FORCES, Load, Scene, Strut
 from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.values import NULL
 from symdyn.spatial import Transform, dot
@@ -155,7 +155,7 @@ class ClosedLoads:
 
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
         graph = ordered_graph(self.scene)
-        law = pull_of(strut).force(strut, graph.symbol(WAY), graph.symbol(RATE))
+        law = FORCES[strut.kind].pull.force(strut, graph.symbol(WAY), graph.symbol(RATE))
         return in_place(form_of(law), {WAY: self._way(strut, compact), RATE: rate})
 
     def _energy(self, strut: Strut, compact: Compactor) -> Form:

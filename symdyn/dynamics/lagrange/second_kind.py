@@ -20,7 +20,7 @@ from symdyn.dynamics.mechanism.loads import elastic_energy, elastic_slopes, gene
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, first_moment, joint_motion, joint_position, state_symbols, vector
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
-from symdyn.scene import JOINTS, Body, Joint, Scene, express
+from symdyn.scene import JOINTS, Body, Joint, Scene
 from symdyn.spatial import Mat, Transform, Vec, apply as matvec, apply_transposed, cross, dot, spin, symmetric
 
 
@@ -58,11 +58,11 @@ def energies(scene: Scene, graph: Graph) -> Energies:
 def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) -> Expr:
     """Return ½ m v² + ½ ω·I ω of the extended mass, plus ½ m v² of each particle."""
     total = graph.total(
-        _half(graph) * express(particle.mass, graph) * _square(_rate(T.point(vector(particle.at, graph)), rates))
+        _half(graph) * particle.mass.express(graph) * _square(_rate(T.point(vector(particle.at, graph)), rates))
         for particle in body.particles
     )
-    m, omega = express(body.mass, graph), _angular_velocity(T.R, rates)
-    inertia = symmetric(*(express(entry, graph) for entry in body.inertia))
+    m, omega = body.mass.express(graph), _angular_velocity(T.R, rates)
+    inertia = symmetric(*(entry.express(graph) for entry in body.inertia))
     w = apply_transposed(T.R, omega)  # ω in body coordinates, where the inertia is constant
     spin = _half(graph) * dot(w, matvec(inertia, w))
     if body.about == "com":
@@ -76,7 +76,7 @@ def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) ->
 
 def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
     """Return ½ armature (rate of the joint)², at a ball ½ armature ω² of its relative angular velocity."""
-    inertia = express(joint.armature, graph)
+    inertia = joint.armature.express(graph)
     if inertia.is_zero:
         return graph.zero
     if JOINTS[joint.type].ball(joint):
@@ -87,10 +87,10 @@ def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
 
 def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:
     """Return Σ m r of the body in the ground frame, kg m."""
-    m, h = express(body.mass, graph), matvec(T.R, first_moment(body, graph))
+    m, h = body.mass.express(graph), matvec(T.R, first_moment(body, graph))
     total = [m * T.p[k] + h[k] for k in range(3)]
     for particle in body.particles:
-        place, mass = T.point(vector(particle.at, graph)), express(particle.mass, graph)
+        place, mass = T.point(vector(particle.at, graph)), particle.mass.express(graph)
         total = [total[k] + mass * place[k] for k in range(3)]
     return (total[0], total[1], total[2])
 

@@ -33,7 +33,7 @@ from symdyn.dynamics.loops.newton import (
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
-from symdyn.scene.forces import touches
+from symdyn.scene import FORCES
 
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""
@@ -198,7 +198,9 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
         f"contact {one.row.name}: {one.row.place.body} is {abs(h):.3g} m "
         f"{'above' if h > 0 else 'below'} its plane, and no component of the contact holds it there"
         for one, h in zip(numbers.gauges, heights, strict=True)
-        if one.row.plane.declared and not touches(one.row) and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
+        if one.row.plane.declared
+        and not FORCES[one.row.kind].closes(one.row)
+        and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
     ]
 
 

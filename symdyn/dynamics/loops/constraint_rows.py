@@ -27,8 +27,7 @@ from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
-from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.forces import formula_of
+from symdyn.scene import FORCES, Quantity, Scene
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, spin, sub, zero_vector
 
 Twist = tuple[Vec, Vec]  # angular, linear
@@ -247,12 +246,12 @@ def _paired(entries: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
 
 def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
     """Return the names and the left sides of the rows that are formulas."""
-    return [(row.name, formula) for row in scene.rows if (formula := formula_of(row)) is not None]
+    return [(row.name, formula) for row in scene.rows if (formula := FORCES[row.kind].formula(row)) is not None]
 
 
 def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
     """Return a row of the scene, whose entries are the formula at unit velocities; it must be linear in them."""
-    formula = express(left, graph)
+    formula = left.express(graph)
     units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
     entries = tuple(substitute([formula], unit)[0] for unit in units)
     (rest,) = substitute([formula], dict.fromkeys(state.qd, graph.zero))
@@ -282,7 +281,7 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
             entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
     for name, left in _formulas(scene):
         label = Label(name)
-        entries.append((label, graph.zero, *_slopes(express(left, graph), state)))
+        entries.append((label, graph.zero, *_slopes(left.express(graph), state)))
     return _gathered(_in_order(scene, entries), {})
 
 

@@ -14,7 +14,7 @@ from symdyn.dynamics.loops.assembly import Assembly, closed_position
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless, newton, seen_closed
 from symdyn.errors import DerivationError
-from symdyn.scene import Scene, starting_velocity
+from symdyn.scene import Scene, start_of
 
 FINEST = 2.0**-20
 """Part of a step of the path below which it is given up."""
@@ -140,7 +140,7 @@ def declared_rates(numbers: Numbers) -> dict[int, float]:
     """Return the velocities that joints give as `start_rates`, by index; rad/s or m/s."""
     scene = numbers.scene
     given = {name for joint in scene.joints if joint.start_rates for name in joint.rates}
-    values = zip(scene.velocities, starting_velocity(scene), strict=True)
+    values = zip(scene.velocities, start_of(scene).velocity, strict=True)
     return {k: numbers.value(x) for k, (name, x) in enumerate(values) if name in given}
 
 

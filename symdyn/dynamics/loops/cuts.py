@@ -16,8 +16,7 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import JOINTS, Contact, Joint, Scene
-from symdyn.scene.forces import Touch, touch_of
+from symdyn.scene import FORCES, JOINTS, Contact, Joint, Scene
 from symdyn.spatial import Transform, Wrench, dot, identity
 
 
@@ -73,7 +72,7 @@ def _joint(joint: Joint, graph: Graph) -> Cut:
 
 def contact(row: Contact, graph: Graph) -> Cut:
     """Return the cut that a contact makes."""
-    law = touch_of(row)
+    law = FORCES[row.kind].touch
     closes = law.closes(row)
     return Cut(
         row.name,
@@ -81,17 +80,17 @@ def contact(row: Contact, graph: Graph) -> Cut:
         Transform(identity(graph), vector(row.plane.at, graph)),
         row.place.body,
         Transform(identity(graph), vector(row.place.at, graph)),
-        lambda X: law.wrenches(row, X, sine(law, row, X)),
-        lambda X: tuple(law.height(row, X, sine(law, row, X)) if one else graph.zero for one in closes),
+        lambda X: law.wrenches(row, X, sine(row, X)),
+        lambda X: tuple(law.height(row, X, sine(row, X)) if one else graph.zero for one in closes),
         closes,
         None,
         law.words(row),
     )
 
 
-def sine(law: Touch, row: Contact, X: Transform) -> Expr:
+def sine(row: Contact, X: Transform) -> Expr:
     """Return w of a contact; 1 where a wheel stands upright whatever it does, which the ring decides exactly."""
-    graph, lean = X.p[0].graph, law.lean(row, X)
+    graph, lean = X.p[0].graph, FORCES[row.kind].touch.lean(row, X)
     if lean is None:
         return graph.one
     square = dot(lean, lean)
@@ -132,8 +131,8 @@ def gauges(scene: Scene, graph: Graph) -> tuple[Gauge, ...]:
     placed = body_placements(scene, graph) if scene.contacts else {}
     found = []
     for row in scene.contacts:
-        cut, law = contact(row, graph), touch_of(row)
+        cut, law = contact(row, graph), FORCES[row.kind].touch
         X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
-        w = sine(law, row, X)
+        w = sine(row, X)
         found.append(Gauge(row, law.height(row, X, w), w))
     return tuple(found)

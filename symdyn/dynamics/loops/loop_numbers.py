@@ -30,7 +30,7 @@ from symdyn.dynamics.mechanism.state import placement, quaternions, state_symbol
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, jacobian, reachable
-from symdyn.scene import Quantity, Scene, express, starting_position, velocity_units
+from symdyn.scene import Quantity, Scene, SceneUnits, start_of
 from symdyn.unlocked import cached_property
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -126,14 +126,14 @@ class Numbers:
         values = {self.graph.symbol(name): value for name, value in self.free.items()}
         for parameter in self.scene.parameters:
             if parameter.value is not None:
-                (value,) = evaluate([express(parameter.value, self.graph)], Floats(), {})
+                (value,) = evaluate([parameter.value.express(self.graph)], Floats(), {})
                 values[self.graph.symbol(parameter.name)] = value
         return values
 
     def value(self, quantity: Quantity) -> float:
         """Return the value of a quantity in parameters; DerivationError where it has none."""
         try:
-            return float(evaluate([express(quantity, self.graph)], Floats(), self.parameters)[0])
+            return float(evaluate([quantity.express(self.graph)], Floats(), self.parameters)[0])
         except (ArithmeticError, ValueError) as fault:
             raise DerivationError(f"{self.scene.name}: {quantity} has no real value with these parameters") from fault
 
@@ -203,7 +203,7 @@ class Numbers:
     @cached_property
     def turns(self) -> list[int]:
         """The velocities that are angular."""
-        return [k for k, unit in enumerate(velocity_units(self.scene)) if unit == "rad"]
+        return [k for k, unit in enumerate(SceneUnits(self.scene).velocities) if unit == "rad"]
 
     @cached_property
     def _forbids_velocity(self) -> npt.NDArray[np.bool_]:
@@ -282,7 +282,7 @@ class Numbers:
 
     def start(self) -> Array:
         """Return where the scene says that it starts; zeros, and unit quaternions, where it says nothing."""
-        return self.normalised(np.array([self.value(one) for one in starting_position(self.scene)]))
+        return self.normalised(np.array([self.value(one) for one in start_of(self.scene).position]))
 
     def normalised(self, q: Array) -> Array:
         """Return q with quaternions of unit length; (1, 0, 0, 0) for one that is zero."""

@@ -17,8 +17,8 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, joint_position, state_symbols, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
-from symdyn.scene import FORCES, Joint, Load, Place, Push, Scene, Strut, express, pull_of
-from symdyn.scene.forces import elastic, resisting, rub_of
+from symdyn.scene import FORCES, Joint, Load, Place, Scene, Strut
+from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.values import ZERO
 from symdyn.spatial import Transform, Vec, Wrench, dot, power, rotated, spin, sub
 
@@ -31,7 +31,7 @@ def pull(strut: Strut, square: Expr, rate: Expr) -> Expr:
     What does not pull where the points meet may have a value there; what pulls has no direction. Points that never
     part pull at nothing. The rate may be zero for what stores energy.
     """
-    law, graph = pull_of(strut), square.graph
+    law, graph = FORCES[strut.kind].pull, square.graph
     if square.is_zero:
         return graph.zero
     if law.over is not None:
@@ -42,25 +42,27 @@ def pull(strut: Strut, square: Expr, rate: Expr) -> Expr:
 
 def stored(strut: Strut, position: Expr) -> Expr:
     """Return the energy of a strut at a joint, J."""
-    energy = pull_of(strut).energy
+    energy = FORCES[strut.kind].pull.energy
     return position.graph.zero if energy is None else energy(strut, position)
 
 
 def stored_between(strut: Strut, square: Expr) -> Expr:
     """Return the energy of a strut between two points of squared distance s², J."""
-    law = pull_of(strut)
+    law = FORCES[strut.kind].pull
     return law.stored(strut, square) if law.stored else stored(strut, square.graph.sqrt(square))
 
 
 def joint_resistance(joint: Joint, rate: Expr) -> Expr:
     """Return viscous damping and dry friction of a joint against one of its rates, N or N m."""
-    viscous = express(joint.damping, rate.graph) * rate
-    return viscous if joint.dry is None else viscous + rub_of(joint.dry).force(joint.dry, rate)
+    viscous = joint.damping.express(rate.graph) * rate
+    return viscous if joint.dry is None else viscous + FORCES[joint.dry.kind].rub.force(joint.dry, rate)
 
 
 def refuse_ideal_friction(scene: Scene) -> None:
     """Raise DerivationError where dry friction has no smoothing: at rest an ideal sign has no value to integrate."""
-    ideal = [joint.name for joint in scene.joints if joint.dry is not None and rub_of(joint.dry).jumps(joint.dry)]
+    ideal = [
+        joint.name for joint in scene.joints if joint.dry is not None and FORCES[joint.dry.kind].rub.jumps(joint.dry)
+    ]
     if ideal:
         plural = "s" * (len(ideal) > 1)
         raise DerivationError(
@@ -100,7 +102,7 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
             force = pull(strut, x, graph.zero) / 2
         else:
             x = joint_position(joint_of(scene, strut), graph)
-            force = pull_of(strut).force(strut, x, graph.zero)
+            force = FORCES[strut.kind].pull.force(strut, x, graph.zero)
         found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
     return found
 
@@ -134,7 +136,7 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
         if strut.ends:
             s = graph.sqrt(squared_length(placed, strut, graph))
             (rate,) = tangents([s], state.velocity)
-            _oppose(forces, rate, pull_of(strut).force(strut, s, rate), state)
+            _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, s, rate), state)
     for load in scene.loads:
         work = _work(load, placed[load.place.body], scene, graph)
         forces = [force + share for force, share in zip(forces, work, strict=True)]
@@ -151,7 +153,7 @@ def joint_forces(scene: Scene, graph: Graph) -> list[Expr]:
         if strut.joint:
             joint = joint_of(scene, strut)
             (rate,) = joint_rates(joint, graph)
-            _oppose(forces, rate, pull_of(strut).force(strut, joint_position(joint, graph), rate), state)
+            _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, joint_position(joint, graph), rate), state)
     return forces
 
 
@@ -163,7 +165,7 @@ def _oppose(forces: list[Expr], rate: Expr, force: Expr, state: State) -> None:
 
 def declared_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the generalized forces that the joints declare, shape (nv,); N m or N."""
-    return [express(force, graph) for joint in scene.joints for force in joint.forces or (ZERO,) * len(joint.rates)]
+    return [force.express(graph) for joint in scene.joints for force in joint.forces or (ZERO,) * len(joint.rates)]
 
 
 def joint_rates(joint: Joint, graph: Graph) -> list[Expr]:
@@ -185,9 +187,7 @@ def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
 
 def load_vectors(load: Load, graph: Graph) -> Wrench:
     """Return force and couple of a load along the axes of its frame, N and N m."""
-    law = FORCES[load.kind].law
-    assert isinstance(law, Push), "a load pushes"
-    return law.wrench(load, graph)
+    return FORCES[load.kind].push.wrench(load, graph)
 
 
 def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.ldl import Singular, solve
 from symdyn.graph import Expr, Graph, tangents
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.scene.values import value_of
 
 TIME = "t"
@@ -75,7 +75,7 @@ def prescribed(scene: Scene, graph: Graph) -> Prescribed:
     known = [(scene.velocities.index(j.rates[0]), j.motion) for j in scene.joints if j.motion is not None]
     known.sort(key=lambda pair: pair[0])
     clock = {graph.symbol(TIME): graph.one} if known else {}
-    position = [express(formula, graph) for _, formula in known]
+    position = [formula.express(graph) for _, formula in known]
     velocity = tangents(position, clock)
     acceleration = tangents(velocity, clock)
     place = tuple(k for k, _ in known)

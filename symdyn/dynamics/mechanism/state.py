@@ -5,19 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene import (
-    JOINTS,
-    Body,
-    Joint,
-    JointMotion,
-    Pose,
-    Quantity,
-    Scene,
-    acceleration_name,
-    express,
-    velocity_name,
-)
-from symdyn.scene.joints import quaternion
+from symdyn.scene import JOINTS, Body, Joint, JointMotion, Pose, Quantity, Scene, acceleration_name, velocity_name
 from symdyn.spatial import Transform, Vec, elementary, unit_transform
 
 
@@ -74,21 +62,21 @@ def state_symbols(scene: Scene, graph: Graph) -> State:
 
 def quaternions(scene: Scene) -> list[tuple[str, ...]]:
     """Return the names of the coordinates that form unit quaternions (w, x, y, z)."""
-    firsts = [(joint, quaternion(joint)) for joint in scene.moving]
+    firsts = [(joint, JOINTS[joint.type].quaternion(joint)) for joint in scene.moving]
     return [joint.coordinates[first : first + 4] for joint, first in firsts if first is not None]
 
 
 def vector(quantities: tuple[Quantity, Quantity, Quantity], graph: Graph) -> Vec:
     """Return a declared vector as nodes."""
     x, y, z = quantities
-    return (express(x, graph), express(y, graph), express(z, graph))
+    return (x.express(graph), y.express(graph), z.express(graph))
 
 
 def placement(pose: Pose, graph: Graph) -> Transform:
     """Return a declared pose as a transform."""
     result = unit_transform(graph)
     for kind, amount in pose.steps:
-        result = result @ elementary(kind, express(amount, graph))
+        result = result @ elementary(kind, amount.express(graph))
     return result
 
 
@@ -96,14 +84,14 @@ def joint_position(joint: Joint, graph: Graph) -> Expr:
     """Return the position of a joint with one freedom in terms of the coordinates; rad or m."""
     if joint.coupling is None:
         return graph.symbol(joint.coordinates[0])
-    ratio, offset = express(joint.coupling.ratio, graph), express(joint.coupling.offset, graph)
+    ratio, offset = joint.coupling.ratio.express(graph), joint.coupling.offset.express(graph)
     return ratio * graph.symbol(joint.coupling.coordinate) + offset
 
 
 def joint_motion(joint: Joint, graph: Graph) -> JointMotion:
     """Return the motion of the moved joint frame in the joint frame; velocities count from the joint's first."""
     if joint.coupling is not None:
-        ratio = express(joint.coupling.ratio, graph)
+        ratio = joint.coupling.ratio.express(graph)
         leader = graph.symbol(velocity_name(joint.coupling.coordinate))
         position = joint_position(joint, graph)
         return JOINTS[joint.type].motion(joint, graph, (position,), (ratio * leader,))
@@ -116,5 +104,5 @@ def first_moment(body: Body, graph: Graph) -> Vec:
     if body.first_moment is not None:
         return vector(body.first_moment, graph)
     assert body.com is not None
-    m, r = express(body.mass, graph), vector(body.com, graph)
+    m, r = body.mass.express(graph), vector(body.com, graph)
     return (m * r[0], m * r[1], m * r[2])

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Body, Joint, JointMotion, Scene, express, velocity_name
+from symdyn.scene import GROUND, JOINTS, Body, Joint, JointMotion, Scene, velocity_name
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -181,10 +181,10 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         motion = joint_motion(joint, graph)
         follows = joint.coupling
         names = (velocity_name(follows.coordinate),) if follows else joint.rates
-        factor = express(follows.ratio, graph) if follows else graph.one
+        factor = follows.ratio.express(graph) if follows else graph.one
         ball = ball_rotor(joint, [velocities[name] for name in names], graph)
         balls += [] if ball is None else [ball]
-        rotor = express(joint.armature, graph) if ball is None else graph.zero
+        rotor = joint.armature.express(graph) if ball is None else graph.zero
         block += _blocks(motion, len(block))
         for move in motion.moves:
             here = place @ move.before
@@ -229,9 +229,9 @@ def body_inertia(body: Body, graph: Graph) -> Inertia:
     """Return the inertia of a declared body about the origin of its own frame."""
     total = no_inertia(graph)
     for particle in body.particles:
-        total = total + point_inertia(express(particle.mass, graph), vector(particle.at, graph))
-    m = express(body.mass, graph)
-    matrix = symmetric(*(express(entry, graph) for entry in body.inertia))
+        total = total + point_inertia(particle.mass.express(graph), vector(particle.at, graph))
+    m = body.mass.express(graph)
+    matrix = symmetric(*(entry.express(graph) for entry in body.inertia))
     if body.about == "frame":
         return total + Inertia(m, first_moment(body, graph), matrix)
     assert body.com is not None
@@ -274,7 +274,7 @@ class BallRotor:
 
 def ball_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> BallRotor | None:
     """Return the rotor of a ball whose velocities have these numbers; None where there is none, or it is no ball."""
-    inertia = express(joint.armature, graph)
+    inertia = joint.armature.express(graph)
     if inertia.is_zero or not JOINTS[joint.type].ball(joint):
         return None
     place, S = unit_transform(graph), []

@@ -20,7 +20,7 @@ from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.reactions.hinges import Hinge, hinges
 from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Quantity, Scene, express
+from symdyn.scene import Quantity, Scene
 from symdyn.spatial import Wrench, about, neg, plus, power, rotated, times
 from symdyn.unlocked import cached_property
 
@@ -155,7 +155,7 @@ class Samples:
             for joint in self.scene.moving:
                 known |= dict(zip(joint.coordinates, joint.start, strict=False))
         for name, quantity in known.items():
-            node = express(quantity, self.graph)
+            node = quantity.express(self.graph)
             inner = {x: values.get(x, self._drawn(x, seed)) for x in _symbols([node])}
             values[self.graph.symbol(name)] = evaluate([node], Floats(), inner)[0]
         if seed <= len(self.places):

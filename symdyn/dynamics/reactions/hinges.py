@@ -31,7 +31,7 @@ from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
+from symdyn.scene import GROUND, JOINTS, Joint, Scene, velocity_name
 from symdyn.scene.joints import everywhere, forces, moments
 from symdyn.spatial import (
     Transform,
@@ -138,7 +138,7 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
     motion = joint_motion(joint, graph)
     X, still = motion.placement, zero_vector(graph)
     names = (velocity_name(joint.coupling.coordinate),) if joint.coupling else joint.rates
-    ratio = express(joint.coupling.ratio, graph) if joint.coupling else graph.one
+    ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
     S: list[Wrench] = [(still, still)] * len(names)
     place = unit_transform(graph)
     for move in motion.moves:

@@ -15,7 +15,7 @@ from symdyn.dynamics.mechanism.state import State, joint_motion, joint_position,
 from symdyn.dynamics.mechanism.tree import Tree, ball_rotor, body_inertia
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, Graph, tangents
-from symdyn.scene import GROUND, Place, Scene, Strut, express, pull_of
+from symdyn.scene import FORCES, GROUND, Place, Scene, Strut
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -94,7 +94,7 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         way, square = way_apart(scene, strut, placed, graph)
         if square.is_zero:  # points that never part
             continue
-        stores = pull_of(strut).energy is not None
+        stores = FORCES[strut.kind].pull.energy is not None
         (rate,) = [graph.zero] if stores else tangents([graph.sqrt(square)], state.velocity)
         force, couple = scale(pull(strut, square, rate), way), zero_vector(graph)
         first, second = strut.ends
@@ -118,13 +118,13 @@ def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:
     Declared forces, struts, friction, and the rotor, which takes armature · (acceleration of its move).
     """
     joint, graph = hinge.joint, hinge.graph
-    forces = [express(force, graph) for force in joint.forces] or [graph.zero] * len(hinge.rates)
+    forces = [force.express(graph) for force in joint.forces] or [graph.zero] * len(hinge.rates)
     forces = [force - joint_resistance(joint, rate) for force, rate in zip(forces, hinge.rates, strict=True)]
     for strut in scene.struts:
         if strut.joint == joint.name:
-            law = pull_of(strut)
+            law = FORCES[strut.kind].pull
             forces[0] = forces[0] - law.force(strut, joint_position(joint, graph), hinge.rates[0])
-    armature = express(joint.armature, graph)
+    armature = joint.armature.express(graph)
     ball = ball_rotor(joint, hinge.velocities, graph)
     if ball is not None:
         turning = ball.forces(state.qd, state.qdd)

@@ -30,8 +30,8 @@ from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import PLACES, Hinge, relative_twists
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.scene import JOINTS, Scene
-from symdyn.scene.forces import formula_of, without_place
+from symdyn.scene import FORCES, JOINTS, Scene
+from symdyn.scene.forces import without_place
 from symdyn.scene.joints import AXIS, everywhere, unit
 from symdyn.spatial import Vec, Wrench, dot, power, scale, sub
 
@@ -104,7 +104,7 @@ def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
 
 def rows_of(hanging: Hanging) -> list[Tie]:
     """Return the unknowns of the rows that are formulas: forces on the velocities, whatever exerts them."""
-    names = {row.name for row in hanging.scene.rows if formula_of(row) is not None}
+    names = {row.name for row in hanging.scene.rows if FORCES[row.kind].formula(row) is not None}
     if not names:
         return []
     every = recursive(hanging.scene, hanging.tree, hanging.state)

@@ -29,7 +29,7 @@ from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree, settled
 from symdyn.dynamics.recursive.links import Link
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Joint, Load, Place, Scene, Strut, express, pull_of, velocity_name
+from symdyn.scene import FORCES, Joint, Load, Place, Scene, Strut, velocity_name
 from symdyn.scene.forces import elastic as struts, resisting
 from symdyn.spatial import Transform, Vec, Wrench, about, add, dot, nothing, rotated, sub, transpose
 
@@ -58,7 +58,7 @@ def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
         if strut.joint:
             joint = joint_of(scene, strut)
             position, ((k, ratio),) = joint_position(joint, graph), _driven(scene, joint, graph)
-            forces[k] = forces[k] + pull_of(strut).force(strut, position, graph.zero) * ratio
+            forces[k] = forces[k] + FORCES[strut.kind].pull.force(strut, position, graph.zero) * ratio
             energy = energy + stored(strut, position)
         else:
             apart = distance(strut, tree, lean)
@@ -79,14 +79,14 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
         if strut.joint:
             joint = joint_of(scene, strut)
             position, ((k, ratio),) = joint_position(joint, graph), _driven(scene, joint, graph)
-            forces[k] = forces[k] - pull_of(strut).force(strut, position, ratio * state.qd[k]) * ratio
+            forces[k] = forces[k] - FORCES[strut.kind].pull.force(strut, position, ratio * state.qd[k]) * ratio
             continue
         apart, rates = distance(strut, tree, lean), lean.rates(state.qd)
         if apart.square.is_zero:  # points that never part
             continue
         s = graph.sqrt(apart.square)
         rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
-        share = pull_of(strut).force(strut, s, rate) / s
+        share = FORCES[strut.kind].pull.force(strut, s, rate) / s
         forces = [a - b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
     return forces
 
@@ -106,7 +106,7 @@ def _driven(scene: Scene, joint: Joint, graph: Graph) -> list[tuple[int, Expr]]:
     if joint.coupling is None:
         return [(scene.velocities.index(name), graph.one) for name in joint.rates]
     leader = velocity_name(joint.coupling.coordinate)
-    return [(scene.velocities.index(leader), express(joint.coupling.ratio, graph))]
+    return [(scene.velocities.index(leader), joint.coupling.ratio.express(graph))]
 
 
 def _gathered(lean: LeanTree, apart: Distance, share: Expr) -> list[Expr]:

@@ -17,7 +17,7 @@ from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, reachable, substitute
-from symdyn.scene import express, with_force_parameters
+from symdyn.scene import with_force_parameters
 from symdyn.spatial import Inertia
 
 
@@ -52,7 +52,7 @@ def linear(w: Workspace) -> Linear:
     there = Workspace(opened, w.closing)
     own = [p.name for p in scene.parameters if p.name in {q.name for q in opened.parameters}]
     added = [p for p in opened.parameters if p.name not in own]
-    values = {p.name: express(p.value, there.graph) for p in added if p.value is not None}
+    values = {p.name: p.value.express(there.graph) for p in added if p.value is not None}
     ten = {p.name for p in added if p.value is None}
     symbols = {name: there.graph.symbol(name) for name in (*(p.name for p in added), *own)}
     kept: list[str] = []

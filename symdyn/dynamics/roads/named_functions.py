@@ -13,7 +13,7 @@ from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, coordinate_units, coordinates_of_joints, velocity_units
+from symdyn.scene import Scene, SceneUnits, coordinates_of_joints
 from symdyn.scene.values import force_unit, listed
 from symdyn.shown import Shown
 
@@ -218,8 +218,8 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
     independent = workspace.loops.decisions.partition.independent if OF_INDEPENDENT & set(names) else ()
     if TIME in names:  # a graph without the symbol need not be searched for it
         symbols[TIME] = (workspace.graph.symbol(TIME),)
-    units = coordinate_units(scene)
-    speeds = velocity_units(scene)
+    units = SceneUnits(scene).coordinates
+    speeds = SceneUnits(scene).velocities
     result = []
     for name in names:
         text, spelled = ARGUMENTS[name]

@@ -13,7 +13,7 @@ from dataclasses import replace
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
-from symdyn.scene import FormulaError, Quantity, Scene, express
+from symdyn.scene import FormulaError, Quantity, Scene
 from symdyn.scene.values import listed, quantities_in, substituted
 
 
@@ -30,7 +30,7 @@ def gone(scene: Scene) -> tuple[str, ...]:
 
 def _is_zero(value: Quantity) -> bool:
     try:
-        return express(value, Graph()).is_zero
+        return value.express(Graph()).is_zero
     except ZeroDivisionError:  # told where it is computed with
         return False
 
@@ -93,7 +93,7 @@ def opened(w: Workspace) -> Workspace:
 def _number(value: Quantity) -> float:
     from symdyn.algebra import Floats
 
-    return float(evaluate([express(value, Graph())], Floats(), {})[0])
+    return float(evaluate([value.express(Graph())], Floats(), {})[0])
 
 
 def _vanishes(formula: Quantity, values: dict[str, Quantity]) -> bool:

@@ -20,8 +20,8 @@ from symdyn.dynamics.roads.reaction_outputs import forward_reactions, unique as 
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity, Scene, express, spell
-from symdyn.scene.values import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, choice, reaction_axes, suggestion
+from symdyn.scene import Quantity, Scene, spell
+from symdyn.scene.values import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, choice, suggestion
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
@@ -73,14 +73,14 @@ def expressed(
         names = [f"point_{point.name}_{axis}" for axis in "xyz"]
         if any(name in named for name in names):
             found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
-    axes = reaction_axes(w.scene)
+    axes = w.scene.reaction_axes
     for one in dict.fromkeys(axes[name] for name in named if name in axes):
         told = reaction_names(w.scene, w.once(unique_entries, one), one)
         found |= zip(map(graph.symbol, told), moving.reactions(one), strict=True)
     if w.scene.is_closed and any(name.startswith(MULTIPLIER) for name in named):
         told = w.once(kept_multipliers)
         found |= zip(map(graph.symbol, told), moving.multipliers(), strict=False)  # of prescribed motions, others
-    return substitute([express(one, graph) for one in formulas], found)
+    return substitute([one.express(graph) for one in formulas], found)
 
 
 def check_letters(w: Workspace, formulas: Sequence[Quantity]) -> dict[str, None]:

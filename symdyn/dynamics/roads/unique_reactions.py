@@ -40,7 +40,7 @@ from symdyn.dynamics.reactions.ties import all_ties, refuse_without_place
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.spatial import nothing
 
 NEAR = 1e-3
@@ -209,7 +209,7 @@ def _values(
     values = at_time(scene, graph, float(t))
     for parameter in scene.parameters:
         if parameter.value is not None:
-            values[graph.symbol(parameter.name)] = evaluate([express(parameter.value, graph)], Floats(), {})[0]
+            values[graph.symbol(parameter.name)] = evaluate([parameter.value.express(graph)], Floats(), {})[0]
         elif parameter.name in parameters:
             values[graph.symbol(parameter.name)] = float(parameters[parameter.name])
         else:

@@ -14,7 +14,7 @@ from symdyn.emit.print.dalembert_system import Written, direction, forms_of, pri
 from symdyn.emit.print.formula_text import broken_text, rounded
 from symdyn.emit.print.text_page import equation_lines, length_lines
 from symdyn.rounding import asked
-from symdyn.scene import Scene, shown_unit
+from symdyn.scene import Scene
 
 DIGITS = 15
 """Most digits of a number: what every double holds."""
@@ -74,7 +74,7 @@ def _told(scene: Scene, system: Equilibrium, one: Unknown) -> str:
     if one.kind == DRIVE:
         return f"drive of joint {one.joint}" + (", which has none: zero" if one in system.passive else "")
     words = direction(system, one) or f"component {one.number + 1}"
-    unit = shown_unit(scene, "N m" if words.startswith("moment") else "N")
+    unit = scene.shown_unit("N m" if words.startswith("moment") else "N")
     return ", ".join(filter(None, (f"{words} of the {one.kind} in joint {one.joint}", "joint axes", unit)))
 
 

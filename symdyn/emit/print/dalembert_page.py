@@ -22,7 +22,7 @@ from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, reachable
 from symdyn.rounding import digits_or
-from symdyn.scene import Scene, shown_unit
+from symdyn.scene import Scene
 
 
 def dalembert_text(scene: Scene, document: bool = False) -> str:
@@ -100,11 +100,11 @@ class _Page:
                 yield symbol_row(
                     name,
                     f"{words} of the {unknown.kind} in joint {unknown.joint}, joint axes",
-                    shown_unit(self.scene, "N m" if words.startswith("moment") else "N"),
+                    self.scene.shown_unit("N m" if words.startswith("moment") else "N"),
                 )
 
         for one in self.forms.lengths.named:
-            yield symbol_row(self.write.symbols[one.name], one.text, shown_unit(self.scene, "m"))
+            yield symbol_row(self.write.symbols[one.name], one.text, self.scene.shown_unit("m"))
 
     def count(self) -> str:
         """Return (5.18)-(5.20) in numbers."""

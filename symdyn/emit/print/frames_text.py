@@ -10,7 +10,7 @@ from symdyn.dynamics import ChosenFrame, chosen_frames, formulas
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
 from symdyn.rounding import digits_or
-from symdyn.scene import JOINTS, Pose, Scene, express, spell
+from symdyn.scene import JOINTS, Pose, Scene, spell
 from symdyn.scene.values import spell_fraction
 from symdyn.spatial import Transform
 
@@ -66,7 +66,7 @@ def _declared(frame: ChosenFrame) -> str:
 
 def _pose(pose: Pose) -> str:
     graph = Graph()
-    return " ".join(step_text((kind, (express(amount, graph),))) for kind, amount in pose.steps)
+    return " ".join(step_text((kind, (amount.express(graph),))) for kind, amount in pose.steps)
 
 
 def step_text(step: tuple[str, Sequence[Expr]]) -> str:

@@ -6,21 +6,21 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.formula_text import Latex, value_text
 from symdyn.emit.print.printed_names import latex_unit
-from symdyn.scene import Scene, coordinates_with_units, drives_with_units, shown_unit, told_units
+from symdyn.scene import Scene, SceneUnits
 
 
 def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, time, parameters."""
-    rows, told = [], told_units(scene)
-    for joint, q, unit in coordinates_with_units(scene):
+    rows, told = [], SceneUnits(scene).told
+    for joint, q, unit in SceneUnits(scene).each_coordinate():
         rows.append(
-            symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", shown_unit(scene, unit))
+            symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", scene.shown_unit(unit))
         )
-    for joint, drive, unit in drives_with_units(scene):
+    for joint, drive, unit in SceneUnits(scene).each_drive():
         text = f"driving {'force' if unit == 'N' else 'torque'} of joint {joint.name}"
-        rows.append(symbol_row(write.symbols[drive], text, shown_unit(scene, unit)))
+        rows.append(symbol_row(write.symbols[drive], text, scene.shown_unit(unit)))
     if timed:
-        rows.append(symbol_row(write.symbols[TIME], "time", shown_unit(scene, "s")))
+        rows.append(symbol_row(write.symbols[TIME], "time", scene.shown_unit("s")))
     for given in scene.inputs:
         rows.append(symbol_row(write.symbols[given.name], given.text or "input", told[given.name]))
     for parameter in scene.parameters:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import chain, count
 
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.scene import Scene, velocity_units
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import GREEK
 from symdyn.unlocked import cached_property
 
@@ -96,7 +96,7 @@ class Letters:
     @cached_property
     def _chosen(self) -> dict[str, str]:
         scene = self.scene
-        units = velocity_units(scene)
+        units = SceneUnits(scene).velocities
         places = {
             "joints": [re.escape(bare(one.name)) for one in (*scene.joints, *scene.loops)],
             "slides": [str(i) for i, unit in enumerate(units, 1) if unit == "m"],

@@ -29,7 +29,7 @@ from symdyn.dynamics.roads import Rates
 from symdyn.emit.print.formula_text import rounded, shortened
 from symdyn.emit.print.lengths import Lengths, named_lengths
 from symdyn.graph import Graph
-from symdyn.scene import Scene, acceleration_name, coordinate_units, express, row_units, shown_unit
+from symdyn.scene import Scene, SceneUnits, acceleration_name
 
 ENTRYWISE = {"equations": False, "coefficients": True, "textbook": False, "matrix": True}
 """How equations are grouped: one a joint, coefficient by coefficient, under-braced, M and c; and whether loops and rows
@@ -217,7 +217,7 @@ def printable(
     names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
     names |= {given.name for given in scene.inputs}
     names |= {drive for drive in scene.drives if drive}
-    units = coordinate_units(scene)
+    units = SceneUnits(scene).coordinates
     numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
 
     def spelled(form: Form) -> Form:
@@ -247,7 +247,7 @@ def printable(
     right = tuple(map(spelled, _right_hand_sides(closed)))
     constraints = _constraints(scene, spelled, names | set(scene.velocities))
     graph = Graph()
-    motions = [(j.coordinate, form_of(express(j.motion, graph))) for j in scene.moving if j.motion is not None]
+    motions = [(j.coordinate, form_of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
     K, P, E = write(("K",)), write(("P",)), spelled(closed.loads.energy(closed.compactor))
     return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, E, found, short)
 
@@ -275,8 +275,8 @@ def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[s
 
 
 def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], taken: Container[str]) -> PrintedRow:
-    told = "" if row.loop else row_units(scene).get(row.owner, "")
-    unit = shown_unit(scene, "N" if "force" in row.words else "N m" if "moment" in row.words else told)
+    told = "" if row.loop else SceneUnits(scene).rows.get(row.owner, "")
+    unit = scene.shown_unit("N" if "force" in row.words else "N m" if "moment" in row.words else told)
     name, text = _fresh(f"lambda{k}", taken), _text(scene, row)
     if not row.G:
         entries = (Symbol(_fresh(f"G{k}_{i}", taken)) if used else sum_of(()) for i, used in enumerate(row.uses, 1))

@@ -19,7 +19,7 @@ from symdyn.dynamics.mechanism import TIME, state_symbols
 from symdyn.emit.print.printable import Printable
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, acceleration_name, express
+from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
@@ -100,7 +100,7 @@ class SympyEquations(Shown):
         from symdyn.algebra import graph_to_sympy
 
         graph = Graph()
-        found = {one.name: express(one.value, graph) for one in self.scene.parameters if one.value is not None}
+        found = {one.name: one.value.express(graph) for one in self.scene.parameters if one.value is not None}
         numbers = graph_to_sympy(list(found.values()))
         return {self.symbols[name]: number for name, number in zip(found, numbers, strict=True)}
 

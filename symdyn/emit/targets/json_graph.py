@@ -16,7 +16,7 @@ from symdyn.emit.code.real import REALS
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.targets.javascript import JS
 from symdyn.graph import CONSTANT, SYMBOL, Expr, reachable
-from symdyn.scene import write_text, written_in_si
+from symdyn.scene import write_text
 
 FORMAT = 1
 """Of the file: a reader of another one refuses it."""
@@ -32,7 +32,7 @@ def _write(draft: Draft) -> dict[str, str]:
     parts = {
         "format": _text(FORMAT),
         "about": _lines(draft.about.split("\n")),
-        "scene": _text(write_text(written_in_si(program.scene), "toml", lossy=True).text),
+        "scene": _text(write_text(program.scene.in_si(), "toml", lossy=True).text),
         "parameters": _lines(parameters),
         "nodes": _lines(_node(node, place) for node in nodes),
         "functions": _lines(_function(function, place) for function in functions),

@@ -18,7 +18,6 @@ from symdyn.scene.values.key import MOTION, PARAMETERS, TIMED, Key
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import CLOCK
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.signals import letters
 
 KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs")
 
@@ -80,7 +79,7 @@ def uses(draft: Draft) -> Iterator[Use]:
             for (key, quantity, names), unit in zip(part.numbers(one), _units(part, one, straight), strict=True):
                 yield Use(place, key, quantity, allowed[names], unit)
     for place, output in zip(where["outputs"], scene.outputs, strict=True):
-        yield Use(place, "formula", output.formula, frozenset(letters(scene, output.formula.symbols)), output.unit)
+        yield Use(place, "formula", output.formula, frozenset(scene.letters(output.formula.symbols)), output.unit)
 
 
 def slides(scene: Scene, one: Element) -> bool:

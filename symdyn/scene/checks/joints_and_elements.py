@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from symdyn.scene.checks.draft import Draft, joint_numbers
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS
-from symdyn.scene.joints.start import quaternion
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.table import Faults, shown
@@ -56,7 +55,7 @@ def _signs(joint: Joint, stand: Stand) -> None:
 
 
 def _start(joint: Joint, stand: Stand) -> None:
-    first = quaternion(joint)
+    first = JOINTS[joint.type].quaternion(joint)
     if first is None or not joint.start:
         return
     if all(stand.value(x) == 0 for x in joint.start[first : first + 4]):

@@ -13,7 +13,7 @@ from symdyn.scene.checks.topology import check_loops, check_tree
 from symdyn.scene.checks.welded import judge
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import mass_faults
-from symdyn.scene.values.quantity import Quantity, express
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.unit import UnitError, misfit, read_unit
 from symdyn.scene.values.value import Value, value_of
@@ -61,7 +61,7 @@ def _constant(where: str, value: Quantity, faults: Faults) -> Value | None:
         faults.add(where, f"value = {shown(value)} uses {names}; a value may hold numbers and pi only")
         return None
     try:
-        express(value, Graph())  # sees that sin(pi) is zero, which a float does not
+        value.express(Graph())  # sees that sin(pi) is zero, which a float does not
         found = value_of(value, {})
     except (FormulaError, ZeroDivisionError) as error:
         why = error if isinstance(error, FormulaError) else "divides by zero"
@@ -78,7 +78,7 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
         if use.quantity.op is Op.CONSTANT:
             continue
         try:
-            express(use.quantity, graph)
+            use.quantity.express(graph)
             value_of(use.quantity, values)
         except ZeroDivisionError:
             faults.add(use.where, f"{use.key} = {shown(use.quantity)} divides by zero; check the denominator")

@@ -28,7 +28,6 @@ from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity, number
-from symdyn.scene.values.signals import letters
 from symdyn.scene.values.table import Entry, Faults, show
 from symdyn.scene.values.unit import UnitError, read_unit
 from symdyn.scene.values.with_unit import fits, with_unit
@@ -103,7 +102,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
     faults.close()
     for output in locked.outputs:
         said = output.formula.symbols
-        gone = [name for name in said if name not in parameters and name not in letters(locked, said)]
+        gone = [name for name in said if name not in parameters and name not in locked.letters(said)]
         if gone:
             faults.add(f"outputs.{output.name}", f"uses {', '.join(gone)}, which a locked joint has no more")
     if not locked.coordinates:

@@ -120,7 +120,8 @@ def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], o
         SceneError: there are such, and what may be meant.
     """
     chosen = {one.name: one for one in letters if one.written}
-    asked = [f"{option}: {question(chosen[name], text)}" for name, text in given if name in chosen and is_bare(text)]
+    told = (question(chosen[name], text) for name, text in given if name in chosen)
+    asked = [f"{option}: {one}" for one in told if one]
     if asked:
         raise SceneError(asked)
 
@@ -142,7 +143,7 @@ def in_si_here(letters: Iterable[Letter], given: Iterable[tuple[str, str]]) -> t
     return tuple(dict.fromkeys(told))
 
 
-def is_bare(text: str) -> bool:
+def _is_bare(text: str) -> bool:
     """Tell whether a text is a number without a unit, other than zero, which is zero in all of them."""
     try:
         found = quantity(text)
@@ -152,7 +153,9 @@ def is_bare(text: str) -> bool:
 
 
 def question(letter: Letter, text: str) -> str:
-    """Return what a bare number may mean of a letter that is in another unit than that of SI."""
+    """Return what a bare number may mean of a letter that is in another unit than that of SI; "" where all is said."""
+    if not letter.written or not _is_bare(text):
+        return ""
     number = fraction(quantity(text))
     size = ONE if number is None else folding.constant(number)
     there = float(value_of(in_si(size, read_unit(letter.written)), {}) or 0)

@@ -10,7 +10,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Push
 from symdyn.scene.values.element import Load
 from symdyn.scene.values.key import TIMED, Key, Stand, choice
 from symdyn.scene.values.model import GROUND
-from symdyn.scene.values.quantity import NULL, Vector, express
+from symdyn.scene.values.quantity import NULL, Vector
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Table, Three, entry
@@ -22,7 +22,7 @@ def _wrench(load: Load, graph: Graph) -> Wrench:
 
 
 def _vector(vector: Vector, graph: Graph) -> Vec:
-    x, y, z = (express(entry, graph) for entry in vector)
+    x, y, z = (entry.express(graph) for entry in vector)
     return (x, y, z)
 
 

@@ -24,7 +24,7 @@ from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.element import Contact, Plane
 from symdyn.scene.values.key import Key, always_said
-from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector, express
+from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector
 from symdyn.scene.values.shapes import VECTOR, choice_of, several
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
@@ -67,7 +67,7 @@ def _blade(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
 
 def _rolling(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     graph = w.graph
-    n, r = unit(row.plane.normal, graph), express(row.radius, graph)
+    n, r = unit(row.plane.normal, graph), row.radius.express(graph)
     if row.axis is None:
         along, d = in_plane(n), scale(-r, n)
         ways = {"along": _at_rim(along, d), "across": _at_rim(cross(n, along), d), "normal": forces(n)[0]}
@@ -98,7 +98,7 @@ def _rise(row: Contact, X: Transform, w: Expr) -> Expr:
 
 def _height(row: Contact, X: Transform, w: Expr) -> Expr:
     """Return how far the lowest point of a wheel or a ball is off its plane, m."""
-    return _rise(row, X, w) - express(row.radius, w.graph) * w
+    return _rise(row, X, w) - row.radius.express(w.graph) * w
 
 
 def _lean(row: Contact, X: Transform) -> Vec | None:

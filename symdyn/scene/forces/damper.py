@@ -13,7 +13,7 @@ from symdyn.scene.forces.attachments import End, Ends, as_keys
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.element import Strut
 from symdyn.scene.values.key import Key, Stand, coefficients
-from symdyn.scene.values.quantity import Quantity, express
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Number, entry, shown
 
@@ -35,7 +35,7 @@ def _force(damper: Damper, x: Expr, v: Expr) -> Expr:
     graph, power = v.graph, v
     total = graph.zero
     for c in damper.damping:
-        total = total + express(c, graph) * power
+        total = total + c.express(graph) * power
         power = power * v * v
     return total
 

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.forces.level import level_normal
-from symdyn.scene.values.element import Element
+from symdyn.scene.values.element import Contact, Element, Row
 from symdyn.scene.values.key import Stand
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Parameter, Point
@@ -195,3 +195,46 @@ class ForceKind:
     lost: str
     mark: Mark | Rim | None = None
     check: Callable[[Any, Stand], None] | None = None
+
+    @property
+    def pull(self) -> Pull:
+        """The law of a kind of struts."""
+        assert isinstance(self.law, Pull), "a strut pulls"
+        return self.law
+
+    @property
+    def push(self) -> Push:
+        """The law of a kind of loads."""
+        assert isinstance(self.law, Push), "a load pushes"
+        return self.law
+
+    @property
+    def rub(self) -> Rub:
+        """The law of what stands in the table of a joint."""
+        assert isinstance(self.law, Rub), "it resists a joint"
+        return self.law
+
+    @property
+    def touch(self) -> Touch:
+        """The law of a kind of contacts."""
+        assert isinstance(self.law, Touch), "a contact touches"
+        return self.law
+
+    @property
+    def lines(self) -> Mark:
+        """How a kind of struts is drawn."""
+        assert isinstance(self.mark, Mark), "a strut has a mark of lines"
+        return self.mark
+
+    @property
+    def rolls(self) -> bool:
+        """Whether it is a kind of contacts that is drawn by the circle of its radius."""
+        return isinstance(self.mark, Rim)
+
+    def closes(self, contact: Contact) -> bool:
+        """Tell whether a contact holds a position too: that of a wheel or a ball on its plane."""
+        return any(self.touch.closes(contact))
+
+    def formula(self, row: Row) -> Quantity | None:
+        """Return the left side of a row that is a formula, which vanishes; None for a contact."""
+        return self.law.formula(row) if isinstance(self.law, Forbid) else None

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Mapping
 from symdyn.scene.forces.body_load import LOAD
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
 from symdyn.scene.forces.damper import DAMPER
-from symdyn.scene.forces.force_kind import Forbid, ForceKind, Pull, Rub, Scope, Touch
+from symdyn.scene.forces.force_kind import ForceKind, Rub, Scope
 from symdyn.scene.forces.friction import FRICTION
 from symdyn.scene.forces.spring import SPRING
 from symdyn.scene.forces.velocity_row import FORMULA, Formula, says_no_place
-from symdyn.scene.values.element import Contact, Element, Row, Strut
+from symdyn.scene.values.element import Element, Strut
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import NULL, Quantity
+from symdyn.scene.values.quantity import NULL
 from symdyn.scene.values.table import Entry, Faults, Table, show
 
 FORCES: dict[str, ForceKind] = {
@@ -85,46 +85,14 @@ def table_of(one: Element, scope: Scope) -> dict[str, object]:
 
 def elastic(scene: Scene) -> tuple[Strut, ...]:
     """Return the struts that store energy."""
-    return tuple(one for one in scene.struts if pull_of(one).energy is not None)
+    return tuple(one for one in scene.struts if FORCES[one.kind].pull.energy is not None)
 
 
 def resisting(scene: Scene) -> tuple[Strut, ...]:
     """Return the struts that store none."""
-    return tuple(one for one in scene.struts if pull_of(one).energy is None)
-
-
-def touch_of(contact: Contact) -> Touch:
-    """Return the law of a contact."""
-    law = FORCES[contact.kind].law
-    assert isinstance(law, Touch), "a contact touches"
-    return law
-
-
-def touches(contact: Contact) -> bool:
-    """Tell whether a contact holds a position too: that of a wheel or a ball on its plane."""
-    return any(touch_of(contact).closes(contact))
-
-
-def formula_of(row: Row) -> Quantity | None:
-    """Return the left side of a row that is a formula, which vanishes; None for a contact."""
-    law = FORCES[row.kind].law
-    return law.formula(row) if isinstance(law, Forbid) else None
+    return tuple(one for one in scene.struts if FORCES[one.kind].pull.energy is None)
 
 
 def without_place(scene: Scene) -> tuple[str, ...]:
     """Return the names of rows whose force may act on any bodies, since nothing says on which it does."""
     return tuple(row.name for row in scene.rows if isinstance(row, Formula) and says_no_place(row, scene.velocities))
-
-
-def rub_of(dry: Element) -> Rub:
-    """Return the law of what stands in the table of a joint."""
-    law = FORCES[dry.kind].law
-    assert isinstance(law, Rub), "it resists a joint"
-    return law
-
-
-def pull_of(strut: Strut) -> Pull:
-    """Return the law of a strut."""
-    law = FORCES[strut.kind].law
-    assert isinstance(law, Pull), "a strut pulls"
-    return law

@@ -12,7 +12,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.key import Key, Stand, always_said
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.shapes import NUMBER
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table
@@ -45,11 +45,11 @@ def _optional(table: Table, key: str, usual: Quantity | None) -> Quantity | None
 
 def _force(dry: Friction, rate: Expr) -> Expr:
     graph = rate.graph
-    size = express(dry.coulomb, graph)
+    size = dry.coulomb.express(graph)
     if dry.static is not None:
-        slow = rate / express(dry.stribeck, graph)
-        size = size + (express(dry.static, graph) - size) * graph.function(Op.EXP, -(slow * slow))
-    smoothing = express(dry.smoothing, graph)
+        slow = rate / dry.stribeck.express(graph)
+        size = size + (dry.static.express(graph) - size) * graph.function(Op.EXP, -(slow * slow))
+    smoothing = dry.smoothing.express(graph)
     if smoothing.is_zero:
         return size * graph.function(Op.SIGN, rate)
     return size * graph.function(Op.TANH, rate / smoothing)

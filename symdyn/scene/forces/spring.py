@@ -14,7 +14,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Strut
 from symdyn.scene.values.key import Key, coefficients
-from symdyn.scene.values.quantity import ZERO, Quantity, express
+from symdyn.scene.values.quantity import ZERO, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Number, Table, entry
 
@@ -40,20 +40,20 @@ class Spring(Strut):
 
 
 def _force(spring: Spring, x: Expr, v: Expr) -> Expr:
-    graph, way = x.graph, x - express(spring.free, x.graph)
-    total, power = express(spring.preload, graph), way
+    graph, way = x.graph, x - spring.free.express(x.graph)
+    total, power = spring.preload.express(graph), way
     for k in spring.stiffness:
-        total = total + express(k, graph) * power
+        total = total + k.express(graph) * power
         power = power * way
     return total
 
 
 def _energy(spring: Spring, x: Expr) -> Expr:
     """Return preload x + k1 x²/2 + k2 x³/3 + … of the way from the free length."""
-    graph, way = x.graph, x - express(spring.free, x.graph)
-    total, power = express(spring.preload, graph) * way, way * way
+    graph, way = x.graph, x - spring.free.express(x.graph)
+    total, power = spring.preload.express(graph) * way, way * way
     for m, k in enumerate(spring.stiffness, 2):
-        total = total + express(k, graph) * power / m
+        total = total + k.express(graph) * power / m
         power = power * way
     return total
 
@@ -79,8 +79,8 @@ def _stored_between(spring: Spring, square: Expr) -> Expr:
 
 def _of_distance(spring: Spring, graph: Graph) -> list[Expr]:
     """Return c with force = c_0 + c_1 s + c_2 s² + … in terms of the distance s."""
-    known = [express(x, graph) for x in (spring.preload, *spring.stiffness)]
-    free = express(spring.free, graph)
+    known = [x.express(graph) for x in (spring.preload, *spring.stiffness)]
+    free = spring.free.express(graph)
     terms = []
     for j in range(len(known)):
         power, total = graph.one, graph.zero

@@ -18,7 +18,7 @@ from symdyn.scene.values.element import Row
 from symdyn.scene.values.folding import FormulaError, add, div, mul, neg, sub
 from symdyn.scene.values.key import MOTION, Key, Stand, always_said
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Table, entry, show, shown
@@ -58,7 +58,7 @@ def _acts_in(table: Table, key: str, usual: str) -> str:
 def says_no_place(row: Formula, velocities: Sequence[str]) -> bool:
     """Tell whether a row exerts a force and does not say where."""
     slopes = {} if row.acts_in else linear_parts(row.formula, velocities)[0]
-    return any(not express(one, Graph()).is_zero for one in slopes.values())
+    return any(not one.express(Graph()).is_zero for one in slopes.values())
 
 
 def _check(row: Formula, stand: Stand) -> None:
@@ -66,7 +66,7 @@ def _check(row: Formula, stand: Stand) -> None:
     text = f"formula = {shown(row.formula)}"
     try:
         slopes, rest = linear_parts(row.formula, stand.scene.velocities)
-        alone = not express(rest, Graph()).is_zero
+        alone = not rest.express(Graph()).is_zero
     except FormulaError as error:
         stand.fault(f"{text} is not linear in the velocities: {error}; multiply out what can be")
         return

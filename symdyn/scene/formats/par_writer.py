@@ -21,7 +21,6 @@ from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint, Limits
-from symdyn.scene.values.mapping import in_numbers
 from symdyn.scene.values.model import GROUND, Parameter, Scene
 from symdyn.scene.values.quantity import ZERO, symbol
 from symdyn.scene.values.spelling import spell
@@ -60,7 +59,7 @@ def write_text(scene: Scene) -> Written:
         SceneError: a joint that the format has no type for; the file would be another mechanism.
     """
     _refuse(scene)
-    filled = in_numbers(scene, [parameter.name for parameter in scene.parameters])
+    filled = scene.in_numbers([parameter.name for parameter in scene.parameters])
     return Written(_page(filled, _frames(filled)), tuple(_lost(scene)))
 
 

@@ -16,7 +16,7 @@ from symdyn.graph import Graph, Op, linear_form
 from symdyn.scene.formats.snap import PI_50, snap_angle
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import Quantity, express
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.turns import circular
 from symdyn.scene.values.value import Value, value_of
 
@@ -99,7 +99,7 @@ def known(quantity: Quantity, values: Mapping[str, Value]) -> Value:
 
 def known_angle(quantity: Quantity, values: Mapping[str, Value]) -> Value:
     """Return the value of an angle, a multiple of π as the double nearest to it; see `known`."""
-    form = linear_form(express(quantity, Graph()))
+    form = linear_form(quantity.express(Graph()))
     if form.turns and not form.constant and not form.terms:
         return float(form.turns * PI_50)
     return known(quantity, values)

@@ -11,4 +11,3 @@ from .blocks import (
 from .forbidden import everywhere as everywhere, forces as forces, moments as moments
 from .joint_kind import Block as Block, Gimbal as Gimbal
 from .joint_mark import MarkPart as MarkPart
-from .start import quaternion as quaternion

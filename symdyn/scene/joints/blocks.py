@@ -10,7 +10,7 @@ from symdyn.scene.joints.joint_kind import Block, Gimbal, JointMotion, Move
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import ONE, PI, ZERO, Quantity, Vector, express
+from symdyn.scene.values.quantity import ONE, PI, ZERO, Quantity, Vector
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.table import Table, show
 from symdyn.spatial import (
@@ -62,7 +62,7 @@ ORIENTATION = Key("orientation", _orientation, "quaternion", shape=choice_of("qu
 
 def unit(axis: Vector, graph: Graph) -> Vec:
     """Return the axis with length 1, exact (with a root where its length is irrational): 1 of (cos a, sin a, 0)."""
-    x, y, z = (express(entry, graph) for entry in axis)
+    x, y, z = (entry.express(graph) for entry in axis)
     square = dot((x, y, z), (x, y, z))
     number = as_number(square)
     return scale(graph.one / graph.sqrt(number if number and number > 0 else square), (x, y, z))
@@ -106,7 +106,7 @@ def screw(axis: Vector, pitch: Quantity) -> Block:
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still, z = unit_transform(graph), unit(axis, graph)
-        rise = express(pitch, graph) / (2 * express(PI, graph))
+        rise = pitch.express(graph) / (2 * PI.express(graph))
         moves = (Move(False, z, q[0], still, ((0, graph.one),)), Move(True, z, rise * q[0], still, ((0, rise),)))
         return JointMotion(moves, still, u)
 
@@ -117,7 +117,7 @@ def shift(axis: Vector, way: Quantity) -> Block:
     """Return a constant translation along an axis, m."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        place = Transform(identity(graph), scale(express(way, graph), unit(axis, graph)))
+        place = Transform(identity(graph), scale(way.express(graph), unit(axis, graph)))
         return JointMotion((), place, ())
 
     return Block((), (), motion)
@@ -166,7 +166,7 @@ def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         place, moves = unit_transform(graph), []
         for kind, amount in steps.steps:
-            node = express(amount, graph)
+            node = amount.express(graph)
             slopes = gradient(node, q)
             if all(slope.is_zero for slope in slopes):
                 place = place @ elementary(kind, node)

@@ -14,7 +14,7 @@ from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import PI, ZERO, Quantity, express, number
+from symdyn.scene.values.quantity import PI, ZERO, Quantity, number
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, apply, dot, scale
 
@@ -37,7 +37,7 @@ def _blocks(joint: Joint) -> tuple[Block, ...]:
 
 def _rise(joint: Joint, graph: Graph) -> Expr:
     """Return the advance per radian, m."""
-    return express(PITCH.of(joint), graph) / (2 * graph.pi)
+    return PITCH.of(joint).express(graph) / (2 * graph.pi)
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:

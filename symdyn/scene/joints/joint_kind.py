@@ -187,6 +187,11 @@ class JointKind:
         """Return the unit of every velocity times seconds, "rad" or "m"."""
         return tuple(unit for block in self.blocks(joint) for unit in block.velocities)
 
+    def quaternion(self, joint: Joint) -> int | None:
+        """Return which of a joint's coordinates is w of a quaternion (w, x, y, z), None if it has none."""
+        units = self.coordinates(joint) if joint.coordinates else ()
+        return units.index("1") if "1" in units else None
+
     def axis(self, joint: Joint) -> Vector | None:
         """Return the axis of a joint that turns about it, or slides along it, and does nothing else; else None."""
         blocks = self.blocks(joint)

@@ -14,7 +14,7 @@ from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind
 from symdyn.scene.joints.joint_mark import LINE, JointMark, MarkPart
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import ZERO, Quantity, express
+from symdyn.scene.values.quantity import ZERO, Quantity
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
@@ -38,12 +38,12 @@ def _blocks(joint: Joint) -> tuple[Block, ...]:
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
-    length = express(LENGTH.of(joint), X.p[0].graph)
+    length = LENGTH.of(joint).express(X.p[0].graph)
     return forces(scale(1 / length, X.p))
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
-    length = express(LENGTH.of(joint), X.p[0].graph)
+    length = LENGTH.of(joint).express(X.p[0].graph)
     return ((dot(X.p, X.p) / length - length) / 2,)
 
 

@@ -37,11 +37,6 @@ from .signals import (
     LOOSE as LOOSE,
     MULTIPLIER as MULTIPLIER,
     REACTION as REACTION,
-    as_parameters as as_parameters,
-    held as held,
-    letters as letters,
-    point_names as point_names,
-    reaction_axes as reaction_axes,
 )
 from .spelling import spell_fraction as spell_fraction
 from .table import Faults as Faults, shorten as shorten, show as show, shown as shown

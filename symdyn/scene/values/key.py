@@ -14,7 +14,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed
-from symdyn.scene.values.quantity import Quantity, Vector, express
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.shapes import ANYTHING, FLAG, NUMBER, NUMBERS, PLACEMENT, TEXT, VECTOR, Shape
 from symdyn.scene.values.table import Faults, Table, plain, shown
 from symdyn.scene.values.unit import read_unit
@@ -58,7 +58,7 @@ class Stand:
             self.fault(f"{text} depends on {listed(names)}; give numbers, and {tilt} instead")
             return False
         try:
-            sizes = [(express(x, Graph()).is_zero, value_of(x, {})) for x in axis]
+            sizes = [(x.express(Graph()).is_zero, value_of(x, {})) for x in axis]
         except (FormulaError, ZeroDivisionError):
             self.fault(f"{text} divides by zero, or has no real value; give a direction such as [0, 0, 1]")
             return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.graph import Graph
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.model import Parameter, Scene
-from symdyn.scene.values.quantity import ZERO, Quantity, express, symbol
+from symdyn.scene.values.quantity import ZERO, Quantity, symbol
 from symdyn.scene.values.value import value_of
 
 
@@ -35,7 +35,7 @@ class Names:
         """
         if quantity.symbols:
             return quantity
-        if express(quantity, Graph()).is_zero:
+        if quantity.express(Graph()).is_zero:
             return ZERO
         value = value_of(quantity, {})
         negative = positive and value is not None and value < 0

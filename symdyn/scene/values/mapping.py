@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
 from symdyn.graph import Op, arithmetic
 from symdyn.scene.values import folding
-from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import Quantity
 
 T = TypeVar("T")
@@ -58,9 +57,3 @@ def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
         return quantity
     operation = _FOLDED.get(quantity.op)
     return operation(*args) if operation else folding.function(quantity.op, *args)
-
-
-def in_numbers(scene: Scene, names: Container[str]) -> Scene:
-    """Return the scene with the values of these parameters in place of their names in every formula."""
-    values = {p.name: p.value for p in scene.parameters if p.value is not None and p.name in names}
-    return map_quantities(scene, lambda one: substituted(one, values)) if values else scene

@@ -10,7 +10,7 @@ frame (the identity unless a standard Denavit-Hartenberg table or the user says 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from typing import TypeAlias
@@ -19,10 +19,12 @@ from symdyn.arguments import walked
 from symdyn.errors import SceneError
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
-from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.names import listed
+from symdyn.scene.values.joint import Joint, acceleration_name
+from symdyn.scene.values.mapping import map_quantities, substituted
+from symdyn.scene.values.names import CLOCK, listed
 from symdyn.scene.values.order import JointOrder, order_of
 from symdyn.scene.values.quantity import ZERO, Quantity, Vector, number
+from symdyn.scene.values.signals import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
@@ -248,3 +250,84 @@ class Scene(Shown):
     def with_gravity(self, gravity: Vector) -> Scene:
         """Return the scene with another acceleration of free fall, m/s^2."""
         return replace(self, gravity=gravity)
+
+    def in_si(self) -> Scene:
+        """Return an equal scene that is written in SI, whatever units its writer chose; for what is generated."""
+        plain = map_quantities(self, lambda one: replace(one, unit=""))
+        return replace(
+            plain,
+            parameters=tuple(replace(one, written="") for one in plain.parameters),
+            inputs=tuple(replace(one, written="") for one in plain.inputs),
+        )
+
+    def in_numbers(self, names: Container[str]) -> Scene:
+        """Return the scene with the values of these parameters in place of their names in every formula."""
+        values = {p.name: p.value for p in self.parameters if p.value is not None and p.name in names}
+        return map_quantities(self, lambda one: substituted(one, values)) if values else self
+
+    def as_parameters(self) -> Scene:
+        """Return the scene without outputs, its inputs being parameters: for who looks at it at one moment.
+
+        An input that is zero where nobody gives it has no value then, so that it is seen where it acts.
+        """
+        if not self.inputs:
+            return replace(self, outputs=()) if self.outputs else self
+        more = tuple(
+            Parameter(x.name, None if x.value == ZERO else x.value, False, x.unit, x.latex, x.text, x.texts)
+            for x in self.inputs
+        )
+        return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=())
+
+    def held(self) -> Scene:
+        """Return the scene without outputs, its inputs being what they are where nobody gives them.
+
+        Raises:
+            FormulaError: a formula has no value there.
+        """
+        if not self.inputs:
+            return replace(self, outputs=()) if self.outputs else self
+        values = {one.name: one.value for one in self.inputs}
+        return map_quantities(replace(self, inputs=(), outputs=()), lambda one: substituted(one, values))
+
+    def letters(self, said: Iterable[str] = ()) -> tuple[str, ...]:
+        """Return the names that formulas may use, parameters aside; of what is `said`, multipliers are known later."""
+        accelerations = map(acceleration_name, self.velocities)
+        drives = (drive for drive in self.drives if drive)
+        late = (name for name in said if name.startswith(MULTIPLIER) and self.is_closed)
+        names = (*self.plain_letters, *accelerations, *drives, *self.point_letters, *self.reaction_axes, *late)
+        return tuple(dict.fromkeys(names))
+
+    @property
+    def plain_letters(self) -> tuple[str, ...]:
+        """The letters that are no parameter and need no derivation: time, coordinates, velocities, inputs."""
+        return (CLOCK, *self.coordinates, *self.velocities, *(one.name for one in self.inputs))
+
+    @property
+    def point_letters(self) -> list[str]:
+        """The letters of declared points, three a point."""
+        return [f"point_{one.name}_{axis}" for one in self.points for axis in "xyz"]
+
+    @property
+    def reaction_axes(self) -> dict[str, str]:
+        """The axes of every letter of a reaction, by its name."""
+        return {
+            f"{REACTION}{joint.name}_{component}{'' if axes == AXES[0] else f'_{axes}'}{loose}": axes
+            for axes in AXES
+            for joint in (*self.joints, *self.loops)
+            for component in COMPONENTS
+            for loose in ("", LOOSE)
+        }
+
+    @property
+    def leaves(self) -> tuple[str, ...]:
+        """The bodies that carry no other body: hands, tools, feet."""
+        carrying = {joint.parent for joint in self.joints} | {GROUND}
+        return tuple(body.name for body in self.bodies if body.name not in carrying)
+
+    def shown_unit(self, unit: str) -> str:
+        """Return a unit that nobody said, of a joint, a time or an energy, as it is shown: "" without dimensions."""
+        return "" if self.dimensionless else unit
+
+    def in_shown_unit(self, number: str, unit: str) -> str:
+        """Return a number and such a unit as text, the number alone where none is shown."""
+        return f"{number} {self.shown_unit(unit)}".rstrip()

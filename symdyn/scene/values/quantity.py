@@ -48,6 +48,24 @@ class Quantity:
             names.update(dict.fromkeys(arg.symbols))
         return tuple(names)
 
+    def express(self, graph: Graph) -> Expr:
+        """Return the quantity as a node of `graph`; symbols keep their names.
+
+        Raises:
+            ZeroDivisionError: the formula divides by a constant zero.
+        """
+        if self.op is Op.CONSTANT:
+            assert isinstance(self.value, Fraction)
+            return graph.constant(self.value)
+        if self.op is Op.SYMBOL:
+            return graph.symbol(str(self.value))
+        if self.op is Op.PI:
+            return graph.pi
+        args = [arg.express(graph) for arg in self.args]
+        if self.op in FUNCTIONS:
+            return graph.function(self.op, *args)
+        return arithmetic(graph)[self.op](*args)  # type: ignore[no-any-return]
+
 
 def number(value: Fraction | int) -> Quantity:
     """Return an exact constant."""
@@ -66,22 +84,3 @@ PI = Quantity(Op.PI)
 Vector = tuple[Quantity, Quantity, Quantity]
 
 NULL: Vector = (ZERO, ZERO, ZERO)
-
-
-def express(quantity: Quantity, graph: Graph) -> Expr:
-    """Return the quantity as a node of `graph`; symbols keep their names.
-
-    Raises:
-        ZeroDivisionError: the formula divides by a constant zero.
-    """
-    if quantity.op is Op.CONSTANT:
-        assert isinstance(quantity.value, Fraction)
-        return graph.constant(quantity.value)
-    if quantity.op is Op.SYMBOL:
-        return graph.symbol(str(quantity.value))
-    if quantity.op is Op.PI:
-        return graph.pi
-    args = [express(arg, graph) for arg in quantity.args]
-    if quantity.op in FUNCTIONS:
-        return graph.function(quantity.op, *args)
-    return arithmetic(graph)[quantity.op](*args)  # type: ignore[no-any-return]

@@ -8,7 +8,7 @@ from fractions import Fraction
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
-from symdyn.scene.values.quantity import NULL, PI, ZERO, Quantity, Vector, express, number
+from symdyn.scene.values.quantity import NULL, PI, ZERO, Quantity, Vector, number
 from symdyn.scene.values.value import value_of
 
 Step = tuple[str, Quantity]
@@ -68,7 +68,7 @@ def _negative(x: Quantity) -> bool:
 
 def circular(op: Op, angle: Quantity) -> Quantity:
     """Return sin or cos (the operation) of an angle, as a number where it is rational."""
-    value = express(folding.function(op, angle), Graph())
+    value = folding.function(op, angle).express(Graph())
     return number(value.value) if value.op is Op.CONSTANT else folding.function(op, angle)  # type: ignore[arg-type]
 
 

@@ -15,17 +15,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import (
-    Quantity,
-    Scene,
-    bind,
-    express,
-    letter_units,
-    spell,
-    starting_position,
-    starting_velocity,
-    velocity_name,
-)
+from symdyn.scene import Quantity, Scene, SceneUnits, bind, spell, start_of, velocity_name
 from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.prescribed.formulas_in_time import noted, parameter_values, read_formula, words
 
@@ -66,8 +56,8 @@ class Lanes:
         """Return where runs of a tree start, shapes (runs, nq) and (runs, nv); quaternions of length 1."""
         scene, graph = self.scene, Graph()
         moved = prescribed(scene, graph)
-        q: list[Any] = [self.start.get(n, x) for n, x in zip(scene.coordinates, starting_position(scene), strict=True)]
-        u: list[Any] = [self.rates.get(n, x) for n, x in zip(scene.velocities, starting_velocity(scene), strict=True)]
+        q: list[Any] = [self.start.get(n, x) for n, x in zip(scene.coordinates, start_of(scene).position, strict=True)]
+        u: list[Any] = [self.rates.get(n, x) for n, x in zip(scene.velocities, start_of(scene).velocity, strict=True)]
         known = {graph.symbol(name): value for name, value in self.parameters(part).items()}
         known[graph.symbol(TIME)] = np.zeros(())
         for k, position, rate in zip(moved.place, moved.position, moved.velocity, strict=True):
@@ -80,7 +70,7 @@ class Lanes:
                 if isinstance(one, np.ndarray):
                     row[:] = one[part]
                 else:
-                    entry = express(one, graph) if isinstance(one, Quantity) else one
+                    entry = one.express(graph) if isinstance(one, Quantity) else one
                     row[:] = evaluate([entry], Batches(), known)[0]
         positions, rates = found[: len(q)].T.copy(), found[len(q) :].T.copy()
         names = list(scene.coordinates)
@@ -145,7 +135,7 @@ def read_lanes(scene: Scene, start: object, rates: object, values: object, fault
     _positive(scene, arrays, faults)
     bound = _bound(scene, plain, arrays, faults)
     with noted(faults):
-        allowed, units, places = parameter_values(bound), letter_units(bound), bound.coordinates
+        allowed, units, places = parameter_values(bound), SceneUnits(bound).letters, bound.coordinates
         _prescribed(bound, read, faults)
         for what in ("start", "start rates"):
             for name, one in read[what].items():
@@ -223,4 +213,4 @@ def _prescribed(scene: Scene, read: Mapping[str, Mapping[str, Any]], faults: Fau
 
 
 def _number(value: Quantity) -> float:
-    return float(evaluate([express(value, Graph())], Batches(), {})[0])
+    return float(evaluate([value.express(Graph())], Batches(), {})[0])

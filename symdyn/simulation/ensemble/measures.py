@@ -18,8 +18,8 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, check_formula, express
-from symdyn.scene.values import COLUMNS, Faults, UnitError, letters, product, read_unit, shown, substituted
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import COLUMNS, Faults, UnitError, product, read_unit, shown, substituted
 from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 
@@ -112,7 +112,7 @@ class Measure:
         known: dict[object, Array] = {graph.symbol(name): value for name, value in parameters.items()}
         with np.errstate(all="ignore"):
             known |= {graph.symbol(letter): FOLDS[fold].of(sums[inside]) for letter, fold, inside in self.folds}
-            (found,) = evaluate([express(self.formula, graph)], Batches(), known)  # type: ignore[arg-type]
+            (found,) = evaluate([self.formula.express(graph)], Batches(), known)  # type: ignore[arg-type]
         return np.asarray(found, dtype=np.float64)
 
 
@@ -173,7 +173,7 @@ def read_measure(
     if found is not None and not loose and not folds:
         own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({next(iter(scene.coordinates), "t")}))')
     if found is not None and not own.lines:
-        check_formula(scene, found, where, own, fold_units(scene, folds))
+        SceneUnits(scene).check(found, where, own, fold_units(scene, folds))
     for letter, fold, folded in folds:
         own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shown(folded)})", line) for line in own.lines]
     faults.lines += own.lines
@@ -194,12 +194,12 @@ def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Seque
     if formula is None:
         return None
     seen = substituted(formula, outputs)
-    check_formula(scene, seen, where, faults, column_units(seen.symbols))
+    SceneUnits(scene).check(seen, where, faults, column_units(seen.symbols))
     return seen
 
 
 def _seen(scene: Scene, text: str) -> tuple[str, ...]:
-    return (*letters(scene, re.findall(r"\w+", text)), *COLUMNS)
+    return (*scene.letters(re.findall(r"\w+", text)), *COLUMNS)
 
 
 def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tuple[Measure, ...]:
@@ -224,7 +224,7 @@ def _letter(scene: Scene, k: int, text: str) -> str:
     taken = {
         *(one.name for one in scene.parameters),
         *(one.name for one in scene.outputs),
-        *letters(scene),
+        *scene.letters(),
         *re.findall(r"\w+", text),
     }
     letter = _LETTER.format(k + 1)

@@ -13,7 +13,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, express
+from symdyn.scene import Quantity
 from symdyn.scene.values import MULTIPLIER, REACTION
 from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
@@ -88,7 +88,7 @@ def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity,
     graph = Graph()
     letters = {graph.symbol(n): known.get(n, np.nan) for one in insides for n in one.symbols}
     with np.errstate(all="ignore"):
-        found = evaluate([express(one, graph) for one in insides], Batches(), letters)
+        found = evaluate([one.express(graph) for one in insides], Batches(), letters)
         rows: list[Array] = [np.broadcast_to(np.asarray(y, dtype=np.float64), run.t.shape) for y in found]
         return {one: sums_of(run.t, y) for one, y in zip(insides, rows, strict=True)}
 

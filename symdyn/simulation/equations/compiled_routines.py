@@ -20,7 +20,7 @@ from symdyn.dynamics.roads import DRIVES, arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.program import PARAMS, PREPARE, Program, is_prepared, lower, prepare
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.scene.values import ZERO
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -67,9 +67,9 @@ def acting(w: Workspace, forces: Forces) -> dict[Expr, Expr]:
     outside, found = forces.outside, dict[Expr, Expr]()
     for k, (one, letter) in enumerate(zip(w.scene.inputs, inputs_of(w.scene, w.graph), strict=True), w.state.n):
         usual = one.value if k not in outside else ZERO
-        formula = express(forces.formulas.get(k, usual), w.graph)
+        formula = forces.formulas.get(k, usual).express(w.graph)
         found[letter] = formula + letter if k in outside else formula
-    drives = substitute([express(forces.formula(k), w.graph) for k in range(w.state.n)], found)
+    drives = substitute([forces.formula(k).express(w.graph) for k in range(w.state.n)], found)
     pairs = enumerate(zip(w.state.tau, drives, strict=True))
     return found | {tau: formula + tau if k in outside else formula for k, (tau, formula) in pairs}
 

@@ -15,8 +15,7 @@ from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.mechanism import joint_motion, placement, quaternions
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
-from symdyn.scene import GROUND, Joint, Scene
-from symdyn.scene.joints import quaternion
+from symdyn.scene import GROUND, JOINTS, Joint, Scene
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.spatial import add, apply, cross
 from symdyn.unlocked import cached_property
@@ -74,7 +73,7 @@ def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> 
     first = 0
     for joint in scene.moving:
         own = momenta[first : first + len(joint.rates)]
-        if joint.parent == GROUND and quaternion(joint) is not None:
+        if joint.parent == GROUND and JOINTS[joint.type].quaternion(joint) is not None:
             found += _in_ground_axes(w, joint, own)
         first += len(joint.rates)
     seeds = state.velocity | dict(zip(state.qd, accelerations, strict=True))

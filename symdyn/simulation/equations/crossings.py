@@ -21,7 +21,7 @@ from fractions import Fraction
 from symdyn.dynamics.loops import FLAT, gauges
 from symdyn.dynamics.mechanism import angles_of, joint_position, joint_rates
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import JOINTS, Joint, Scene, express, in_shown_unit
+from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.scene.values import FORCE_UNITS, Faults
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 
@@ -67,7 +67,7 @@ class Limit:
         """Return which it is and how far it lets go, such as "upper limit 1.57 rad"."""
         turns = not JOINTS[self.joint.type].slides(self.joint)
         unit = UNITS[self.kind][0 if turns else 1]
-        return f"{self.kind} limit {in_shown_unit(scene, f'{self.size(scene):.6g}', unit)}"
+        return f"{self.kind} limit {scene.in_shown_unit(f'{self.size(scene):.6g}', unit)}"
 
 
 def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]:
@@ -79,15 +79,15 @@ def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]
             continue
         x = joint_position(joint, graph)
         if given.lower is not None:
-            found.append(Limit(joint, "lower", express(given.lower, graph) - x))
+            found.append(Limit(joint, "lower", given.lower.express(graph) - x))
         if given.upper is not None:
-            found.append(Limit(joint, "upper", x - express(given.upper, graph)))
+            found.append(Limit(joint, "upper", x - given.upper.express(graph)))
         sizes = [("velocity", given.velocity, rates[0])]
         if joint.coupling is None:
             sizes.append(("effort", given.effort, drives[velocities.index(joint.rates[0])]))
         for kind, largest, value in sizes:
             if largest is not None:
-                size = express(largest, graph)
+                size = largest.express(graph)
                 found.append(Limit(joint, kind, value * value - size * size))
     still = {parameter.name for parameter in scene.parameters}
     return [

@@ -16,7 +16,7 @@ from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops import Numbers
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
-from symdyn.scene import FormulaError, Parameter, Quantity, Scene, express, symbol, without_hidden_zeros
+from symdyn.scene import FormulaError, Parameter, Quantity, Scene, symbol, without_hidden_zeros
 from symdyn.scene.values import quantities_in, substituted
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
@@ -61,7 +61,7 @@ def opened(scene: Scene) -> Opened:
 def _value(scene: Scene, p: Parameter) -> float:
     assert p.value is not None, "all have values"
     try:
-        return float(evaluate([express(p.value, Graph())], Floats(), {})[0])
+        return float(evaluate([p.value.express(Graph())], Floats(), {})[0])
     except (ArithmeticError, ValueError):
         raise SimulateError(f"{scene.name}: parameters.{p.name} has no real value") from None
 
@@ -80,7 +80,7 @@ def _plain(free: Scene, values: Mapping[str, float]) -> bool:
 def _formulas(free: Scene) -> tuple[Graph, list[Expr], tuple[Expr, ...]]:
     """Return the formulas in parameters that a scene holds, on a graph, and the order to evaluate them in."""
     graph = Graph()
-    formulas = [express(one, graph) for one in _formulas_in(free)]
+    formulas = [one.express(graph) for one in _formulas_in(free)]
     return graph, formulas, reachable(formulas)
 
 
@@ -95,7 +95,7 @@ def _decides_form(formula: Quantity, values: Mapping[str, Quantity]) -> bool:
     """Tell whether the value of a formula decides the form of equations: zero does, and a right angle."""
     graph = Graph()
     try:
-        angle = express(substituted(formula, values), graph)
+        angle = substituted(formula, values).express(graph)
     except (FormulaError, ZeroDivisionError):  # told where it is computed with
         return False
     return angle.is_zero or graph.sin(angle).is_zero or graph.cos(angle).is_zero

@@ -19,7 +19,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph
-from symdyn.scene import Quantity, Scene, ask_for_units, shown_unit, told_units, velocity_name, velocity_units
+from symdyn.scene import Quantity, Scene, SceneUnits, ask_for_units, velocity_name
 from symdyn.scene.values import ZERO, Faults, force_unit, suggestion
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
@@ -125,8 +125,8 @@ def force_names(scene: Scene) -> tuple[str, ...]:
 
 def force_units(scene: Scene) -> tuple[str, ...]:
     """Return the units of what `force_names` names."""
-    told = told_units(scene)
-    forces = (shown_unit(scene, force_unit(unit)) for unit in velocity_units(scene))
+    told = SceneUnits(scene).told
+    forces = (scene.shown_unit(force_unit(unit)) for unit in SceneUnits(scene).velocities)
     return (*forces, *(told[one.name] for one in scene.inputs))
 
 

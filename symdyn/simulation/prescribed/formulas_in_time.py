@@ -9,8 +9,8 @@ from pathlib import Path
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
-from symdyn.scene import FormulaError, Quantity, Scene, check_formula, parse, read_bounded, spell
-from symdyn.scene.values import Faults, Value, fits, letters, read_unit, substituted, suggestion, value_of
+from symdyn.scene import FormulaError, Quantity, Scene, SceneUnits, parse, read_bounded, spell
+from symdyn.scene.values import Faults, Value, fits, read_unit, substituted, suggestion, value_of
 
 TIME = "t"
 
@@ -48,11 +48,11 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantit
     """Return a formula in what can be looked at: letters of `signals`, parameters, outputs; None after a fault."""
     words = re.findall(r"\w+", str(text))
     parameters, outputs = (one.name for one in scene.parameters), {one.name: one.formula for one in scene.outputs}
-    formula = read_formula(text, (*letters(scene, words), *parameters, *outputs), where, faults)
+    formula = read_formula(text, (*scene.letters(words), *parameters, *outputs), where, faults)
     if formula is None:
         return None
     seen = substituted(formula, outputs)
-    check_formula(scene, seen, where, faults)
+    SceneUnits(scene).check(seen, where, faults)
     return seen
 
 

@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate, tangents
-from symdyn.scene import FormulaError, Quantity, express
+from symdyn.scene import FormulaError, Quantity
 from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, number_of, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import Columns
@@ -82,7 +82,7 @@ def formula_law(formula: Quantity, text: str) -> Law:
     graph = Graph()
     t = graph.symbol(TIME)
     try:
-        x = express(formula, graph)
+        x = formula.express(graph)
         (v,) = tangents([x], {t: graph.one})
         (a,) = tangents([v], {t: graph.one})
     except ZeroDivisionError:

@@ -11,7 +11,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import quaternions
-from symdyn.scene import Scene, acceleration_name, letter_units, velocity_name
+from symdyn.scene import Scene, SceneUnits, acceleration_name, velocity_name
 from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.forces import Table
@@ -55,7 +55,7 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     Raises:
         SimulateError: with every fault, one line each.
     """
-    values, units = parameter_values(scene), letter_units(scene)
+    values, units = parameter_values(scene), SceneUnits(scene).letters
     faults = Faults("")
     laws: dict[str, Law] = {}
     quasi: dict[str, Law] = {}

@@ -18,17 +18,7 @@ from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.emit import in_html
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import SymdynError
-from symdyn.scene import (
-    Joint,
-    Parameter,
-    Scene,
-    acceleration_name,
-    coordinate_units,
-    shown_unit,
-    told_units,
-    velocity_units,
-)
-from symdyn.scene.joints import quaternion
+from symdyn.scene import JOINTS, Joint, Parameter, Scene, SceneUnits, acceleration_name
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
 from symdyn.teach.roads.dalembert.balance import Balance
@@ -59,19 +49,19 @@ def controls(
     if led:
         fastest = max(abs(begun.qd[k]) for k in led)
         last = max(t, min(60.0, max(2.0, 4 * math.pi / fastest)) if fastest else 10.0)
-        groups.append({"key": "t", "rows": [_row("t", 0, "t", "t", shown_unit(scene, "s"), (0.0, last), t)]})
+        groups.append({"key": "t", "rows": [_row("t", 0, "t", "t", scene.shown_unit("s"), (0.0, last), t)]})
     groups.append({"key": "q", "rows": _positions(scene, symbols, begun, extent, tied, led)})
     accelerations = [acceleration_name(v) for v in scene.velocities]
     for k, key, names, at in ((1, "qd", scene.velocities, begun.qd), (2, "qdd", accelerations, begun.qdd)):
         rows = []
-        for i, (name, unit) in enumerate(zip(names, velocity_units(scene), strict=True)):
+        for i, (name, unit) in enumerate(zip(names, SceneUnits(scene).velocities, strict=True)):
             largest = max(RATES[unit][k - 1], 1.5 * abs(at[i]))
             free = i not in led and (tied is None or i in tied.velocities)
             span = (-largest, largest) if free else None
-            rows.append(_row(key, i, name, symbols[name], shown_unit(scene, UNITS[unit][k]), span, at[i], led=i in led))
+            rows.append(_row(key, i, name, symbols[name], scene.shown_unit(UNITS[unit][k]), span, at[i], led=i in led))
         groups.append({"key": key, "rows": rows})
     if scene.parameters:
-        told = told_units(scene)
+        told = SceneUnits(scene).told
         rows = [
             _row("params", k, p.name, symbols[p.name], told[p.name], _range(p, values[p.name]), values[p.name], p.text)
             for k, p in enumerate(scene.parameters)
@@ -84,10 +74,10 @@ def _positions(
     scene: Scene, symbols: Mapping[str, str], begun: Start, extent: float, tied: Held | None, led: Sequence[int]
 ) -> list[Row]:
     rows: list[Row] = []
-    first, turned, units = 0, 0, coordinate_units(scene)
+    first, turned, units = 0, 0, SceneUnits(scene).coordinates
     wide = {"rad": math.pi, "m": extent, "1": 1.0}
     for joint in scene.moving:
-        ball = quaternion(joint)
+        ball = JOINTS[joint.type].quaternion(joint)
         prescribed = joint.rates[0] in [scene.velocities[k] for k in led]
         for k, name in enumerate(joint.coordinates):
             unit = units[first + k]
@@ -95,13 +85,13 @@ def _positions(
             if ball is not None and k >= ball and free:
                 break
             span = _span(joint, wide[unit], at, begun.parameters) if free else None
-            shown = shown_unit(scene, UNITS[unit][0])
+            shown = scene.shown_unit(UNITS[unit][0])
             rows.append(_row("q", first + k, name, symbols[name], shown, span, at, led=prescribed))
         if ball is not None and (tied is None or first + ball in tied.moved):
             rows.append({"heading": in_html(joint.name)})
             angles = roll_pitch_yaw(begun.q[first + ball : first + ball + 4])
             for k, ((word, size), angle) in enumerate(zip(TURNS, angles, strict=True)):
-                one = _row("turn", turned + k, word, "", shown_unit(scene, "rad"), (-size, size), angle)
+                one = _row("turn", turned + k, word, "", scene.shown_unit("rad"), (-size, size), angle)
                 rows.append({**one, "word": word, "joint": in_html(joint.name)})
             turned += 3
         first += len(joint.coordinates)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.draw import Formed, drawn, from_zero, mark_of
+from symdyn.draw import Formed, drawn, from_zero
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Load, Scene, Strut
+from symdyn.scene import FORCES, GROUND, JOINTS, Load, Scene, Strut
 from symdyn.scene.joints import AXES, unit
 from symdyn.spatial import Vec, add, apply, cross, scale, sub
 
@@ -199,12 +199,12 @@ class Sheet:
             if isinstance(one, Load):
                 yield self._made("load", (*rows, self._direction(self._found["force", one])), one.place.body, one.name)
             elif rows:
-                yield self._made(mark_of(one).page, rows, GROUND)
+                yield self._made(FORCES[one.kind].lines.page, rows, GROUND)
             else:
                 rows, slides, child = self._hinges[one.joint]
                 joint = next(joint for joint in scene.joints if joint.name == one.joint)
                 where = "turn" if not slides else "zero" if from_zero(scene, joint) else "slide"
-                yield self._made(f"{mark_of(one).page}_{where}", rows, child)
+                yield self._made(f"{FORCES[one.kind].lines.page}_{where}", rows, child)
 
 
 def _turned(frame: Sequence[Expr], way: Vec) -> Vec:

@@ -6,20 +6,22 @@ from typing import Any
 
 from symdyn.draw import from_latex
 from symdyn.emit.print import latex_symbols
-from symdyn.scene import Scene, coordinate_units, shown_unit, velocity_units
-from symdyn.scene.joints import quaternion
+from symdyn.scene import JOINTS, Scene, SceneUnits
 from symdyn.teach.interactive.controls import UNITS
 
 
 def plotted(scene: Scene) -> list[dict[str, Any]]:
     """Return plots over time: what they are of, which entries (those of one unit), and the words of their axis."""
     symbols, found = latex_symbols(scene), []
-    kinds = (("q", scene.coordinates, coordinate_units(scene), 0), ("qd", scene.velocities, velocity_units(scene), 1))
+    kinds = (
+        ("q", scene.coordinates, SceneUnits(scene).coordinates, 0),
+        ("qd", scene.velocities, SceneUnits(scene).velocities, 1),
+    )
     for group, names, units, order in kinds:
         for unit in dict.fromkeys(units):
             rows = [k for k, one in enumerate(units) if one == unit]
             text = ", ".join(from_latex(symbols[names[k]]).plain for k in rows)
-            printed = shown_unit(scene, UNITS[unit][order])
+            printed = scene.shown_unit(UNITS[unit][order])
             found.append({"group": group, "rows": rows, "unit": f"{text}, {printed}" if printed else text})
     return found
 
@@ -27,13 +29,13 @@ def plotted(scene: Scene) -> list[dict[str, Any]]:
 def pairs(scene: Scene) -> list[tuple[int, int, str, str]]:
     """Return (coordinate, velocity, words of both axes) where the velocity is the coordinate's rate."""
     symbols, found, first, start = latex_symbols(scene), [], 0, 0
-    units = coordinate_units(scene)
+    units = SceneUnits(scene).coordinates
     for joint in scene.moving:
-        ball = quaternion(joint)
+        ball = JOINTS[joint.type].quaternion(joint)
         for k in range(len(joint.coordinates) if ball is None else ball):
             i, j = first + k, start + k
             q, u = (from_latex(symbols[name]).plain for name in (scene.coordinates[i], scene.velocities[j]))
-            place, rate = (shown_unit(scene, one) for one in UNITS[units[i]][:2])
+            place, rate = (scene.shown_unit(one) for one in UNITS[units[i]][:2])
             found.append((i, j, ", ".join(filter(None, (q, place))), ", ".join(filter(None, (u, rate)))))
         first, start = first + len(joint.coordinates), start + len(joint.rates)
     return found

@@ -22,8 +22,8 @@ from symdyn.dynamics.mechanism import TIME, solve
 from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
+from symdyn.scene import JOINTS
 from symdyn.scene.forces import elastic
-from symdyn.scene.joints import quaternion
 
 ACTING = "acting"
 
@@ -92,7 +92,7 @@ def _moved(w: Workspace, closing: Sequence[Block]) -> dict[int, int]:
     dependent = {k for block in closing for k in block.velocities}
     still = _left_alone(w, [block for block in closing if len(block.rows) < len(block.velocities)])
     for joint in w.scene.moving:
-        size, ball = len(joint.coordinates), quaternion(joint)
+        size, ball = len(joint.coordinates), JOINTS[joint.type].quaternion(joint)
         places, velocities = range(q, q + size), range(u, u + len(joint.rates))
         if ball is None:
             found |= {q + k: u + k for k in range(size) if u + k not in dependent}

@@ -7,7 +7,7 @@ from typing import Any
 
 from symdyn.emit import in_html
 from symdyn.emit.print import Letters, head, latex_symbols, together
-from symdyn.scene import Scene, acceleration_name, drives_with_units, shown_unit, velocity_units
+from symdyn.scene import Scene, SceneUnits, acceleration_name
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.mathml import inline
@@ -23,7 +23,7 @@ PHRASES = (
 def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return, row by row, its name, its unit and its terms."""
     symbols, letters = latex_symbols(scene), Letters(scene)
-    units = velocity_units(scene)
+    units = SceneUnits(scene).velocities
     slides = [units[velocity] == "m" for velocity in computed.rows]
     tables = []
     for i, velocity in enumerate(computed.rows):
@@ -38,11 +38,11 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
             {
                 "label": inline(label),
                 "passive": passive,
-                "unit": shown_unit(scene, UNITS[units[velocity]][3]),
+                "unit": scene.shown_unit(UNITS[units[velocity]][3]),
                 "terms": [
                     {
                         "number": k,
-                        "unit": shown_unit(scene, coefficient_unit(term.of, [i + 1 for i in term.indices], slides)),
+                        "unit": scene.shown_unit(coefficient_unit(term.of, [i + 1 for i in term.indices], slides)),
                         **_term(scene, term, symbols, letters, words, "*" if computed.held else ""),
                     }
                     for k, term in terms
@@ -80,12 +80,12 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
     symbols, multiplier = latex_symbols(scene), head(Letters(scene)["lambda"])
     rows = []
     driven = [k for k, drive in enumerate(scene.drives) if drive]
-    for k, (joint, drive, unit) in zip(driven, drives_with_units(scene), strict=True):
+    for k, (joint, drive, unit) in zip(driven, SceneUnits(scene).each_drive(), strict=True):
         if k in computed.held.drives:
             text = words["drive"].format(joint=joint.name)
             rows.append(
                 _exerted(
-                    inline(symbols[drive]), text, shown_unit(scene, unit).replace(" ", "\u202f"), "inverse_dynamics", k
+                    inline(symbols[drive]), text, scene.shown_unit(unit).replace(" ", "\u202f"), "inverse_dynamics", k
                 )
             )
     for k, (owner, wrench) in enumerate(computed.held.multipliers):
@@ -94,9 +94,7 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
             text = text.replace(phrase, words[phrase])
         unit = "N" if wrench.startswith("force") else UNITS["rad"][3] if wrench.startswith("moment") else ""
         rows.append(
-            _exerted(
-                inline(rf"{multiplier}_{{{k + 1}}}"), f"{owner}: {text}", shown_unit(scene, unit), "multipliers", k
-            )
+            _exerted(inline(rf"{multiplier}_{{{k + 1}}}"), f"{owner}: {text}", scene.shown_unit(unit), "multipliers", k)
         )
     return rows
 

@@ -31,8 +31,7 @@ from symdyn.dynamics.mechanism import (
 from symdyn.dynamics.roads import unique
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
-from symdyn.scene import GROUND, Body, Joint, Strut, express, pull_of
-from symdyn.scene.joints import quaternion
+from symdyn.scene import FORCES, GROUND, JOINTS, Body, Joint, Strut
 from symdyn.spatial import (
     Mat,
     Vec,
@@ -120,8 +119,8 @@ def _masses(w: Workspace, body: Body) -> Iterator[tuple[Expr, Vec, Mat | None]]:
     """Yield mass, place, and inertia about it of the masses of a body, body frame; None for a particle."""
     graph = w.graph
     for particle in body.particles:
-        yield express(particle.mass, graph), vector(particle.at, graph), None
-    m, inertia = express(body.mass, graph), symmetric(*(express(x, graph) for x in body.inertia))
+        yield particle.mass.express(graph), vector(particle.at, graph), None
+    m, inertia = body.mass.express(graph), symmetric(*(x.express(graph) for x in body.inertia))
     if m.is_zero and all(x.is_zero for row in inertia for x in row):
         return
     at = vector(body.com, graph) if body.com is not None else zero_vector(graph)
@@ -158,7 +157,7 @@ def _actions(w: Workspace, found: Mapping[Key, tuple[Expr, ...]]) -> Iterator[tu
     for joint in scene.moving:
         moves = [x for key, x in found.items() if key[:2] == ("move", joint.name)]
         slides = [key[3] for key in found if key[:2] == ("move", joint.name)]
-        if quaternion(joint) is not None or len(moves) != len(joint.rates):
+        if JOINTS[joint.type].quaternion(joint) is not None or len(moves) != len(joint.rates):
             continue
         for name, slide, axis in zip(joint.rates, slides, moves, strict=True):
             k = scene.velocities.index(name)
@@ -178,7 +177,7 @@ def _resisting(w: Workspace, joint: Joint, k: int) -> Expr:
         own = [strut for strut in w.scene.struts if isinstance(strut, Strut) and strut.joint == joint.name]
         (speed,) = joint_rates(joint, w.graph)
         for strut in own:
-            total = total - pull_of(strut).force(strut, joint_position(joint, w.graph), speed)
+            total = total - FORCES[strut.kind].pull.force(strut, joint_position(joint, w.graph), speed)
     return total
 
 

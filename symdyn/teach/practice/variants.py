@@ -30,10 +30,9 @@ from symdyn.scene import (
     Pose,
     Quantity,
     Scene,
+    SceneUnits,
     Spring,
     Strut,
-    coordinates_with_units,
-    express,
     number,
     read_text,
     symbol,
@@ -283,7 +282,7 @@ def _plane(scene: Scene) -> int | None:
 
 
 def _units(scene: Scene) -> dict[str, str]:
-    return {q: unit for _, q, unit in coordinates_with_units(scene)}
+    return {q: unit for _, q, unit in SceneUnits(scene).each_coordinate()}
 
 
 def _with(scene: Scene, old: Joint, new: Joint) -> Scene:
@@ -297,7 +296,7 @@ def _unit(k: int) -> Vector:
 
 def _along(vector: Vector) -> dict[str, Form]:
     graph = Graph()
-    return dict(zip("xyz", (form_of(express(x, graph)) for x in vector), strict=True))
+    return dict(zip("xyz", (form_of(x.express(graph)) for x in vector), strict=True))
 
 
 CHANGES: tuple[Callable[[Scene, random.Random], Drawn], ...] = (_mass, _length, _sense, _direction, _gravity, _spring)

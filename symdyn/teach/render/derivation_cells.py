@@ -22,7 +22,7 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.emit.code import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import GROUND, Body, Scene, express
+from symdyn.scene import GROUND, Body, Scene
 from symdyn.spatial import symmetric, unit_transform
 from symdyn.teach.masses import AXES, masses
 from symdyn.unlocked import cached_property
@@ -196,11 +196,11 @@ class Cells:
                 tag = self._plain(self.tags[body.name, count])
                 first = self._extended(body) and count == 0
                 mass = body.mass if first else body.particles[count - self._extended(body)].mass
-                m = self._factor(express(mass, graph))
+                m = self._factor(mass.express(graph))
                 lines.append(f"v{tag} = r{tag}.diff(t)")
                 turned = [f"W{k} = R{k}.T * R{k}.diff(t)", f"omega{k} = Matrix([W{k}[2, 1], W{k}[0, 2], W{k}[1, 0]])"]
                 terms, down = [f"{m} * v{tag}.dot(v{tag}) / 2"], f"{m} * r{tag}"
-                inertia = symmetric(*(express(x, graph) for x in body.inertia))
+                inertia = symmetric(*(x.express(graph) for x in body.inertia))
                 if first and not all(x.is_zero for row in inertia for x in row):
                     lines += turned
                     terms.append(f"omega{k}.dot({self.matrix(inertia)} * omega{k}) / 2")
@@ -213,7 +213,7 @@ class Cells:
                 kinetic.append(f"K{tag}")
                 potential.append(f"P{tag}")
         for joint in scene.joints:
-            if joint.moves and not express(joint.armature, graph).is_zero:
+            if joint.moves and not joint.armature.express(graph).is_zero:
                 kinetic.append(self.text(rotor_energy(joint, self.state.velocity, graph)))
         springs = elastic_energy(scene, graph)
         potential += [] if springs.is_zero else [self.text(springs)]

@@ -11,7 +11,7 @@ from typing import Any
 from symdyn.emit import in_code, in_markdown
 from symdyn.emit.code import page_stem
 from symdyn.emit.print import text_of
-from symdyn.scene import write_text, written_in_si
+from symdyn.scene import write_text
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.exercises import answer_of
@@ -67,7 +67,7 @@ def _cells(document: Document) -> Iterator[Cell]:
     yield _text("title", f"# {in_markdown(document.title)}")
     asked = any(isinstance(block, Blank) for _, block in document.blocks())
     setup = (SETUP + EXERCISES if asked else SETUP).format(
-        scene=in_code(write_text(written_in_si(document.scene), "toml").text),
+        scene=in_code(write_text(document.scene.in_si(), "toml").text),
         language=document.language,
         road=document.road,
     )

@@ -12,7 +12,6 @@ from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import Printable
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.scene import express
 from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import Lesson, named, together
@@ -45,7 +44,7 @@ def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
         forms += [form for form, _ in shares]
         nodes += [node for _, node in shares]
     for joint in lesson.scene.joints:
-        if joint.moves and not express(joint.armature, lesson.graph).is_zero:
+        if joint.moves and not joint.armature.express(lesson.graph).is_zero:
             momentum = gradient(rotor_energy(joint, lesson.state.velocity, lesson.graph), [u])
             (node,) = tangents(momentum, lesson.state.acceleration)
             if terms_of(form := lesson.short(node)):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from symdyn.emit.print import refuse_too_long
 from symdyn.errors import EmitError, NoValueError
 from symdyn.scene import Scene, SceneLike, scene_of, with_symbols
-from symdyn.scene.values import as_parameters, in_language
+from symdyn.scene.values import in_language
 from symdyn.teach.document import Document
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.lesson import SMALL_SCENE, Prose, is_tied
@@ -88,7 +88,7 @@ def walkthrough(
     """
     scene = scene_of(scene)
     road = road or usual_road(scene)
-    scene = as_parameters(scene)
+    scene = scene.as_parameters()
     for name, value, known in (("language", language, languages()), ("detail", detail, DETAILS), ("road", road, ROADS)):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")

@@ -15,7 +15,6 @@ from symdyn.bounds import BOUNDS
 from symdyn.emit.print import Printable, printable
 from symdyn.errors import DerivationError, TeachError
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import as_parameters
 from symdyn.teach.student.answer import EMPTY, EQUAL, Answer
 from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.equation import untitled, without_slope
@@ -45,7 +44,7 @@ def check_derivation(
     most = BOUNDS["lines of a student's file"]
     if (lines := sum(1 for line in text.splitlines() if line.strip())) > most:
         raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
-    scene = as_parameters(scene_of(scene))
+    scene = scene_of(scene).as_parameters()
     page = printable(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
     others = (*multipliers, *page.lengths.explicit)

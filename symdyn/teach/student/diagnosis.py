@@ -8,7 +8,7 @@ from math import isfinite
 from symdyn.algebra import Form, express_form, form_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.mistakes import FREE, MOST, Mistake, mistakes
 from symdyn.teach.student.points import NONE, SCALED, Points, points_of
@@ -104,7 +104,7 @@ class Diagnosis:
         if bound:
             graph = node.graph
             values = {
-                graph.symbol(p.name): express(p.value, graph) for p in self.scene.parameters if p.value is not None
+                graph.symbol(p.name): p.value.express(graph) for p in self.scene.parameters if p.value is not None
             }
             node = substitute([node], values)[0]
         return form_of(node)

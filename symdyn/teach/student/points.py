@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from symdyn.algebra import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.scene import Scene, acceleration_name, coordinate_units, drives_with_units, velocity_units
+from symdyn.scene import Scene, SceneUnits, acceleration_name
 from symdyn.scene.values import UnitError, known_value, read_unit
 from symdyn.teach.student.vocabulary import Names
 
@@ -113,14 +113,14 @@ def _scales(scene: Scene, others: Mapping[str, str]) -> dict[str, float]:
         if powers is None:
             return {}
         found[parameter.name] = _scale(powers)
-    rates = zip(scene.velocities, velocity_units(scene), strict=True)
+    rates = zip(scene.velocities, SceneUnits(scene).velocities, strict=True)
     second = SCALES[2]
     for velocity, unit in rates:
         found[velocity] = _scale(powers_of(unit)) / second
         found[acceleration_name(velocity)] = found[velocity] / second
-    for coordinate, unit in zip(scene.coordinates, coordinate_units(scene), strict=True):
+    for coordinate, unit in zip(scene.coordinates, SceneUnits(scene).coordinates, strict=True):
         found[coordinate] = _scale(powers_of(unit))
-    for _, drive, unit in drives_with_units(scene):
+    for _, drive, unit in SceneUnits(scene).each_drive():
         found[drive] = _scale(powers_of(unit))
     return found | {name: _scale(powers_of(unit)) if unit else float("nan") for name, unit in others.items()}
 

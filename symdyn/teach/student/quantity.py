@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from symdyn.algebra import MINUS_ONE, ZERO, Form, express_form, form_of, in_place, product_of, sum_of, symbols_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene
 from symdyn.teach.student.answer import EQUAL, ROUNDED, Answer
 from symdyn.teach.student.differences import differences
 from symdyn.verdict import DIFFERENT, PROVED
@@ -51,7 +51,7 @@ def _values(found: Form, right: Form, scene: Scene) -> dict[str, Form]:
     """Return the numbers of parameters that only the right formula names."""
     absent = set(symbols_of(right)) - set(symbols_of(found))
     values = {p.name: p.value for p in scene.parameters if p.name in absent and p.value is not None}
-    return {name: form_of(express(value, Graph())) for name, value in values.items()}
+    return {name: form_of(value.express(Graph())) for name, value in values.items()}
 
 
 def equality(name: str, found: Form, right: Form, scene: Scene) -> Finding:

@@ -18,7 +18,7 @@ from symdyn.algebra import Form, Function, Symbol, sum_of
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import Scene, acceleration_name, coordinate_units, velocity_name
+from symdyn.scene import Scene, SceneUnits, acceleration_name, velocity_name
 from symdyn.scene.values import LONGEST
 from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
@@ -156,7 +156,7 @@ class Names:
         """Return c12 for cos(q1 + q2), and so on, as far as the scene has no symbol of that name."""
         if len(self.scene.coordinates) > FEW:
             return {}
-        units = coordinate_units(self.scene)
+        units = SceneUnits(self.scene).coordinates
         angles = [i for i, unit in enumerate(units) if unit == "rad"]
         found: dict[str, Form] = {}
         for count in range(1, len(angles) + 1):

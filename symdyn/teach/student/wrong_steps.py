@@ -8,7 +8,7 @@ from itertools import permutations
 from symdyn.algebra import express_form, form_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course, Parts
 from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.wrong_energies import wrong_energies
@@ -230,7 +230,7 @@ def _forces(course: Course) -> Iterator[Expr]:
     g = next((x for x in course.gravity if not x.is_zero), None)
     if g is None:
         return
-    units = coordinate_units(course.scene)
+    units = SceneUnits(course.scene).coordinates
     masses = [course.graph.total(part.m for part in course.parts), *(part.m for part in course.parts)]
     tails = [course.graph.total(part.m for part in course.parts[k:]) for k in range(len(course.parts))]
     for m in (*masses, *tails):

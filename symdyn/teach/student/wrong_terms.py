@@ -6,22 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import (
-    ONE,
-    Form,
-    Function,
-    Power,
-    Product,
-    Sum,
-    express_form,
-    form_of,
-    power_of,
-    product_of,
-    sum_of,
-)
+from symdyn.algebra import ONE, Form, Function, Power, Product, Sum, express_form, form_of, power_of, product_of, sum_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.differences import split_terms
 from symdyn.teach.student.wrong_energies import from_ground
@@ -112,7 +100,7 @@ def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
     for parameter in course.scene.parameters:
         if parameter.unit:
             groups.setdefault(parameter.unit, []).append((graph.symbol(parameter.name),))
-    for unit, q, u, a in zip(coordinate_units(course.scene), state.q, state.qd, state.qdd, strict=True):
+    for unit, q, u, a in zip(SceneUnits(course.scene).coordinates, state.q, state.qd, state.qdd, strict=True):
         groups.setdefault(f"q {unit}", []).append((q, u, a))
         for kind, one in (("only q", q), ("only u", u), ("only a", a)):
             groups.setdefault(f"{kind} {unit}", []).append((one,))

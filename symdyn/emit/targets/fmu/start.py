@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.dynamics.mechanism import at_time, prescribed
 from symdyn.errors import EmitError
 from symdyn.graph import evaluate
-from symdyn.scene import Scene, starting_velocity
+from symdyn.scene import Scene, start_of
 
 
 def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
@@ -22,7 +22,7 @@ def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
     from symdyn.dynamics.loops import Numbers, closed_position, declared_rates, fitting
 
     numbers = Numbers(scene)
-    q, u = numbers.start(), [numbers.value(x) for x in starting_velocity(scene)]
+    q, u = numbers.start(), [numbers.value(x) for x in start_of(scene).velocity]
     motion = prescribed(scene, numbers.graph)
     known = numbers.parameters | at_time(scene, numbers.graph)
     count = len(motion.place)

@@ -9,17 +9,7 @@ from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import PARAMS, Program
-from symdyn.scene import (
-    Quantity,
-    Scene,
-    coordinates_with_units,
-    drives_with_units,
-    output_units,
-    shown_unit,
-    told_units,
-    velocity_name,
-    velocity_units,
-)
+from symdyn.scene import Quantity, Scene, SceneUnits, velocity_name
 from symdyn.scene.values import known_value
 
 TIME = "t"
@@ -77,26 +67,26 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
     shown = "local" if outputs else "output"
     named = [TIME, *scene.coordinates, *scene.velocities]
     named += [f"der({name})" for name in named[1:]]
-    forces, units = driven(scene), {drive: unit for _, drive, unit in drives_with_units(scene)}
+    forces, units = driven(scene), {drive: unit for _, drive, unit in SceneUnits(scene).each_drive()}
     inputs = [*filter(None, forces), *(one.name for one in scene.inputs)]
     free = parameters_of(program)
     named += [*inputs, *outputs, *free]
     place = {name: k for k, name in enumerate(named)}
     limits, depends = _limits(scene), _depends(program, place)
-    found = [Variable(0, TIME, "independent", None, shown_unit(scene, "s"), "time")]
+    found = [Variable(0, TIME, "independent", None, scene.shown_unit("s"), "time")]
     for name, value in zip([*scene.coordinates, *scene.velocities], [*q, *u], strict=True):
         least, most = limits.get(name, (None, None))
         unit, text = words[name]
-        unit = shown_unit(scene, unit)
+        unit = scene.shown_unit(unit)
         found.append(Variable(place[name], name, shown, value, unit, text, 0, (place[name],), least, most))
     for name in [*scene.coordinates, *scene.velocities]:
         rate = f"der({name})"
         unit = f"{words[name][0]}/s" if words[name][0] not in ("rad/s", "m/s") else f"{words[name][0]}^2"
-        unit = shown_unit(scene, unit)
+        unit = scene.shown_unit(unit)
         found.append(Variable(place[rate], rate, "local", None, unit, f"rate of {name}", place[name], depends[rate]))
     for name in filter(None, forces):
-        found.append(Variable(place[name], name, "input", 0.0, shown_unit(scene, units[name]), "driving force"))
-    told, looked = told_units(scene), output_units(scene)
+        found.append(Variable(place[name], name, "input", 0.0, scene.shown_unit(units[name]), "driving force"))
+    told, looked = SceneUnits(scene).told, SceneUnits(scene).outputs
     for one in scene.inputs:
         found.append(Variable(place[one.name], one.name, "input", _number(one.value, 0.0), told[one.name], one.text))
     for signal in scene.outputs:
@@ -113,8 +103,8 @@ def variables(program: Program, q: Sequence[float], u: Sequence[float]) -> tuple
 
 def _words(scene: Scene) -> dict[str, tuple[str, str]]:
     """Return unit and description of every state."""
-    words = {q: (unit, f"position, joint {joint.name}") for joint, q, unit in coordinates_with_units(scene)}
-    speeds = iter(velocity_units(scene))
+    words = {q: (unit, f"position, joint {joint.name}") for joint, q, unit in SceneUnits(scene).each_coordinate()}
+    speeds = iter(SceneUnits(scene).velocities)
     for joint in scene.moving:
         words |= {u: (f"{next(speeds)}/s", f"velocity, joint {joint.name}") for u in joint.rates}
     return words

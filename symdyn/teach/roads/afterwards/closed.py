@@ -12,7 +12,7 @@ import numpy as np
 from symdyn.algebra import Form, Symbol
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
 from symdyn.linear import Equilibria, Linearization, linearize_at_rest, prepared, settled, stability, steady_next_to
-from symdyn.scene import coordinate_units, in_shown_unit, velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.simulation import Forces, read_start
 from symdyn.teach.document import Block, Section, Step, Words
 from symdyn.teach.lesson import Prose, together
@@ -59,7 +59,7 @@ def _places(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) 
     scene = lesson.scene
     shown = [k for k, q in enumerate(scene.coordinates) if q not in found.idle]
     heads: list[str | Symbol] = [*(Symbol(scene.coordinates[k]) for k in shown), "equilibria.kind", "closed.values"]
-    units = coordinate_units(scene)
+    units = SceneUnits(scene).coordinates
     rows: list[list[str | Form | Words]] = []
     for one in systems:
         place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
@@ -69,7 +69,7 @@ def _places(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) 
 
 def _crossings(lesson: Prose, found: Equilibria) -> Block:
     """Return the table of places where it rests and branches of loops meet."""
-    scene, units = lesson.scene, coordinate_units(lesson.scene)
+    scene, units = lesson.scene, SceneUnits(lesson.scene).coordinates
     shown = [k for k, q in enumerate(scene.coordinates) if q not in found.idle]
     rows = [[_with_unit(lesson, float(one.q[k]) + 0.0, units[k]) for k in shown] for one in found.crossings]
     return lesson.table([Symbol(scene.coordinates[k]) for k in shown], rows)
@@ -92,7 +92,7 @@ def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
         return None
     if one is None or one.kind != "steady":
         return None
-    units, rates = coordinate_units(scene), velocity_units(scene)
+    units, rates = SceneUnits(scene).coordinates, SceneUnits(scene).velocities
     moving = np.abs(asked.kinematics(one.point.q)[1] @ one.point.u) > MOVES
     free = {*one.dropped, *one.cyclic, *idle}
     q = [k for k, name in enumerate(scene.coordinates) if not (name in free or moving[k] or units[k] == "1")]
@@ -108,7 +108,7 @@ def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
 
 
 def _with_unit(lesson: Prose, x: float, unit: str) -> str:
-    return lesson.written(x) if unit == "1" else in_shown_unit(lesson.scene, lesson.written(x), unit)
+    return lesson.written(x) if unit == "1" else lesson.scene.in_shown_unit(lesson.written(x), unit)
 
 
 def _values(lesson: Prose, one: Linearization) -> str:

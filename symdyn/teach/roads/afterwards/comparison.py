@@ -16,7 +16,7 @@ from symdyn.draw import Array, lettered
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable, latex_symbols
 from symdyn.graph import Expr, evaluate, gradient, reachable
-from symdyn.scene import coordinate_units, in_shown_unit, shown_unit
+from symdyn.scene import SceneUnits
 from symdyn.teach.document import Picture, Step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.roads.afterwards.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, plain, with_unit
@@ -70,23 +70,23 @@ def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | N
     if found is None:
         return None
     names = [lesson.text("compare.all"), *(lesson.text(f"compare.{kind}") for kind in kinds)]
-    units, symbols = coordinate_units(lesson.scene), latex_symbols(lesson.scene)
+    units, symbols = SceneUnits(lesson.scene).coordinates, latex_symbols(lesson.scene)
     panels, last = [], float(found.t[-1])
     for i, q in enumerate(lesson.state.q):
         low, high = float(found.q[:, i].min()), float(found.q[:, i].max())
         room = 0.06 * (high - low) or 0.5
-        label = with_unit(lettered(symbols[str(q.value)]), shown_unit(lesson.scene, units[i]))
+        label = with_unit(lettered(symbols[str(q.value)]), lesson.scene.shown_unit(units[i]))
         curves = [
             Curve(np.stack([found.t, found.q[k, i]], axis=1), LOOKS[k], plain(name) if i == 0 else None)
             for k, name in enumerate(names)
         ]
-        time = with_unit(lettered("t"), shown_unit(lesson.scene, "s"))
+        time = with_unit(lettered("t"), lesson.scene.shown_unit("s"))
         corners = (0.0, low - room), (last, high + room)
         panels.append(Panel(time, label, *corners, curves, (), (False, False), HIGH * 0.75))
     title = lesson.text("compare.alt", scene=lesson.scene.name)
     picture = Picture(chart(title, panels, lesson.written, "compare-"), lesson.say("compare.caption"), title, "compare")
     apart = [float(np.abs(found.q[k] - found.q[0]).max()) for k in range(len(names))]
-    left = [in_shown_unit(lesson.scene, lesson.about(_clean(x, found.energy)), "J") for x in found.balance.tolist()]
+    left = [lesson.scene.in_shown_unit(lesson.about(_clean(x, found.energy)), "J") for x in found.balance.tolist()]
     rows = [(name, left[k], "–" if not k else lesson.written(apart[k])) for k, name in enumerate(names)]
     table = lesson.table(("compare.which", "compare.balance", "compare.apart"), rows)
     claim = lesson.say("compare", number=str(len(names)), seconds=lesson.written(last))

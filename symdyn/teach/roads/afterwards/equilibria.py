@@ -20,7 +20,7 @@ from symdyn.algebra import Form, Number, Pi, Ratios, express_form, power_of, pro
 from symdyn.draw import Array
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.singular_places import Judge
@@ -142,7 +142,10 @@ class Rest:
         acting = substitute(generalized_forces(lesson.scene, graph), dict.fromkeys(state.qd, graph.zero))
         self.lesson, self.chosen = lesson, chosen
         self.forces = [a - b for a, b in zip(slopes, acting, strict=True)]
-        units, needed = dict(zip(state.q, coordinate_units(lesson.scene), strict=True)), set(reachable(self.forces))
+        units, needed = (
+            dict(zip(state.q, SceneUnits(lesson.scene).coordinates, strict=True)),
+            set(reachable(self.forces)),
+        )
         self.q = [q for q in state.q if q in needed]
         self.angles = [units[q] == "rad" for q in self.q]
 

@@ -24,7 +24,7 @@ from symdyn.algebra import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.equilibria import Place, Rests
@@ -184,7 +184,7 @@ def _modes(lesson: Lesson, place: Place, near: FirstOrder, chosen: Chosen) -> li
         return [lesson.say("near.one", told=str(rows[0][1]))]
     heads: list[str | Symbol] = ["near.mode", "near.mode.kind", *(named(lesson.state.q[k]) for k in near.moved)]
     blocks: list[Block] = [lesson.say("near.modes"), lesson.table(heads, rows)]
-    units = coordinate_units(lesson.scene)
+    units = SceneUnits(lesson.scene).coordinates
     for k, (square, shape) in enumerate(near.modes, 1):
         if square > 0 and place.kind == "stable" and len(near.moved) <= MOST_FREEDOMS:
             whole = np.zeros(len(near.at))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from symdyn.algebra import Batches
 from symdyn.draw import Array, Text, lettered
 from symdyn.emit.print import head, latex_symbols
 from symdyn.graph import Expr, evaluate
-from symdyn.scene import coordinate_units, in_shown_unit, shown_unit
+from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Letter, Picture, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.charts import (
@@ -59,7 +58,7 @@ def phase_step(lesson: Lesson, left: Reduced) -> Step | None:
     curves = [curve for level in levels for curve in _curves(x, m, V, level, SOLID)]
     curves += [curve for level in passes for curve in _curves(x, m, V, level, DASHED)]
     q, rate = _spelled(lesson, left.r)
-    shown = partial(shown_unit, lesson.scene)
+    shown = lesson.scene.shown_unit
     unit, per_second = (shown("rad"), shown("rad/s")) if left.turns else (shown("m"), shown("m/s"))
     bottom, ceiling = valley - 0.08 * (top - valley), valley + 1.06 * (top - valley)
     marks = [(place, STABLE if curvature > 0 else UNSTABLE) for place, curvature, _ in rests]
@@ -92,7 +91,7 @@ def landscape_step(lesson: Lesson, found: Rests, chosen: Chosen) -> Step | None:
     """Return the lines of equal potential energy over two coordinates; None where others decide."""
     if len(found.rest.q) != 2:
         return None
-    state, units = lesson.state, coordinate_units(lesson.scene)
+    state, units = lesson.state, SceneUnits(lesson.scene).coordinates
     which = [state.q.index(q) for q in found.rest.q]
     places = np.array([place.at for place in found.places]).reshape(-1, 2)
     turns = [units[k] == "rad" for k in which]
@@ -115,14 +114,14 @@ def landscape_step(lesson: Lesson, found: Rests, chosen: Chosen) -> Step | None:
         for place in found.places
         for at in _images(place.at, turns)
     ]
-    names = [with_unit(_spelled(lesson, k)[0], shown_unit(lesson.scene, units[k])) for k in which]
+    names = [with_unit(_spelled(lesson, k)[0], lesson.scene.shown_unit(units[k])) for k in which]
     panel = Panel(
         names[0], names[1], (spans[0][0], spans[1][0]), (spans[0][1], spans[1][1]), curves,
         marks, (turns[0], turns[1]), 330.0,
     )  # fmt: skip
     title = lesson.text("landscape.alt", scene=lesson.scene.name)
     svg = chart(title, [panel], lesson.written, "landscape-")
-    caption = lesson.say("landscape.caption", step=in_shown_unit(lesson.scene, lesson.written(step), "J"))
+    caption = lesson.say("landscape.caption", step=lesson.scene.in_shown_unit(lesson.written(step), "J"))
     claim = lesson.say("landscape", names=together([named(q) for q in found.rest.q]))
     shown = Picture(svg, caption, title, "landscape")
     return Step("landscape", claim, (shown,), lesson.say("landscape.reason"), show=("energies", "angles"))

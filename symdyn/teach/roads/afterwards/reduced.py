@@ -19,7 +19,7 @@ from symdyn.draw import Array
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.scene import coordinate_units
+from symdyn.scene import SceneUnits
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.shown_state import Chosen
 
@@ -58,7 +58,7 @@ class Reduced:
     @property
     def turns(self) -> bool:
         """Whether it is an angle."""
-        return coordinate_units(self.lesson.scene)[self.r] == "rad"
+        return SceneUnits(self.lesson.scene).coordinates[self.r] == "rad"
 
     @property
     def couples(self) -> bool:

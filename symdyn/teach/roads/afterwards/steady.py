@@ -32,7 +32,7 @@ from symdyn.algebra import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, evaluate, gradient
-from symdyn.scene import coordinate_units, in_shown_unit
+from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import Reduced
@@ -149,18 +149,18 @@ def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:
         found = left.level(-math.pi, math.pi)
     if not found:
         return [lesson.say("steady.nowhere")]
-    units = coordinate_units(lesson.scene)
+    units = SceneUnits(lesson.scene).coordinates
     unit = units[left.r]
     rows = []
     for place, curvature, m in found:
         at = zip(left.cyclic, _rates(left, place), strict=True)
-        rates = [in_shown_unit(lesson.scene, lesson.written(x), f"{units[k]}/s") for k, x in at]
+        rates = [lesson.scene.in_shown_unit(lesson.written(x), f"{units[k]}/s") for k, x in at]
         kind = lesson.text("equilibria.stable" if curvature > 0 else "equilibria.unstable")
         time = "–"  # nothing that has inertia moves next to it
         if m > 0:
             root = math.sqrt(abs(curvature) / m)
             time = lesson.text("steady.swing" if curvature > 0 else "steady.leave", rate=lesson.written(root))
-        rows.append([in_shown_unit(lesson.scene, lesson.written(place), unit), *rates, kind, time])
+        rows.append([lesson.scene.in_shown_unit(lesson.written(place), unit), *rates, kind, time])
     heads: list[str | Symbol] = [named(left.q), *(named(lesson.state.qd[k]) for k in left.cyclic)]
     key = "steady.numbers.led" if left.led else "steady.numbers.free"
     return [lesson.say(key), lesson.table([*heads, "equilibria.kind", "steady.next"], rows)]

@@ -20,7 +20,7 @@ from math import pi, remainder
 from symdyn.algebra import MINUS_ONE, ZERO, Form, Function, Power, Symbol, factors_of, product_of, sum_of, terms_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
-from symdyn.scene import velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Formula, Letter, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.roads.dalembert.balance import Balance
@@ -190,7 +190,7 @@ class Root:
 
 def _placed(solving: Solving, gap: Sequence[Expr], u: int, v: int) -> tuple[tuple[Block, ...], Words] | None:
     """Return the formulas of u and v and how they come about; None if the gap is no such sum of vectors."""
-    lesson, graph, units = solving.lesson, solving.lesson.graph, velocity_units(solving.lesson.scene)
+    lesson, graph, units = solving.lesson, solving.lesson.graph, SceneUnits(solving.lesson.scene).velocities
     x, y = lesson.state.q[u], lesson.state.q[v]
     if units[v] != "rad" or (turning := _turned(gap, y)) is None:
         return None

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 from symdyn.algebra import Form
 from symdyn.dynamics.reactions import COUPLING, DRIVE, REACTION
-from symdyn.scene import GROUND, Contact, Scene
-from symdyn.scene.forces import touch_of
+from symdyn.scene import FORCES, GROUND, Contact, Scene
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.roads.dalembert.balance import Balance
@@ -84,7 +83,7 @@ def _contacts(lesson: Balance) -> dict[tuple[str, int], tuple[str, dict[str, str
     found: dict[tuple[str, int], tuple[str, dict[str, str]]] = {}
     unknown = [(one.joint, one.number) for one in lesson.system.unknowns]
     for row in lesson.scene.rows:
-        told = touch_of(row).words(row) if isinstance(row, Contact) else ()
+        told = FORCES[row.kind].touch.words(row) if isinstance(row, Contact) else ()
         if isinstance(row, Contact) and all(told) and (row.name, len(told) - 1) in unknown:
             bodies = (lesson.text("ground") if name == GROUND else name for name in (row.plane.body, row.place.body))
             places = dict(zip(("parent", "child"), bodies, strict=True)) | {"owner": row.name}

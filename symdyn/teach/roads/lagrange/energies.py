@@ -24,7 +24,7 @@ from symdyn.algebra import (
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Joint, express
+from symdyn.scene import Joint
 from symdyn.scene.forces import elastic
 from symdyn.spatial import apply, cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
@@ -46,7 +46,7 @@ def energy_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
         steps += _kinetic(lesson, mass, kinetic)
         steps += _potential(lesson, mass, potential)
     for joint in lesson.scene.joints:
-        if joint.moves and not express(joint.armature, lesson.graph).is_zero:
+        if joint.moves and not joint.armature.express(lesson.graph).is_zero:
             steps.append(_rotor(lesson, joint, kinetic))
     if elastic(lesson.scene):
         steps.append(_springs(lesson, potential))

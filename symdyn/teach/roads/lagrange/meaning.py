@@ -14,7 +14,7 @@ from symdyn.algebra import Form, Symbol, power_of, product_of, sum_of
 from symdyn.dynamics.mechanism import placement, vector
 from symdyn.emit.print import Printable
 from symdyn.graph import Expr
-from symdyn.scene import GROUND, JOINTS, Joint, express
+from symdyn.scene import GROUND, JOINTS, Joint
 from symdyn.scene.joints import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
@@ -116,7 +116,7 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
         node = node + share
         terms += part
         blocks += shown
-    rotor = express(axis.joint.armature, lesson.graph)
+    rotor = axis.joint.armature.express(lesson.graph)
     if not rotor.is_zero:
         node, terms = node + rotor, [*terms, lesson.short(rotor)]
     lesson.name(key, "m" if axis.slides else "I", here, node=node)

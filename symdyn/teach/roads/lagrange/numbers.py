@@ -9,7 +9,7 @@ from symdyn.draw import Lettered, Wrench, picture
 from symdyn.dynamics.mechanism import TIME, vector
 from symdyn.emit.print import Printable, head
 from symdyn.graph import Expr, tangents
-from symdyn.scene import coordinate_units, shown_unit, told_units, velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
 from symdyn.teach.lesson import Lesson, Prose, named
@@ -33,9 +33,9 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     """Return the table of the chosen state."""
     scene, symbol = lesson.scene, lesson.graph.symbol
     symbols = [*(symbol(p.name) for p in scene.parameters), *lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
-    rates = velocity_units(scene)
-    told = told_units(scene)
-    units = [*(told[parameter.name] for parameter in scene.parameters), *coordinate_units(scene)]
+    rates = SceneUnits(scene).velocities
+    told = SceneUnits(scene).told
+    units = [*(told[parameter.name] for parameter in scene.parameters), *SceneUnits(scene).coordinates]
     units += [*(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
     if timed(scene):
         symbols, units = [*symbols, symbol(TIME)], [*units, "s"]
@@ -49,7 +49,7 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
 
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
-    rows, slides = [], [unit == "m" for unit in velocity_units(lesson.scene)]
+    rows, slides = [], [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
     for c in page.written:
         key = coefficient_key(c)
         (value,) = chosen.of(node_of(lesson, key))
@@ -73,7 +73,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     whole, sum_ = sum(map(abs, values)) or 1.0, sum(values)
     sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
     bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
-    total, unit = _drive(lesson, i), shown_unit(lesson.scene, force_unit(velocity_units(lesson.scene)[i]))
+    total, unit = _drive(lesson, i), lesson.scene.shown_unit(force_unit(SceneUnits(lesson.scene).velocities[i]))
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum_, unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"

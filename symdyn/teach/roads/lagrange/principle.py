@@ -8,7 +8,7 @@ from __future__ import annotations
 from symdyn.algebra import MINUS_ONE, Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.emit.print import Printable
-from symdyn.scene import velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Formula, Letter, Name, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 
@@ -73,7 +73,7 @@ def _general(lesson: Lesson) -> tuple[Symbol, Symbol, Symbol, Symbol]:
 def _forces(lesson: Lesson, page: Printable) -> Step:
     """Return Q_i^A of every coordinate: its drive, and what else acts."""
     blocks: list[Block] = []
-    slides = [unit == "m" for unit in velocity_units(lesson.scene)]
+    slides = [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
     acting = generalized_forces(lesson.scene, lesson.graph)
     for i, form in enumerate(page.right):
         key = f"QA:{i + 1}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.algebra import ZERO, Form, Symbol, power_of, product_of
 from symdyn.emit.print import Printable, text_of
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.scene import velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Block, Formula, Name, Step, Words
 from symdyn.teach.lesson import Lesson, named
@@ -20,7 +20,7 @@ SHORT = 4
 
 def rates_step(lesson: Lesson, page: Printable, kind: str, found: list[Mass]) -> Step:
     """Return a table: each coefficient of a product of velocities, and why it is there or not."""
-    rows, slides = [], [unit == "m" for unit in velocity_units(lesson.scene)]
+    rows, slides = [], [unit == "m" for unit in SceneUnits(lesson.scene).velocities]
     for c in page.coefficients:
         if c.kind == kind:
             short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST

@@ -23,7 +23,7 @@ from symdyn.algebra import (
 from symdyn.dynamics.loops import solve_transposed
 from symdyn.emit.print import Printable, head, latex_symbols, text_of
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Scene, row_units
+from symdyn.scene import Scene, SceneUnits
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.roads.lagrange.velocities import folded, length
@@ -150,7 +150,7 @@ def meaning_step(lesson: Constrained) -> Step:
 def unit_of(tie: Tie, scene: Scene) -> str:
     """Return the unit of a multiplier, for a formula of the scene what that tells, "" where it is nothing."""
     if tie.words == "tie.formula":
-        return row_units(scene).get(tie.owner, "")
+        return SceneUnits(scene).rows.get(tie.owner, "")
     return "N m" if tie.words.startswith("tie.moment") else "N"
 
 

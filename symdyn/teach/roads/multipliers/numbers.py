@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Form, Symbol, product_of, signed_product, sum_of, terms_of
 from symdyn.graph import tangents
-from symdyn.scene import velocity_units
+from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import named
@@ -21,7 +21,7 @@ SMALL = 1e-9
 def forces_step(lesson: Constrained, chosen: Chosen) -> Step:
     """Return the multipliers and the drives at the chosen state."""
     rows = []
-    units = [force_unit(unit) for unit in velocity_units(lesson.scene)]
+    units = [force_unit(unit) for unit in SceneUnits(lesson.scene).velocities]
     for own, unit in zip(lesson.scene.drives, units, strict=True):
         if own:
             node = lesson.names[own].node

@@ -8,7 +8,7 @@ from symdyn.algebra import Number, Symbol, power_of, product_of, sum_of
 from symdyn.dynamics.mechanism import joint_motion
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Joint, coordinate_units, drives_with_units, velocity_units
+from symdyn.scene import Joint, SceneUnits
 from symdyn.scene.joints import rotation_of
 from symdyn.spatial import apply_transposed
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
@@ -27,7 +27,7 @@ def symbols_step(lesson: Turning) -> Step:
     """Return the table of symbols."""
     scene = lesson.scene
     rows: list[tuple[Symbol, str | Words, str, str]] = []
-    units, rates = coordinate_units(scene), velocity_units(scene)
+    units, rates = SceneUnits(scene).coordinates, SceneUnits(scene).velocities
     unit_of = dict(zip(scene.coordinates, units, strict=True)) | dict(zip(scene.velocities, rates, strict=True))
     for joint in scene.moving:
         for q in joint.coordinates:
@@ -37,7 +37,7 @@ def symbols_step(lesson: Turning) -> Step:
             turning = unit_of[u] == "rad"
             key = "notation.rate" if u not in joint.velocities else f"notation.{'turning' if turning else 'sliding'}"
             rows.append((Symbol(u), lesson.say(key, joint=joint.name, q=Symbol(u)), f"{unit_of[u]}/s", ""))
-    for joint, drive, unit in drives_with_units(scene):
+    for joint, drive, unit in SceneUnits(scene).each_drive():
         key = "notation.force" if unit == "N" else "notation.torque"
         rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
     rows += parameter_rows(lesson)

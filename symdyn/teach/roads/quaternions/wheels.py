@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.scene import GROUND, Contact, express
+from symdyn.scene import GROUND, Contact
 from symdyn.scene.joints import unit
 from symdyn.spatial import Vec, add, apply_transposed, cross, dot, scale, sub
 from symdyn.teach.document import Letter
@@ -48,7 +48,7 @@ def in_letters(lesson: Constrained, row: Contact, tie: Tie, twist: tuple[Vec, Ve
     assert row.axis is not None, "a wheel has an axis"
     assert row.radius is not None, "a wheel has a radius"
     n, (v, omega) = normal(lesson, row), twist
-    a, r, P = unit(row.axis, graph), express(row.radius, graph), vector(row.place.at, graph)
+    a, r, P = unit(row.axis, graph), row.radius.express(graph), vector(row.place.at, graph)
     lean = cross(a, n)
     w = graph.sqrt(dot(lean, lean))
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
