@@ -18,11 +18,12 @@ from numpy.testing import assert_allclose
 from symdyn.cli import main
 from symdyn.errors import LinearizeError
 from symdyn.linear import linearize
-from symdyn.linear.bode import bode, bode_table
-from symdyn.linear.locus import locus_lines, root_locus
+from symdyn.linear.bode import bode
+from symdyn.linear.locus import root_locus
 from symdyn.linear.moving import animate_modes, motion
-from symdyn.linear.over_values import read_values, systems
+from symdyn.linear.over_values import systems
 from symdyn.linear.prepared import prepared
+from symdyn.linear.ranges import read_values
 from symdyn.linear.reach import controllability, observability
 from symdyn.linear.regulator import kalman, lqr
 from symdyn.linear.sampled import along_a_step, sampled
@@ -117,7 +118,7 @@ def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
     assert capsize.value == pytest.approx(float(PAPER["v_capsize"]), rel=1e-11)
     assert (weave.frequency > 0.5, weave.grows, capsize.frequency, capsize.grows) == (True, False, 0.0, True)
     assert [count for _, _, count in locus.ranges] == [2, 0, 1]
-    assert locus_lines(locus)[3] == "v = 4.29238 ... 6.02426: nothing grows"
+    assert locus.lines()[3] == "v = 4.29238 ... 6.02426: nothing grows"
 
 
 # Against python-control
@@ -468,7 +469,7 @@ def test_a_system_without_inputs_has_no_responses_and_no_gains():
 
 
 def test_a_table_of_responses_has_a_column_for_what_follows():
-    head, first, *_ = bode_table(bode(system("cart_pole"), [1.0])).splitlines()
+    head, first, *_ = bode(system("cart_pole"), [1.0]).table().splitlines()
 
     assert head == "frequency_Hz,x / F dB,x / F deg,theta / F dB,theta / F deg"
     assert len(first.split(",")) == 5

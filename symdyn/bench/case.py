@@ -80,6 +80,18 @@ class Stress(Claims):
         cases = [{"family": c.family, **asdict(c), "verdict": c.verdict, "passed": c.passed} for c in self.cases]
         return {**asdict(self), "cases": cases, **self.verdicts()}
 
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return the table of cases, cell by cell as text."""
+        from symdyn.bench.report import stress_rows
+
+        return stress_rows(self)
+
+    def files(self) -> dict[str, str]:
+        """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""
+        from symdyn.bench.report import stress_files
+
+        return stress_files(self)
+
 
 def worst(pairs: Iterable[tuple[float | None, str]], nothing: str = NOTHING) -> tuple[float | None, str]:
     """Return the largest value and where it was; what is no number is larger than all.

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from symdyn.rounding import in_digits
+
 
 @dataclass(frozen=True)
 class Errors:
@@ -70,6 +72,11 @@ class Measured:
         words += [self.machine] if self.machine == "portable" else []
         return ", ".join(words)
 
+    @property
+    def nanoseconds(self) -> str:
+        """Time of a call in ns with three digits, without an exponent."""
+        return in_digits(self.call, 3) if self.call < 1000 else f"{self.call:.0f}"
+
 
 @dataclass(frozen=True)
 class Point:
@@ -119,6 +126,11 @@ class MotionPrecision:
     drift: tuple[Curve, ...]
     notes: tuple[str, ...] = ()
 
+    @property
+    def choices(self) -> list[tuple[Curve, Point]]:
+        """The Pareto-best points of all curves of precision, the fastest first."""
+        return sorted(((c, p) for c in self.precision for p in c.points if p.best), key=lambda pair: pair[1].seconds)
+
 
 @dataclass(frozen=True)
 class Bench:
@@ -147,9 +159,19 @@ class Bench:
         """Names of the functions, in order."""
         return tuple(dict.fromkeys(one.function for one in self.measured))
 
+    def best(self, function: str) -> list[Measured]:
+        """Return the Pareto-best implementations of a function, the fastest first."""
+        return sorted((one for one in self.measured if one.function == function and one.best), key=lambda one: one.call)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the report for JSON."""
         return asdict(self)
+
+    def files(self) -> dict[str, str]:
+        """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""
+        from symdyn.bench.report import bench_files
+
+        return bench_files(self)
 
 
 SAME = 1.25

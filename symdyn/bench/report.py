@@ -6,15 +6,18 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from symdyn.bench.case import Stress
-from symdyn.bench.measurements import Bench, Curve, Measured, MotionPrecision, Point
+from symdyn.bench.measurements import Curve, MotionPrecision
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.emit import in_markdown, render
 from symdyn.rounding import in_digits
 from symdyn.verdict import DIFFERENT, NOT_SHOWN
 from symdyn.verify import finite
+
+if TYPE_CHECKING:
+    from symdyn.bench.case import Stress
+    from symdyn.bench.measurements import Bench
 
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
 DEEPER = ("implementation", "states", "ulp", "of own bound", "backward")
@@ -28,11 +31,6 @@ SPREADS = (
     "entry's error over its own running error bound, which knows the condition of the output (below 1 the code is as "
     "good as rounding every operation once allows); and of the backward error of accelerations, in roundoffs."
 )
-
-
-def as_json(facts: Mapping[str, Any]) -> str:
-    """Return facts as JSON; what is infinite or no number is null."""
-    return json.dumps(finite(facts), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ def _time_against_error(bench: Bench, function: str) -> str:
     groups: dict[str, list[Dot]] = {}
     for one in bench.measured:
         if one.function == function:
-            text = f"{one.label}: {nanoseconds(one.call)} ns, {one.relative:.1e}"
+            text = f"{one.label}: {one.nanoseconds} ns, {one.relative:.1e}"
             groups.setdefault(one.way, []).append(Dot(one.call, one.relative, text, one.best, one.real == "float"))
     series = [Series(way, tuple(dots)) for way, dots in groups.items()]
     return log_log(f"{bench.scene}: {function}", "ns a state", "relative error, 99 %", series)
@@ -93,11 +91,6 @@ def _lines(curves: Sequence[Curve], motion: MotionPrecision) -> list[Series]:
     return found
 
 
-def nanoseconds(time: float) -> str:
-    """Return a time with three digits, without an exponent."""
-    return in_digits(time, 3) if time < 1000 else f"{time:.0f}"
-
-
 def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
     """Return the table of one function, cell by cell as text."""
     return [
@@ -106,7 +99,7 @@ def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
             str(sum(one.operations.values())),
             f"{one.generate:.2f}",
             "" if one.compile is None else f"{one.compile:.2f}",
-            nanoseconds(one.call),
+            one.nanoseconds,
             NOT_SHOWN if isnan(one.relative) else in_digits(one.relative, 2, "e"),
             "yes" if one.best else "",
         )
@@ -126,16 +119,6 @@ def regions(bench: Bench, function: str, region: str) -> list[tuple[str, ...]]:
     return found
 
 
-def best(bench: Bench, function: str) -> list[Measured]:
-    """Return the Pareto-best implementations of a function, the fastest first."""
-    return sorted((one for one in bench.measured if one.function == function and one.best), key=lambda one: one.call)
-
-
-def choices_of(curves: Sequence[Curve]) -> list[tuple[Curve, Point]]:
-    """Return the Pareto-best points of all curves, the fastest first."""
-    return sorted(((c, p) for c in curves for p in c.points if p.best), key=lambda pair: pair[1].seconds)
-
-
 def _sections(bench: Bench) -> Iterator[Section]:
     """Yield a section a function, and one about trajectories."""
     drawn = pictures(bench)
@@ -143,7 +126,7 @@ def _sections(bench: Bench) -> Iterator[Section]:
         tables = [Table(COLUMNS, rows(bench, function), range(1, 6))]
         for name, text in bench.regions.items():
             tables.append(Table(DEEPER, regions(bench, function, name), range(1, 5), name, text))
-        choices = [f"{o.label}: {nanoseconds(o.call)} ns, error {o.relative:.1e}" for o in best(bench, function)]
+        choices = [f"{o.label}: {o.nanoseconds} ns, error {o.relative:.1e}" for o in bench.best(function)]
         yield Section(function, tables, [drawn[name] for name in (function,) if name in drawn], (), choices)
     if (motion := bench.motion) is not None:
         tables = [
@@ -151,8 +134,7 @@ def _sections(bench: Bench) -> Iterator[Section]:
             Table(DRIFT, curve_rows(motion.drift), range(1, 5)),
         ]
         choices = [
-            f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}"
-            for c, p in choices_of(motion.precision)
+            f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}" for c, p in motion.choices
         ]
         shown = [drawn[name] for name in ("trajectory", "energy") if name in drawn]
         yield Section("trajectories", tables, shown, told(motion), choices)
@@ -276,3 +258,19 @@ def stress_html(found: Stress) -> str:
         "notes": found.lines,
     }
     return render("bench/report.html.jinja", values)
+
+
+def files(name: str, page: str, text: str, told: Mapping[str, Any]) -> dict[str, str]:
+    """Return the reports by the names of their files: a page, Markdown, and JSON without what is not finite."""
+    facts = json.dumps(finite(told), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return {f"{name}.html": page, f"{name}.md": text, f"{name}.json": facts}
+
+
+def bench_files(bench: Bench) -> dict[str, str]:
+    """Return the reports of run time and error by the names of their files."""
+    return files("bench", html(bench), markdown(bench), bench.as_dict())
+
+
+def stress_files(found: Stress) -> dict[str, str]:
+    """Return the reports of hard cases by the names of their files."""
+    return files("stress", stress_html(found), stress_markdown(found), found.as_dict())

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.bench import Bench, as_json, bench, best, choices_of, html, markdown, nanoseconds
+from symdyn.bench import Bench, bench
 from symdyn.cli.scene_options import add_reading_options, again, functions_of, read_scene
 from symdyn.cli.talk import Waiting, give, print_table, say, wrote
 from symdyn.emit import write
@@ -42,8 +42,7 @@ def run(options: argparse.Namespace) -> int:
         functions = functions_of(options, scene)
         found = bench(scene, functions, options.quick, options.trajectories, options.seed, command, progress)
     if options.output is not None:
-        files = {"bench.html": html(found), "bench.md": markdown(found), "bench.json": as_json(found.as_dict())}
-        paths = write(files, options.output)
+        paths = write(found.files(), options.output)
     if options.json:
         give(found.as_dict())
     else:
@@ -56,9 +55,9 @@ def run(options: argparse.Namespace) -> int:
 def show(found: Bench) -> None:
     """Print the best choices of every function."""
     lines = [
-        (one.function, one.label, nanoseconds(one.call), in_digits(one.relative, 2, "e"), _worst(one.errors))
+        (one.function, one.label, one.nanoseconds, in_digits(one.relative, 2, "e"), _worst(one.errors))
         for function in found.functions
-        for one in best(found, function)
+        for one in found.best(function)
     ]
     columns = ("function", "implementation", "ns a state ", "error 99 % ", "backward ")
     print_table(f"{found.scene}: the best choices, none beaten in both time and error", columns, lines)
@@ -66,7 +65,7 @@ def show(found: Bench) -> None:
     if found.motion is not None:
         ends = [
             (c.method, f"{p.tolerance:.0e}", in_digits(p.seconds, 3), in_digits(p.error, 2, "e"))
-            for c, p in choices_of(found.motion.precision)
+            for c, p in found.motion.choices
         ]
         print()
         heads = ("method", "rtol ", "seconds ", "error at the end ")

@@ -6,12 +6,12 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from symdyn.cli.linear_tools import ASKED, PICTURES, Data, Lines, System, pairs_of, written
+from symdyn.cli.linear_tools import ASKED, PICTURES, Data, Lines, written
 from symdyn.cli.scene_options import split
 from symdyn.cli.trajectory_options import add_film_options, flattened, pairs, reel
 from symdyn.draw import FILMS
 from symdyn.errors import LinearizeError
-from symdyn.linear import locus_lines, locus_plot, locus_table, read_values, root_locus, systems
+from symdyn.linear import System, locus_over
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults
 from symdyn.simulation import check_film, check_plot
@@ -94,18 +94,10 @@ def rates_of(options: argparse.Namespace) -> dict[str, str]:
 
 def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
     """Return lines and data of the root locus over a range, and write its files."""
-    name, values = read_values(options.over, scene=scene)
-    system = systems(
-        scene, name, pairs(options.at, "--at"), rates_of(options), flattened(options.forces), (),
+    found = locus_over(
+        scene, options.over, pairs(options.at, "--at"), rates_of(options), flattened(options.forces),
         split(options.independent) or (), options.anywhere,
     )  # fmt: skip
-    found = root_locus(name, values, system)
-    title = f"{scene.name}: eigenvalues over {name}"
-    lines = locus_lines(found)
-    lines += written(options.locus or [], lambda: locus_table(found), lambda kind: locus_plot(found, title, kind))
-    data = {
-        "over": name, "values": found.values.tolist(), "growing": found.growing.tolist(),
-        "eigenvalues": [pairs_of(row) for row in found.branches],
-        "critical": [{"value": c.value, "hertz": c.frequency, "grows_above": c.grows} for c in found.critical],
-    }  # fmt: skip
-    return lines, data
+    title = f"{scene.name}: eigenvalues over {found.name}"
+    lines = found.lines() + written(options.locus or [], found.table, lambda kind: found.plot(title, kind))
+    return lines, found.as_json()

@@ -6,7 +6,6 @@ A row finds something of a system, tells it in lines, and as data for --json. Th
 from __future__ import annotations
 
 import argparse
-import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,31 +18,7 @@ from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import say
 from symdyn.cli.trajectory_options import ANIMATED, flattened, reel
 from symdyn.emit import Contents
-from symdyn.linear import (
-    MODE_PERIOD,
-    Bode,
-    Linearization,
-    Observer,
-    Prepared,
-    Reach,
-    Regulator,
-    Sampled,
-    Symbolic,
-    along_a_step,
-    animate_modes,
-    bode,
-    bode_plot,
-    bode_table,
-    controllability,
-    kalman,
-    lqr,
-    numbers,
-    observability,
-    read_weights,
-    sampled,
-    shown,
-    transfers,
-)
+from symdyn.linear import System, shown
 from symdyn.rounding import in_digits
 from symdyn.simulation import write_whole
 
@@ -51,21 +26,6 @@ Lines: TypeAlias = list[str]
 Data: TypeAlias = dict[str, Any]
 
 PICTURES = (".svg", ".pdf", ".png")
-
-
-@dataclass(frozen=True)
-class System:
-    """A linear system and what it came from.
-
-    Attributes:
-        asked: what was linearised; linear systems at other places, and values, are asked of it.
-        found: the system.
-        formulas: the same in formulas, where it is small.
-    """
-
-    asked: Prepared
-    found: Linearization
-    formulas: Symbolic | None
 
 
 @dataclass(frozen=True)
@@ -96,8 +56,9 @@ class Asked:
 
 
 def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    lines, data = [], []
-    for one in transfers(system.found):
+    lines: Lines = []
+    found = system.found.transfers()
+    for one in found:
         if one.gain == 0:
             lines.append(f"{one.output} / {one.input}: 0, it does not follow")
         else:
@@ -106,11 +67,7 @@ def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
                 f"  zeros: {_listed(one.zeros)}",
                 f"  poles: {_listed(one.poles)}",
             ]
-        data.append({
-            "output": one.output, "input": one.input, "gain": one.gain, "zeros": pairs_of(one.zeros),
-            "poles": pairs_of(one.poles), "numerator": one.numerator.tolist(), "denominator": one.denominator.tolist(),
-        })  # fmt: skip
-    return lines or ["no input drives anything"], data
+    return lines or ["no input drives anything"], [one.as_json() for one in found]
 
 
 def _listed(values: Any) -> str:
@@ -118,69 +75,39 @@ def _listed(values: Any) -> str:
     return ", ".join(map(shown, once)) or "none"
 
 
-def pairs_of(values: Any) -> list[list[float]]:
-    """Return complex numbers for JSON, real and imaginary parts."""
-    return [[float(value.real), float(value.imag)] for value in values]
-
-
 def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     lines: Lines = []
     data: Data = {}
     for word, how, verb, found in (
-        ("controllability", "no input moves", "moved", controllability(system.found)),
-        ("observability", "no output shows", "seen", observability(system.found)),
+        ("controllability", "no input moves", "moved", system.found.controllability()),
+        ("observability", "no output shows", "seen", system.found.observability()),
     ):
         margin = f", {in_digits(found.margin, 2)} of the size of A from less" if found.rank else ""
         lines.append(f"{word}: rank {found.rank} of {found.order}{margin}")
         lines += [f"  {how} the mode {shown(mark.value)} 1/s, of {', '.join(mark.states)}" for mark in found.hidden]
         near = [mark for mark in found.marks if not mark.hidden][:1]
         lines += [f"  least {verb}: the mode {shown(mark.value)} 1/s, by {', '.join(mark.states)}" for mark in near]
-        data[word] = _reached(found)
+        data[word] = found.as_json()
     return lines, data
 
 
-def _reached(found: Reach) -> Data:
-    marks = [
-        {"eigenvalue": pairs_of([m.value])[0], "margin": m.margin, "hidden": m.hidden, "states": list(m.states)}
-        for m in found.marks
-    ]
-    return {"rank": found.rank, "order": found.order, "margin": found.margin, "modes": marks}
-
-
 def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    hertz = numbers(options.hertz, "--hertz") if options.hertz else None
-    found = bode(system.found, hertz)
+    found = system.bode(options.hertz or None)
     if not options.bode:
-        return bode_table(found).splitlines(), _response(found)
+        return found.table().splitlines(), found.as_json()
     title = f"{system.found.scene.name}: frequency response"
-    lines = written(options.bode, lambda: bode_table(found), lambda kind: bode_plot(found, title, kind))
-    return lines, _response(found)
-
-
-def _response(found: Bode) -> Data:
-    channels = [
-        {"of": title, "decibels": _finite(size), "degrees": _finite(phase)} for title, size, phase in found.pairs
-    ]
-    return {"hertz": found.hertz.tolist(), "channels": channels}
-
-
-def _finite(values: Any) -> list[float | None]:
-    return [float(x) if math.isfinite(x) else None for x in values]
+    return written(options.bode, found.table, lambda kind: found.plot(title, kind)), found.as_json()
 
 
 def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    found = animate_modes(system.found, Path(options.animate), reel(options), lambda line: say(f"symdyn: {line}"))
-    lines = [
-        f"{path}: the mode {shown(mode.value)} 1/s"
-        + (f", {in_digits(mode.frequency, 6)} Hz, a round in {MODE_PERIOD:g} s" if mode.oscillates else "")
-        for path, mode in found
-    ]
-    return lines, [{"file": str(path), "eigenvalue": pairs_of([mode.value])[0]} for path, mode in found]
+    found = system.animate(Path(options.animate), reel(options), lambda line: say(f"symdyn: {line}"))
+    data = [{"file": str(path), "eigenvalue": [mode.value.real, mode.value.imag]} for path, mode, _ in found]
+    return [f"{path}: {words}" for path, _, words in found], data
 
 
 def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     period = options.dt
-    exact, stepped = sampled(system.found, period), along_a_step(system.asked, system.found, period)
+    exact, stepped = system.sampled(period)
     apart = max(float(np.abs(x - y).max(initial=0.0)) for x, y in ((exact.A, stepped.A), (exact.B, stepped.B)))
     told = stepped if system.found.kind == "moving" else exact
     lines = [f"x(t + T) = Phi x(t) + Gamma w(t), T = {period:g} s, inputs held"]
@@ -191,12 +118,7 @@ def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         if system.found.kind != "moving"
         else f"along the motion from this point; with A and B of its beginning entries are off by up to {apart:.1g}"
     )
-    return lines, _steps(told) | {"roads_differ_by": apart}
-
-
-def _steps(found: Sampled) -> Data:
-    return {"period": found.period, "Phi": found.A.tolist(), "Gamma": found.B.tolist(),
-            "eigenvalues": pairs_of(found.eigenvalues)}  # fmt: skip
+    return lines, told.as_json() | {"roads_differ_by": apart}
 
 
 def _matrix(name: str, M: Any) -> Lines:
@@ -210,9 +132,8 @@ def _matrix(name: str, M: Any) -> Lines:
 
 
 def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    given = read_weights("--lqr", options.lqr, ("Q", "R"))
-    found = lqr(system.found, given.get("Q"), given.get("R"), options.dt)
-    lines = [f"{row} = {_terms(found, k)}" for k, row in enumerate(found.inputs)]
+    found = system.lqr(options.lqr, options.dt)
+    lines = found.lines()
     lines.append(f"closed-loop poles: {_listed(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s"))
     lines += list(found.notes)
     if options.gains:
@@ -222,29 +143,14 @@ def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         words += ["--bind", options.bind] if options.bind else []
         words += ["--forces", *flattened(options.forces)] if system.found.feeding else []
         lines += [str(path), f"run it: {shlex.join(words)}"]
-    return lines, found.gains() | {"poles": pairs_of(found.poles), "notes": list(found.notes)}
-
-
-def _terms(found: Regulator, row: int) -> str:
-    parts = [
-        f"{-x:+.6g} {name}" for x, name in zip(found.K[row], found.system.states.names, strict=True) if abs(x) > 1e-12
-    ]
-    return " ".join(parts).replace("+", "+ ").replace("-", "- ").replace("e- ", "e-").replace("e+ ", "e+") or "0"
+    return lines, found.as_json()
 
 
 def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
-    given = read_weights("--kalman", options.kalman, ("W", "V"))
-    found = kalman(system.found, given.get("W"), given.get("V"), options.dt)
+    found = system.kalman(options.kalman, options.dt)
     lines = _matrix("L", found.L)
     lines.append(f"filter poles: {_listed(found.poles)}" + (" (of Phi - L C)" if found.period else " 1/s"))
-    return lines + list(found.notes), _observer(found, system.found)
-
-
-def _observer(found: Observer, one: Linearization) -> Data:
-    return {
-        "L": found.L.tolist(), "states": list(one.states.names), "outputs": list(one.outputs.names),
-        "poles": pairs_of(found.poles),
-    }  # fmt: skip
+    return lines + list(found.notes), found.as_json()
 
 
 ASKED: tuple[Asked, ...] = (

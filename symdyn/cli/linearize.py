@@ -8,33 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.cli.linear_options import add_asked, check_asked, check_one, found_over, rates_of
-from symdyn.cli.linear_tools import ASKED, System
+from symdyn.cli.linear_tools import ASKED
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
 from symdyn.errors import LinearizeError
-from symdyn.linear import (
-    Linearization,
-    Symbolic,
-    along,
-    as_json,
-    at_rest,
-    check_record,
-    equilibria,
-    latex,
-    prepared,
-    read_run,
-    record,
-    settled,
-    symbolic,
-    text,
-    told_of,
-)
+from symdyn.linear import System, check_record, find_systems, record
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
 from symdyn.simulation import read_forces, read_start
 
-FORMATS: Mapping[str, Callable[[Linearization, Symbolic | None], str]] = {"text": text, "latex": latex}
+FORMATS: Mapping[str, Callable[[System], str]] = {"text": System.text, "latex": System.latex}
 
 REST = "rest"
 
@@ -120,26 +104,15 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
             else read_start(scene, pairs(options.at, "--at"), rates_of(options))
         ),
     )
-    asked = prepared(scene, forces, outputs, independent)  # type: ignore[arg-type]
-    if options.along is not None:
-        return [System(asked, one, None) for one in along(asked, read_run(scene, Path(options.along)))], ()
-    if start is not None:
-        found = settled(asked, asked.at(start.q, start.u, notes=start.notes), options.anywhere)  # type: ignore[attr-defined]
-        return [System(asked, found, symbolic(asked, found))], ()
-    places = equilibria(asked)
-    systems = [at_rest(asked, place) for place in places.places]
-    notes = told_of(places, asked)
-    if not systems:
-        way = "" if places.crossings else "; give forces that hold it, as in --forces NAME=FORMULA"
-        raise LinearizeError([f"{scene.name}: {notes[0]}{way}", *notes[1:]])
-    return [System(asked, one, symbolic(asked, one)) for one in systems], notes
+    where = start if options.along is None else Path(options.along)
+    return find_systems(scene, where, forces, outputs, independent, options.anywhere)  # type: ignore[arg-type]
 
 
 def _text(system: System, options: argparse.Namespace) -> str:
     more = ["\n".join(one.find(system, options)[0]) for one in ASKED if one.given(options)]
-    return "\n\n".join([FORMATS[options.format](system.found, system.formulas), *more])
+    return "\n\n".join([FORMATS[options.format](system), *more])
 
 
 def _json(system: System, options: argparse.Namespace) -> dict[str, Any]:
     more = {one.name: one.find(system, options)[1] for one in ASKED if one.given(options)}
-    return as_json(system.found, system.formulas) | more
+    return system.as_json() | more

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.bench import FAMILIES, Stress, as_json, stress, stress_html, stress_markdown, stress_rows
+from symdyn.bench import FAMILIES, Stress, stress
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
 from symdyn.cli.talk import Waiting, give, print_table, print_text, wrote
 from symdyn.emit import write
@@ -37,19 +37,14 @@ def run(options: argparse.Namespace) -> int:
     else:
         show(found)
     if options.output is not None:
-        files = {
-            "stress.html": stress_html(found),
-            "stress.md": stress_markdown(found),
-            "stress.json": as_json(found.as_dict()),
-        }
-        wrote(*write(files, options.output))
+        wrote(*write(found.files(), options.output))
     return 0 if found.passed else 1
 
 
 def show(found: Stress) -> None:
     """Print the table."""
     columns = ("family", "case", "metric", "bound ", "measured ", "", "worst")
-    print_table(f"{found.scene or 'built-in scenes'}: hard cases", columns, stress_rows(found))
+    print_table(f"{found.scene or 'built-in scenes'}: hard cases", columns, found.rows())
     for line in found.lines:
         print(line)
     not_shown = f", {len(found.not_shown)} not shown" if found.not_shown else ""

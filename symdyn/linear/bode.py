@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
-from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Complexes
+from symdyn.linear.ranges import numbers
 from symdyn.simulation import framed
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 POINTS = 200
 """Frequencies of a range that nobody gives."""
@@ -59,14 +62,54 @@ class Bode:
             if np.any(self.response[:, i, k])
         ]
 
+    def table(self) -> str:
+        """Return lines of CSV: frequency, Hz, then decibels and degrees of each pair."""
+        head = ["frequency_Hz"]
+        columns = [self.hertz]
+        for title, size, phase in self.pairs:
+            head += [f"{title} dB", f"{title} deg"]
+            columns += [size, phase]
+        rows = [",".join(repr(float(x)) for x in row) for row in np.stack(columns, axis=1)]
+        return "\n".join([",".join(head), *rows, ""])
 
-def bode(one: Linearization, hertz: Sequence[float] | Array | None = None) -> Bode:
+    def plot(self, title: str, kind: str) -> bytes:
+        """Return the plot as "svg", "pdf" or "png": sizes above, phases below."""
+
+        def fill(figure: Any) -> None:
+            above, below = figure.subplots(2, 1, sharex=True)
+            for name, size, phase in self.pairs[:MOST]:
+                above.semilogx(self.hertz, size, label=name, linewidth=1.0)
+                below.semilogx(self.hertz, phase, linewidth=1.0)
+            more = len(self.pairs) - MOST
+            above.set_title("size, dB" + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
+            below.set_title("phase, degrees", loc="left", fontsize=9)
+            above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
+            for axis in (above, below):
+                axis.grid(alpha=0.3, which="both")
+            below.yaxis.set_major_locator(_quarters())
+            below.set_xlabel("frequency, Hz")
+
+        return framed(title, (8.0, 5.0), kind, fill)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for JSON; what is not finite is None."""
+        channels = [
+            {"of": title, "decibels": _finite(size), "degrees": _finite(phase)} for title, size, phase in self.pairs
+        ]
+        return {"hertz": self.hertz.tolist(), "channels": channels}
+
+
+def _finite(values: Array) -> list[float | None]:
+    return [float(x) if math.isfinite(x) else None for x in values]
+
+
+def bode(one: Linearization, hertz: Sequence[float] | Array | str | None = None) -> Bode:
     """Return the frequency responses of a system.
 
     Args:
         one: the system.
-        hertz: frequencies, Hz, above zero; without it 200, from a decade below its slowest mode to one above its
-            fastest.
+        hertz: frequencies, Hz, above zero, or a range of them, "geomspace(0.1,10,200)"; without it 200, from a decade
+            below its slowest mode to one above its fastest.
 
     Raises:
         LinearizeError: there is no input, or a frequency is none.
@@ -76,6 +119,7 @@ def bode(one: Linearization, hertz: Sequence[float] | Array | None = None) -> Bo
             f"{one.scene.name}: nothing drives it, and a frequency response is that to an input; declare a drive, or "
             'name an input: --forces "NAME=w"'
         )
+    hertz = numbers(hertz, "--hertz") if isinstance(hertz, str) else hertz
     given = _usual(one) if hertz is None else np.asarray(hertz, dtype=np.float64)
     if given.ndim != 1 or not len(given) or not np.isfinite(given).all() or np.any(given <= 0):
         raise LinearizeError("frequencies must be finite and above zero, in Hz")
@@ -93,37 +137,6 @@ def _usual(one: Linearization) -> Array:
     """Return frequencies from a decade below the slowest mode to a decade above the fastest, Hz."""
     sizes = [abs(mode.value) / (2 * math.pi) for mode in one.modes] or [1.0]
     return np.asarray(np.geomspace(min(sizes) / 10, max(sizes) * 10, POINTS))
-
-
-def bode_table(found: Bode) -> str:
-    """Return lines of CSV: frequency, Hz, then decibels and degrees of each pair."""
-    head = ["frequency_Hz"]
-    columns = [found.hertz]
-    for title, size, phase in found.pairs:
-        head += [f"{title} dB", f"{title} deg"]
-        columns += [size, phase]
-    rows = [",".join(repr(float(x)) for x in row) for row in np.stack(columns, axis=1)]
-    return "\n".join([",".join(head), *rows, ""])
-
-
-def bode_plot(found: Bode, title: str, kind: str) -> bytes:
-    """Return the plot as "svg", "pdf" or "png": sizes above, phases below."""
-
-    def fill(figure: Any) -> None:
-        above, below = figure.subplots(2, 1, sharex=True)
-        for name, size, phase in found.pairs[:MOST]:
-            above.semilogx(found.hertz, size, label=name, linewidth=1.0)
-            below.semilogx(found.hertz, phase, linewidth=1.0)
-        more = len(found.pairs) - MOST
-        above.set_title("size, dB" + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
-        below.set_title("phase, degrees", loc="left", fontsize=9)
-        above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
-        for axis in (above, below):
-            axis.grid(alpha=0.3, which="both")
-        below.yaxis.set_major_locator(_quarters())
-        below.set_xlabel("frequency, Hz")
-
-    return framed(title, (8.0, 5.0), kind, fill)
 
 
 def _quarters() -> Any:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import walked, wholes
 from symdyn.errors import LinearizeError
 from symdyn.extras import install
+from symdyn.linear.axis import Axis
 from symdyn.linear.modes import Mode, Spectrum, spectrum
 from symdyn.linear.zeros import zeros
 from symdyn.scene import Scene
@@ -26,23 +27,12 @@ from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
+if TYPE_CHECKING:
+    from symdyn.linear.reach import Reach
+    from symdyn.linear.transfer import Transfer
+    from symdyn.linear.verdict import Stability
+
 Kind = Literal["rest", "steady", "moving"]
-
-
-@dataclass(frozen=True)
-class Axis:
-    """What the rows or columns of a matrix stand for, and their units."""
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.names)
-
-    def of(self, places: Sequence[int]) -> Axis:
-        """Return some of them."""
-        return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
 
 
 @dataclass(frozen=True)
@@ -170,6 +160,56 @@ class Linearization(Shown):
         for mode in self.modes:
             found += [mode.value, mode.value.conjugate()] if mode.oscillates else [mode.value]
         return np.array([*found, *[0j] * self.spectrum.zeros])
+
+    @cached_property
+    def stability(self) -> Stability:
+        """What the eigenvalues say."""
+        from symdyn.linear.verdict import stability
+
+        return stability(self)
+
+    @property
+    def manner(self) -> str:
+        """In words, how it moves at the point."""
+        return {"rest": "at rest", "steady": "along a steady motion", "moving": "at an instant of a motion"}[self.kind]
+
+    @property
+    def place(self) -> str:
+        """The point in words: coordinates, velocities that are not zero, forces that are not."""
+        from symdyn.linear.report import where
+
+        return where(self)
+
+    def mode_table(self) -> tuple[tuple[str, ...], list[tuple[str, float, float, str]]]:
+        """Return heads and a row a mode: eigenvalue, 1/s, frequency, Hz, damping ratio, and what moves."""
+        from symdyn.linear.report import HEAD, eigenvalue, shape
+
+        rows = [(eigenvalue(one, self), one.frequency, one.damping, shape(one, self)) for one in self.modes]
+        return HEAD, rows
+
+    def latex(self) -> str:
+        """Return the system in LaTeX, in numbers."""
+        from symdyn.linear.report import latex
+
+        return latex(self)
+
+    def transfers(self) -> tuple[Transfer, ...]:
+        """Return all transfer functions, output by output."""
+        from symdyn.linear.transfer import transfers
+
+        return transfers(self)
+
+    def controllability(self) -> Reach:
+        """Return what the inputs move."""
+        from symdyn.linear.reach import controllability
+
+        return controllability(self)
+
+    def observability(self) -> Reach:
+        """Return what the outputs show."""
+        from symdyn.linear.reach import observability
+
+        return observability(self)
 
     def control(self) -> Any:
         """Return it as a StateSpace of python-control, names included.

@@ -12,18 +12,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import SIDEWAYS, Complexes
+from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
+from symdyn.linear.ranges import MOST
 from symdyn.rounding import in_digits
 from symdyn.simulation import framed
 from symdyn.unlocked import cached_property
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 BRACKET = 2.0**-7
 """Part of a step to which bisection narrows."""
@@ -36,9 +39,6 @@ CROSSINGS = 6
 
 HALVINGS = 30
 """Of a bracket, where nothing is smooth."""
-
-MOST = 20_000
-"""Values of a parameter at most."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,67 @@ class Locus:
         for one in self.critical:
             counts.append(counts[-1] + (1 if one.grows else -1) * (2 if one.frequency else 1))
         return list(zip(edges[:-1], edges[1:], counts, strict=True))
+
+    def lines(self) -> list[str]:
+        """Return critical values and ranges in words, one line each."""
+        lines = [f"{self.name} = {one}" for one in self.critical]
+        for low, high, count in self.ranges:
+            what = {0: "nothing grows", 1: "1 eigenvalue grows"}.get(count, f"{count} eigenvalues grow")
+            lines.append(f"{self.name} = {in_digits(low, 6)} ... {in_digits(high, 6)}: {what}")
+        return lines
+
+    def table(self) -> str:
+        """Return lines of CSV: the value, real and imaginary parts of the branches, 1/s, and how many grow."""
+        n = self.branches.shape[1]
+        head = [self.name, *(f"{part}{k + 1}" for k in range(n) for part in ("re", "im")), "growing"]
+        lines = [",".join(head)]
+        for x, row, count in zip(self.values, self.branches, self.growing, strict=True):
+            parts = [repr(float(y)) for value in row for y in (value.real, value.imag)]
+            lines.append(",".join([repr(float(x)), *parts, str(int(count))]))
+        return "\n".join([*lines, ""])
+
+    def plot(self, title: str, kind: str) -> bytes:
+        """Return the plot as "svg", "pdf" or "png": parts over the parameter, and the locus in the plane."""
+
+        def fill(figure: Any) -> None:
+            over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})
+            for k, branch in enumerate(self.branches.T):
+                colour = f"C{k % 10}"
+                over_it.plot(self.values, branch.real, color=colour, linewidth=1.4)
+                if np.any(branch.imag > 0):
+                    above = np.where(branch.imag > 0, branch.imag, np.nan)
+                    over_it.plot(self.values, above, color=colour, linewidth=0.9, linestyle="--")
+                plane.plot(branch.real, branch.imag, color=colour, linewidth=1.0)
+                plane.plot(branch.real[:1], branch.imag[:1], "x", color=colour, markersize=5)
+            for low, high, count in self.ranges:
+                if not count:
+                    over_it.axvspan(low, high, color="C2", alpha=0.12, linewidth=0)
+            for one in self.critical:
+                over_it.axvline(one.value, color="0.4", linewidth=0.7, linestyle=":")
+                over_it.annotate(
+                    f"{one.value:.4g}", (one.value, 1), xycoords=("data", "axes fraction"), xytext=(2, -2),
+                    textcoords="offset points", fontsize=8, va="top",
+                )  # fmt: skip
+            over_it.axhline(0, color="0.3", linewidth=0.7)
+            plane.axvline(0, color="0.3", linewidth=0.7)
+            over_it.set_title(
+                "real parts (solid), imaginary (dashed), 1/s; shaded: nothing grows", loc="left", fontsize=9
+            )
+            plane.set_title("the same in the plane, 1/s; × where it begins", loc="left", fontsize=9)
+            over_it.set_xlabel(self.name)
+            plane.set_xlabel("real part")
+            for axis in (over_it, plane):
+                axis.grid(alpha=0.3)
+
+        return framed(title, (11.0, 4.6), kind, fill)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "over": self.name, "values": self.values.tolist(), "growing": self.growing.tolist(),
+            "eigenvalues": [pairs_of(row) for row in self.branches],
+            "critical": [{"value": c.value, "hertz": c.frequency, "grows_above": c.grows} for c in self.critical],
+        }  # fmt: skip
 
 
 def root_locus(name: str, values: Sequence[float] | Array, system: Callable[[float], Linearization]) -> Locus:
@@ -199,57 +260,3 @@ def _halved(system: Callable[[float], Linearization], low: float, high: float) -
         low, high = (middle, high) if _count(system(middle)) == below else (low, middle)
     fastest = system(high if above > below else low).modes[0]
     return Critical((low + high) / 2, fastest.frequency if fastest.oscillates else 0.0, above > below)
-
-
-def locus_lines(found: Locus) -> list[str]:
-    """Return critical values and ranges in words, one line each."""
-    lines = [f"{found.name} = {one}" for one in found.critical]
-    for low, high, count in found.ranges:
-        what = {0: "nothing grows", 1: "1 eigenvalue grows"}.get(count, f"{count} eigenvalues grow")
-        lines.append(f"{found.name} = {in_digits(low, 6)} ... {in_digits(high, 6)}: {what}")
-    return lines
-
-
-def locus_table(found: Locus) -> str:
-    """Return lines of CSV: the value, real and imaginary parts of the branches, 1/s, and how many grow."""
-    n = found.branches.shape[1]
-    head = [found.name, *(f"{part}{k + 1}" for k in range(n) for part in ("re", "im")), "growing"]
-    lines = [",".join(head)]
-    for x, row, count in zip(found.values, found.branches, found.growing, strict=True):
-        parts = [repr(float(y)) for value in row for y in (value.real, value.imag)]
-        lines.append(",".join([repr(float(x)), *parts, str(int(count))]))
-    return "\n".join([*lines, ""])
-
-
-def locus_plot(found: Locus, title: str, kind: str) -> bytes:
-    """Return the plot as "svg", "pdf" or "png": parts over the parameter, and the locus in the plane."""
-
-    def fill(figure: Any) -> None:
-        over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})
-        for k, branch in enumerate(found.branches.T):
-            colour = f"C{k % 10}"
-            over_it.plot(found.values, branch.real, color=colour, linewidth=1.4)
-            if np.any(branch.imag > 0):
-                over_it.plot(found.values, np.where(branch.imag > 0, branch.imag, np.nan), color=colour, linewidth=0.9,
-                             linestyle="--")  # fmt: skip
-            plane.plot(branch.real, branch.imag, color=colour, linewidth=1.0)
-            plane.plot(branch.real[:1], branch.imag[:1], "x", color=colour, markersize=5)
-        for low, high, count in found.ranges:
-            if not count:
-                over_it.axvspan(low, high, color="C2", alpha=0.12, linewidth=0)
-        for one in found.critical:
-            over_it.axvline(one.value, color="0.4", linewidth=0.7, linestyle=":")
-            over_it.annotate(
-                f"{one.value:.4g}", (one.value, 1), xycoords=("data", "axes fraction"), xytext=(2, -2),
-                textcoords="offset points", fontsize=8, va="top",
-            )  # fmt: skip
-        over_it.axhline(0, color="0.3", linewidth=0.7)
-        plane.axvline(0, color="0.3", linewidth=0.7)
-        over_it.set_title("real parts (solid), imaginary (dashed), 1/s; shaded: nothing grows", loc="left", fontsize=9)
-        plane.set_title("the same in the plane, 1/s; × where it begins", loc="left", fontsize=9)
-        over_it.set_xlabel(found.name)
-        plane.set_xlabel("real part")
-        for axis in (over_it, plane):
-            axis.grid(alpha=0.3)
-
-    return framed(title, (11.0, 4.6), kind, fill)

@@ -13,7 +13,7 @@ Reference: Kublanovskaya's staircase; Golub and Van Loan, Matrix Computations (2
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,11 @@ ROUNDING = 1e-14
 
 ROUNDS = 12
 """Times that all states are balanced at most."""
+
+
+def pairs_of(values: Iterable[complex]) -> list[list[float]]:
+    """Return complex numbers for JSON, real and imaginary parts."""
+    return [[float(value.real), float(value.imag)] for value in values]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +21,11 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import newton
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
-from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import Mode, untouched
 from symdyn.simulation import check_film, numbers_at
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 MODE_PERIOD, MOMENTS = 2.0, 61
 """Seconds that one round is shown in, and moments of it."""

@@ -12,8 +12,9 @@ from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
 from symdyn.graph import Op, reachable
+from symdyn.linear.axis import Axis
 from symdyn.linear.eliminated import Choice, Place, chosen, independent, matrices, place, symbols_at
-from symdyn.linear.linearization import Axis, Linearization
+from symdyn.linear.linearization import Linearization
 from symdyn.linear.outputs import Outputs, read_outputs
 from symdyn.linear.variations import Variations, variations
 from symdyn.scene import Scene, SceneUnits

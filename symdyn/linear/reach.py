@@ -13,13 +13,16 @@ Reference: Van Dooren, The generalized eigenstructure problem in linear system t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import balance, spectrum
+from symdyn.linear.modes import balance, pairs_of, spectrum
 from symdyn.rounding import in_digits
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 NOTHING = 1e-9
 """Singular values over the size of the balanced A below which nothing is reached."""
@@ -71,6 +74,14 @@ class Reach:
     def hidden(self) -> tuple[Mark, ...]:
         """Modes that no input moves, or no output shows."""
         return tuple(one for one in self.marks if one.hidden)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        marks = [
+            {"eigenvalue": pairs_of([m.value])[0], "margin": m.margin, "hidden": m.hidden, "states": list(m.states)}
+            for m in self.marks
+        ]
+        return {"rank": self.rank, "order": self.order, "margin": self.margin, "modes": marks}
 
 
 def controllability(one: Linearization) -> Reach:

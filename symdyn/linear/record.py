@@ -13,7 +13,8 @@ import numpy as np
 
 from symdyn.emit import Contents
 from symdyn.errors import LinearizeError, SimulateError
-from symdyn.linear.linearization import Axis, Linearization
+from symdyn.linear.axis import Axis
+from symdyn.linear.linearization import Linearization
 from symdyn.linear.report import as_json
 from symdyn.simulation import write_whole
 

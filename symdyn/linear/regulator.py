@@ -15,17 +15,21 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
-from symdyn.linear.linearization import Axis, Linearization
-from symdyn.linear.modes import SIDEWAYS, Complexes, balance, spectrum
+from symdyn.linear.axis import Axis
+from symdyn.linear.modes import SIDEWAYS, Complexes, balance, pairs_of, spectrum
 from symdyn.linear.reach import shown, staircase
 from symdyn.linear.sampled import sampled
 from symdyn.linear.weights import Weights, weight
 from symdyn.scene.values import Faults
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 FEEDING = "the formulas of --forces depend on the state: gains act beside them, give them to simulate, too"
 MOVING = "the point is neither of rest nor of a steady motion: nothing holds the mechanism there, gains neither"
@@ -79,15 +83,35 @@ class Regulator:
         said["K"] = f"[\n    {rows}\n  ]"
         return "{\n" + ",\n".join(f'  "{name}": {value}' for name, value in said.items()) + "\n}\n"
 
+    def lines(self) -> list[str]:
+        """Return a formula in deviations of the states for each input, one line each."""
+        return [f"{name} = {self._terms(row)}" for name, row in zip(self.inputs, self.K, strict=True)]
+
+    def _terms(self, row: Array) -> str:
+        parts = [f"{-x:+.6g} {name}" for x, name in zip(row, self.system.states.names, strict=True) if abs(x) > 1e-12]
+        return " ".join(parts).replace("+", "+ ").replace("-", "- ").replace("e- ", "e-").replace("e+ ", "e+") or "0"
+
+    def as_json(self) -> dict[str, object]:
+        """Return it for JSON, poles and notes beside the gains."""
+        return self.gains() | {"poles": pairs_of(self.poles), "notes": list(self.notes)}
+
 
 @dataclass(frozen=True)
 class Observer:
     """The gain of a Kalman filter, L, shape (nx, ny), and the poles of A - L C; of a sampled one of Φ - L C."""
 
+    system: Linearization
     L: Array
     poles: Complexes
     period: float | None = None
     notes: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, object]:
+        """Return it for JSON."""
+        return {
+            "L": self.L.tolist(), "states": list(self.system.states.names),
+            "outputs": list(self.system.outputs.names), "poles": pairs_of(self.poles),
+        }  # fmt: skip
 
 
 def lqr(
@@ -146,7 +170,7 @@ def kalman(
     noise = weight("V", V, one.outputs, faults, definite=True)
     _close(faults)
     K, poles, notes = _gain(one.A.T, one.C.T, A.T, one.C.T, disturbed, noise, period, WORDS["kalman"], one.states.names)
-    return Observer(K.T, poles, period, notes)
+    return Observer(one, K.T, poles, period, notes)
 
 
 def _steps(one: Linearization, period: float | None) -> tuple[Array, Array]:

@@ -6,25 +6,25 @@ Formulas stand where the mechanism is small; numbers in all other cases, to six 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Symbol
 from symdyn.emit.print import Latex, bmatrix, latex_symbols, rounded, text_of
+from symdyn.linear.axis import Axis
 from symdyn.linear.formulas import Root, Rows, Symbolic, negated
-from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
-from symdyn.linear.verdict import stability
 from symdyn.rounding import asked, in_digits, showing
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
 from symdyn.simulation.prescribed import drive_names
 
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
+
 DIGITS, NOTHING = 6, 1e-12
 """Digits of numbers in print, and what beside the largest entry of a matrix is zero in print."""
-
-KINDS = {"rest": "at rest", "steady": "along a steady motion", "moving": "at an instant of a motion"}
 
 
 def number(x: float, size: float = 0.0) -> str:
@@ -34,7 +34,7 @@ def number(x: float, size: float = 0.0) -> str:
 
 def text(found: Linearization, formulas: Symbolic | None = None) -> str:
     """Return a system as text: where, states, matrices, modes, stability."""
-    lines = [f"{found.scene.name}, linearised {KINDS[found.kind]}", f"  {where(found)}"]
+    lines = [f"{found.scene.name}, linearised {found.manner}", f"  {where(found)}"]
     lines += [f"  {note}" for note in found.notes]
     for letter, axis in (("x", found.states), ("w", found.inputs), ("y", found.outputs)):
         lines.append(f"  {letter} = ({', '.join(_named(axis)) or 'nothing'})")
@@ -52,7 +52,7 @@ def text(found: Linearization, formulas: Symbolic | None = None) -> str:
         told += [f"with {name} = {_spelled(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
     lines += [*_modes(found), *(f"  {line}" for line in roots(formulas)), ""]
-    verdict = stability(found)
+    verdict = found.stability
     lines.append(f"stability: {verdict.words}")
     lines += [f"  {line}" for line in verdict.lines]
     return "\n".join(lines)
@@ -138,9 +138,11 @@ def _modes(found: Linearization) -> list[str]:
     """Return a line a mode: eigenvalue, frequency, damping, what moves."""
     if not found.modes:
         return ["all eigenvalues are zero"]
-    cells = [list(HEAD)]
-    for mode in found.modes:
-        cells.append([eigenvalue(mode, found), number(mode.frequency), number(mode.damping, 1.0), shape(mode, found)])
+    heads, rows = found.mode_table()
+    cells = [
+        list(heads),
+        *([first, number(hertz), number(damping, 1.0), moves] for first, hertz, damping, moves in rows),
+    ]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return ["  ".join(x.ljust(w) for x, w in zip(row, widths, strict=True)).rstrip() for row in cells]
 
@@ -224,7 +226,7 @@ def _given(found: Linearization) -> dict[str, dict[str, float]]:
 
 def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str, Any]:
     """Return a system for JSON, all digits."""
-    scene, point, verdict = found.scene, found.point, stability(found)
+    scene, point, verdict = found.scene, found.point, found.stability
     axes = {name: getattr(found, name) for name in ("states", "inputs", "outputs")}
     with showing(None):
         eigenvalues = roots(formulas)

@@ -15,17 +15,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import Complexes
-from symdyn.linear.prepared import Prepared
+from symdyn.linear.modes import Complexes, pairs_of
 from symdyn.linear.spinning import turned
 from symdyn.simulation import numbers_at
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
+    from symdyn.linear.prepared import Prepared
 
 TOLERANCE = 1e-12
 """Relative, of a step of the integration; the absolute one is this over the size of a state, at least 1e-2."""
@@ -49,6 +52,11 @@ class Sampled:
         """Of Φ, largest first; inside the unit circle decays."""
         found = np.linalg.eigvals(self.A).astype(np.complex128)
         return found[np.argsort(-np.abs(found), kind="stable")]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {"period": self.period, "Phi": self.A.tolist(), "Gamma": self.B.tolist(),
+                "eigenvalues": pairs_of(self.eigenvalues)}  # fmt: skip
 
 
 def check_period(period: float) -> None:

@@ -14,14 +14,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.linear.linearization import Linearization
 from symdyn.rounding import in_digits
 from symdyn.scene import JOINTS, Joint
 from symdyn.scene.joints import Gimbal
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 STILL = 1e-12
 """Velocities, rad/s or m/s, that are none."""

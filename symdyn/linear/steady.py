@@ -19,10 +19,10 @@ from symdyn.errors import DerivationError, LinearizeError
 from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
-from symdyn.linear.prepared import Prepared
+from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.spinning import EQUAL, STILL, Way, seen, ways
-from symdyn.scene import SceneUnits, acceleration_name
-from symdyn.simulation import numbers_at
+from symdyn.scene import Scene, SceneUnits, acceleration_name
+from symdyn.simulation import numbers_at, read_start
 
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""
@@ -35,6 +35,9 @@ LATER = (0.37, 1.1, 2.9)
 
 AWAY = 0.05
 """How far, rad or m, to look whether equilibria go on."""
+
+MOVES = 1e-9
+"""Rates, rad/s or m/s, of a start that are none."""
 
 ON, STEPS = 0.9, 32
 """How far, rad or m, the mechanism is moved on, and in how many steps."""
@@ -357,3 +360,18 @@ def _balanced(asked: Prepared, found: Linearization) -> Array | None:
         except (LinearizeError, DerivationError):
             return None
     return None
+
+
+def steady_at_start(scene: Scene) -> tuple[Linearization, Array] | None:
+    """Return the steady motion next to the start, and the rates of coordinates there, shape (nq,).
+
+    None where it starts at rest, or there is none; errors as of `linearize`.
+    """
+    asked, start = prepared(scene), read_start(scene)
+    if np.abs(start.u).max(initial=0.0) <= MOVES:
+        return None
+    near = steady_next_to(asked, asked.at(start.q, start.u))
+    one = None if near is None else settled(asked, near)
+    if one is None or one.kind != "steady":
+        return None
+    return one, asked.kinematics(one.point.q)[1] @ one.point.u

@@ -11,13 +11,16 @@ Reference: Emami-Naeini and Van Dooren, Computation of zeros of linear multivari
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import Complexes, spectrum
+from symdyn.linear.modes import Complexes, pairs_of, spectrum
 from symdyn.linear.reach import balanced, minimal
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 NOTHING = 1e-9
 """Singular values over the largest of the balanced system that are zero."""
@@ -52,6 +55,14 @@ class Transfer:
     def at(self, s: complex) -> complex:
         """Return G(s)."""
         return complex(self.gain * np.prod(s - self.zeros) / np.prod(s - self.poles))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "output": self.output, "input": self.input, "gain": self.gain, "zeros": pairs_of(self.zeros),
+            "poles": pairs_of(self.poles), "numerator": self.numerator.tolist(),
+            "denominator": self.denominator.tolist(),
+        }  # fmt: skip
 
 
 def transfers(one: Linearization) -> tuple[Transfer, ...]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from symdyn.linear.linearization import Linearization
 from symdyn.linear.zeros import ZEROS
 from symdyn.rounding import in_digits
+
+if TYPE_CHECKING:
+    from symdyn.linear.linearization import Linearization
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
-from symdyn.linear.linearization import Axis
-from symdyn.linear.over_values import number_in
+from symdyn.linear.axis import Axis
+from symdyn.linear.ranges import number_in
 from symdyn.linear.run_files import check_arrays
 from symdyn.scene import FormulaError
 from symdyn.scene.values import Faults, suggestion

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.linear import HEAD, KINDS, Axis, Linearization, eigenvalue, latex, number, shape, stability, where
+from symdyn.linear import Linearization, number
 from symdyn.notebook.page import Cell, Markup, beside, head, note, notes, table, verdict
 from symdyn.simulation import Sensitivity
 
@@ -15,17 +17,17 @@ WIDEST = 16
 
 def linearization(found: Linearization) -> list[Markup]:
     """Return the matrices of a linear system, its modes, and whether it is stable."""
-    told = stability(found)
-    axes = {"A": (found.states, found.states), "B": (found.states, found.inputs),
-            "C": (found.outputs, found.states), "D": (found.outputs, found.inputs)}  # fmt: skip
+    told = found.stability
+    states, inputs, outputs = found.states.names, found.inputs.names, found.outputs.names
+    axes = {"A": (states, states), "B": (states, inputs), "C": (outputs, states), "D": (outputs, inputs)}
     shown = [_matrix(letter, getattr(found, letter), *axes[letter]) for letter in axes]
-    modes = [(eigenvalue(mode, found), mode.frequency, mode.damping, shape(mode, found)) for mode in found.modes]
+    heads, modes = found.mode_table()
     return [
-        head(found.scene.name, f"linearised {KINDS[found.kind]}"),
+        head(found.scene.name, f"linearised {found.manner}"),
         verdict(told.verdict != "unstable", told.words),
-        note(where(found)),
+        note(found.place),
         beside(*shown),
-        table(HEAD, modes, "modes"),
+        table(heads, modes, "modes"),
         *(note(line) for line in told.lines),
         *notes(found.notes),
     ]
@@ -33,12 +35,12 @@ def linearization(found: Linearization) -> list[Markup]:
 
 def latex_of_linearization(found: Linearization) -> str:
     """Return the linear system in LaTeX."""
-    return latex(found)
+    return found.latex()
 
 
 def sensitivity(found: Sensitivity) -> list[Markup]:
     """Return the derivatives of the end of a run."""
-    matrix = _matrix("d end / d start", found.matrix, Axis(found.rows, ()), Axis(found.columns, ()))
+    matrix = _matrix("d end / d start", found.matrix, found.rows, found.columns)
     text = f"{found.method}, {found.steps} steps, {found.by}"
     return [
         head(found.scene.name, f"how the end at t = {found.t:g} s depends on the start; {text}"),
@@ -47,7 +49,7 @@ def sensitivity(found: Sensitivity) -> list[Markup]:
     ]
 
 
-def _matrix(name: str, matrix: Array, rows: Axis, columns: Axis) -> Markup:
+def _matrix(name: str, matrix: Array, rows: Sequence[str], columns: Sequence[str]) -> Markup:
     """Return a matrix with names on its rows and columns; one that is zero or wide in a line."""
     if not matrix.size:
         return Markup("")
@@ -57,6 +59,6 @@ def _matrix(name: str, matrix: Array, rows: Axis, columns: Axis) -> Markup:
         return note(f"{name}: {len(rows)} × {len(columns)} numbers")
     size = float(np.abs(matrix).max(initial=0.0))
     body: list[list[Cell]] = [
-        [row, *(float(number(x, size)) for x in cells)] for row, cells in zip(rows.names, matrix, strict=True)
+        [row, *(float(number(x, size)) for x in cells)] for row, cells in zip(rows, matrix, strict=True)
     ]
-    return table((name, *columns.names), body)
+    return table((name, *columns), body)

@@ -11,9 +11,8 @@ import numpy as np
 
 from symdyn.algebra import Form, Symbol
 from symdyn.errors import DerivationError, DrawError, LinearizeError, SimulateError
-from symdyn.linear import Equilibria, Linearization, linearize_at_rest, prepared, settled, stability, steady_next_to
+from symdyn.linear import Equilibria, Linearization, linearize_at_rest, steady_at_start
 from symdyn.scene import SceneUnits
-from symdyn.simulation import Forces, read_start
 from symdyn.teach.document import Block, Section, Step, Words
 from symdyn.teach.lesson import Prose, together
 
@@ -63,7 +62,7 @@ def _places(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) 
     rows: list[list[str | Form | Words]] = []
     for one in systems:
         place = [_with_unit(lesson, float(one.point.q[k]), units[k]) for k in shown]
-        rows.append([*place, lesson.say(f"closed.{stability(one).verdict}"), _values(lesson, one)])
+        rows.append([*place, lesson.say(f"closed.{one.stability.verdict}"), _values(lesson, one)])
     return lesson.table(heads, rows)
 
 
@@ -82,24 +81,20 @@ def _steady(lesson: Prose, idle: frozenset[str]) -> Step | None:
     """
     scene = lesson.scene
     try:
-        asked, start = prepared(scene, Forces(), (), ()), read_start(scene)
-        if np.abs(start.u).max(initial=0.0) <= MOVES:
-            return None
-        here = asked.at(start.q, start.u)
-        near = steady_next_to(asked, here)
-        one = None if near is None else settled(asked, near)
+        found = steady_at_start(scene)
     except FAULTS:
         return None
-    if one is None or one.kind != "steady":
+    if found is None:
         return None
+    one, turning = found
     units, rates = SceneUnits(scene).coordinates, SceneUnits(scene).velocities
-    moving = np.abs(asked.kinematics(one.point.q)[1] @ one.point.u) > MOVES
+    moving = np.abs(turning) > MOVES
     free = {*one.dropped, *one.cyclic, *idle}
     q = [k for k, name in enumerate(scene.coordinates) if not (name in free or moving[k] or units[k] == "1")]
     u = [k for k, x in enumerate(one.point.u) if abs(x) > MOVES]
     rows = [(Symbol(scene.coordinates[k]), _with_unit(lesson, float(one.point.q[k]), units[k])) for k in q]
     rows += [(Symbol(scene.velocities[k]), f"{lesson.written(float(one.point.u[k]))} {rates[k]}/s") for k in u]
-    verdict = lesson.say(f"closed.{stability(one).verdict}")
+    verdict = lesson.say(f"closed.{one.stability.verdict}")
     told = lesson.say("closed.next", kind=verdict, values=_values(lesson, one))
     blocks = (lesson.table(("table.symbol", "table.value"), rows), told)
     return Step(
