@@ -19,7 +19,7 @@ from symdyn.scene import Scene, bind, read, read_text
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.decisions import hold, written_decisions
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
@@ -217,8 +217,8 @@ def test_decisions_that_may_not_hold_are_not_taken_over() -> None:
     start = read_start(scene).q
 
     assert known.linear is None
-    assert not hold(known, numbers_at(scene), start)
-    assert not hold(known, numbers_at(bind(scene, {"c": 1.2})), start)  # which it does not close
+    assert not hold(known, opened(scene).numbers(), start)
+    assert not hold(known, opened(bind(scene, {"c": 1.2})), start)  # which it does not close
 
 
 @pytest.mark.parametrize("name", ["four_bar", "rolling_disc", "governor"])

@@ -19,7 +19,7 @@ from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
 from symdyn.program import cheapest
 from symdyn.scene import bind, read_text
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.opened import opened
 
 pytestmark = pytest.mark.long
 
@@ -46,7 +46,7 @@ class Moving:
 
     def __init__(self, linear: Linearization) -> None:
         scene, self.point = linear.scene, linear.point
-        self.w, self.numbers = Workspace(scene), numbers_at(scene)
+        self.w, self.numbers = Workspace(scene), opened(scene).numbers()
         self.entries = cheapest(self.w, "forward_dynamics").entries
         names = linear.states.names
         self.velocities = [scene.velocities.index(name) for name in names[linear.positions :]]

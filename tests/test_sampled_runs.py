@@ -339,12 +339,12 @@ def test_a_run_tells_the_same_at_every_door(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_chatter_is_listed_in_part_and_counted() -> None:
-    from symdyn.simulation.feedback.saturation import listed
+    from symdyn.simulation.feedback.saturation import cut_lines
 
     run = simulate(BLOCK, until=2, feedback=Feedback(alternating(), ("F",), period=0.025, limits={"F": 0.5}))
 
     assert len(run.saturations) == 80
-    assert listed(run.saturations)[20:] == ["and 60 more, which --json and, in Python, run.saturations list"]
+    assert cut_lines(run.saturations)[20:] == ["and 60 more, which --json and, in Python, run.saturations list"]
     assert shares(run) == {-0.5: 50.0, 0.5: 50.0}
     assert sum("40 times, the first from t = " in note for note in run.notes) == 2
 

@@ -23,7 +23,7 @@ from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.motion_laws import Law, read_law
-from symdyn.simulation.record import csv_text, record
+from symdyn.simulation.record import record
 
 pytestmark = pytest.mark.runs()
 
@@ -255,9 +255,9 @@ def test_csv_holds_every_digit_and_the_same_run_is_the_same_text() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         runs: list[Trajectory] = [simulate(double_pendulum(), until=0.5, start={"q1": "1"}) for _ in range(2)]
-    first = csv_text(runs[0]).splitlines()
+    first = runs[0].to_csv().splitlines()
 
-    assert csv_text(runs[0]) == csv_text(runs[1])
+    assert runs[0].to_csv() == runs[1].to_csv()
     assert [float(x) for x in first[-1].split(",")] == runs[0].table()[1][-1].tolist()
     assert first[0].split(",")[:5] == ["t", "q1", "q2", "q1_dot", "q2_dot"]
 

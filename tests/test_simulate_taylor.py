@@ -11,7 +11,6 @@ from scenes_in_time import block, pendulum
 from symdyn.scene import Scene
 from symdyn.simulation import Trajectory, read_forces, simulate
 from symdyn.simulation.integrate.taylor import SAMPLES, STRETCH, Guard
-from symdyn.simulation.record import csv_text
 
 pytestmark = pytest.mark.runs()
 
@@ -55,7 +54,7 @@ def test_unasked_another_method_is_taken_there() -> None:
 @pytest.mark.parametrize("scene", [pendulum, lambda: RUBBING], ids=["straight", "guarded"])
 def test_the_same_run_is_the_same_text(scene: Callable[[], Scene]) -> None:
     """Steps depend on no clock."""
-    runs = [csv_text(simulate(scene(), until=20.0, method="taylor")) for _ in range(2)]
+    runs = [simulate(scene(), until=20.0, method="taylor").to_csv() for _ in range(2)]
 
     assert runs[0] == runs[1]
 

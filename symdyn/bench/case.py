@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from symdyn.simulation import END, Trajectory
+from symdyn.simulation import Trajectory
 from symdyn.verdict import HOLD, NOT_SHOWN, Claims, Judged, Unclaimed, verdict
 
 NOTHING = "nothing could be compared"
@@ -104,8 +104,9 @@ def worst(pairs: Iterable[tuple[float | None, str]], nothing: str = NOTHING) -> 
 
 def of_motion(name: str, metric: str, bound: float, measured: float, made: Trajectory) -> Case:
     """Return a case about a motion; one that ends too early exceeds every bound."""
-    ended = made.stopped == END
-    return Case(name, metric, bound, float(measured) if ended else math.inf, made.method if ended else made.stopped)
+    return Case(
+        name, metric, bound, float(measured) if made.ended else math.inf, made.method if made.ended else made.stopped
+    )
 
 
 def energy_drift(made: Trajectory) -> float:

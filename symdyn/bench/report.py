@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
-from symdyn.bench.measurements import Curve, MotionPrecision
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.emit import in_markdown, render
 from symdyn.rounding import in_digits
@@ -17,7 +16,7 @@ from symdyn.verify import finite
 
 if TYPE_CHECKING:
     from symdyn.bench.case import Stress
-    from symdyn.bench.measurements import Bench
+    from symdyn.bench.measurements import Bench, Curve, MotionPrecision
 
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
 DEEPER = ("implementation", "states", "ulp", "of own bound", "backward")

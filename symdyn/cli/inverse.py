@@ -18,7 +18,7 @@ from symdyn.cli.trajectory_options import (
 )
 from symdyn.errors import SimulateError
 from symdyn.simulation import inverse, read_motion, read_path
-from symdyn.simulation.prescribed import motion_times, read_inputs, tables_in
+from symdyn.simulation.prescribed import motion_times, read_inputs
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
         lambda: read_inputs(scene, forces_told(scene, options)),
         lambda: pairs(options.start, "--start"),
         lambda: check_outputs(scene, options),
-        lambda: motion_times([*laws, *tables_in(paths)], options.until, options.every),
+        lambda: motion_times(laws, paths, options.until, options.every),
     )
     with Waiting() as progress:
         progress(f"computing forces of {scene.name}")

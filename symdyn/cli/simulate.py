@@ -10,24 +10,8 @@ from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, SceneUnits, ask_for_units
-from symdyn.scene.values import Faults
-from symdyn.simulation import (
-    END,
-    FINEST,
-    INTERRUPTED,
-    Feedback,
-    Trajectory,
-    changed,
-    check_run,
-    listed,
-    placed,
-    read_feedback,
-    read_forces,
-    read_start,
-    simulate,
-)
-from symdyn.simulation.prescribed import close, counted, noted, number_of, parameter_values, read_formula
+from symdyn.scene import Scene
+from symdyn.simulation import Feedback, Trajectory, check_run, feedback_of, read_forces, read_start, simulate
 
 CTRL_C = 130
 
@@ -84,9 +68,7 @@ def run(options: argparse.Namespace) -> int:
         lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
         lambda: _feedback(scene, options),
         lambda: check_outputs(scene, options),
-        lambda: check_run(
-            scene, options.until, options.every, options.rtol, options.atol, formulas, options.method, finest=FINEST
-        ),
+        lambda: check_run(scene, options.until, options.every, options.rtol, options.atol, formulas, options.method),
     )
     with Bar(f"simulating {scene.name}") as progress:
         trajectory = simulate(
@@ -112,9 +94,9 @@ def run(options: argparse.Namespace) -> int:
     for event in trajectory.events:
         if not event.stops:
             say(f"event: {event.formula} = 0 at t = {event.t!r} s")
-    for line in listed(trajectory.saturations):
+    for line in trajectory.cut_lines:
         say(f"saturation: {line}")
-    if trajectory.stopped != END:
+    if not trajectory.ended:
         (fail if ended else say)(ending(trajectory))
     say(balance(trajectory))
     return ended
@@ -131,24 +113,13 @@ def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:
         if told:
             raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
         return None
-    values, units, faults = parameter_values(scene), SceneUnits(scene).letters, Faults("")
-    limits, said = {}, pairs(options.limits, "--limits")
-    with noted(faults):
-        ask_for_units(scene.inputs, said.items(), "--limits")
-    for name, text in said.items():
-        formula = read_formula(text, values, f"--limits: {name}", faults, unit=units.get(name, ""))
-        if formula is not None:
-            limits[name] = number_of(formula, values, f"--limits: {name}", faults)
-    close(faults)
-    found = read_feedback(scene, options.feedback)
-    found = changed(found, period=options.period, delay=options.delay, limits=limits or None)
-    placed(scene, found, options.until)
-    return found
+    said = pairs(options.limits, "--limits")
+    return feedback_of(scene, options.feedback, options.period, options.delay, said, options.until)
 
 
 def ending(trajectory: Trajectory) -> str:
     """Return why a run ended before its time."""
-    if trajectory.stopped == INTERRUPTED:
+    if trajectory.interrupted:
         return f"interrupted at t = {in_digits(float(trajectory.t[-1]), 6)} s; what was computed until then is kept"
     if trajectory.complete:
         return f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s"
@@ -157,7 +128,8 @@ def ending(trajectory: Trajectory) -> str:
 
 def balance(trajectory: Trajectory) -> str:
     """Return what a run took, and how well it keeps the laws."""
-    times = f"{counted(trajectory.steps, 'step')} in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare"
+    steps = f"{trajectory.steps} step{'s' * (trajectory.steps != 1)}"
+    times = f"{steps} in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare"
     return f"{times}; {errors(trajectory)}"
 
 
@@ -182,6 +154,6 @@ def errors(trajectory: Trajectory) -> str:
 
 def status(trajectory: Trajectory) -> int:
     """Return the exit status: 130 after Ctrl-C, 1 where the integrator gave up."""
-    if trajectory.stopped == INTERRUPTED:
+    if trajectory.interrupted:
         return CTRL_C
     return 0 if trajectory.complete else 1

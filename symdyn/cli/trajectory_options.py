@@ -11,20 +11,17 @@ from pathlib import Path
 
 from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_paths, say
-from symdyn.draw import Reel
+from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene, in_si_here
 from symdyn.scene.values import Faults, split_commas
 from symdyn.simulation import (
     Trajectory,
-    about,
     axes_of,
     check_columns,
     check_film,
     check_plot,
     check_record,
-    csv_text,
-    film,
     plot,
     record,
 )
@@ -123,7 +120,11 @@ def _check_film(path: Path, options: argparse.Namespace) -> None:
 
 def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> None:
     with Bar(f"drawing {path.name}") as progress:
-        film(trajectory, path, reel(options), progress, lambda line: say(f"symdyn: {line}"))
+        shown, note = reel(options), lambda line: say(f"symdyn: {line}")
+        film(
+            trajectory.scene, trajectory.t, trajectory.q, path,
+            fps=shown.fps, size=shown.size, loop=shown.loop, told=progress, note=note,
+        )  # fmt: skip
 
 
 OUTPUTS: dict[str, tuple[Callable[..., None], Callable[..., None]]] = {
@@ -163,9 +164,9 @@ def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
     if options.json:
         names, table = trajectory.table()
         columns = dict(zip(names, table.T.tolist(), strict=True))
-        give(about(trajectory) | ({} if files else {"columns": columns}))
+        give(trajectory.about() | ({} if files else {"columns": columns}))
     elif not files:
-        sys.stdout.write(csv_text(trajectory))
+        sys.stdout.write(trajectory.to_csv())
     for key, (_, write) in OUTPUTS.items():
         if name := getattr(options, key):
             write(trajectory, Path(name), options)

@@ -29,7 +29,7 @@ from symdyn.linear.eliminated import RANK
 from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.scene import SceneUnits
-from symdyn.simulation import numbers_at, opened, read_start
+from symdyn.simulation import opened, read_start
 from symdyn.simulation.prescribed import TIME
 
 STARTS = 200
@@ -174,7 +174,7 @@ class _Search:
         self.start = read_start(self.scene).q
         here = asked.place(self.start, np.zeros(state.n), t)
         self.sizes, self.units = here.sizes, SceneUnits(self.scene).coordinates
-        self.turns, self.numbers = self._turns(), numbers_at(self.scene)
+        self.turns, self.numbers = self._turns(), opened(self.scene).numbers()
 
     def at(self, q: Array, multipliers: Array) -> dict[str, Array]:
         """Return the parts of the equations, shape (N, ...)."""

@@ -22,7 +22,7 @@ from symdyn.dynamics.loops import newton
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Mode, untouched
-from symdyn.simulation import check_film, numbers_at
+from symdyn.simulation import check_film, opened
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
@@ -58,7 +58,7 @@ def motion(one: Linearization, mode: Mode) -> tuple[Array, Array]:
     turn = np.linspace(0.0, 2 * math.pi, MOMENTS)
     course = np.exp(1j * turn) if mode.oscillates else (1 - np.cos(turn)) / 2
     shifts = np.real(np.outer(course, shape))
-    numbers, point = numbers_at(one.scene), one.point.q
+    numbers, point = opened(one.scene).numbers(), one.point.q
     labels = COLUMNS["q"](Workspace(one.scene))
     held = [labels.index(name) for name in (*one.states.names[: one.positions], *one.dropped)]
     found = [newton(numbers, numbers.normalised(point + one.moves @ shift), held) for shift in shifts]

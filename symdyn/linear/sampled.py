@@ -24,7 +24,7 @@ from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Complexes, pairs_of
 from symdyn.linear.spinning import turned
-from symdyn.simulation import numbers_at
+from symdyn.simulation import opened
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
@@ -93,7 +93,7 @@ def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
     from scipy.integrate import solve_ivp  # late, too
 
     check_period(period)
-    point, numbers = one.point, numbers_at(one.scene)
+    point, numbers = one.point, opened(one.scene).numbers()
     full = asked.at(point.q, point.u, point.t)
     labels = COLUMNS["q"](asked.functions.w)
     n, inputs, nq, nv = len(full.A), full.B.shape[1], len(point.q), len(point.u)

@@ -22,7 +22,7 @@ from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.spinning import EQUAL, STILL, Way, seen, ways
 from symdyn.scene import Scene, SceneUnits, acceleration_name
-from symdyn.simulation import numbers_at, read_start
+from symdyn.simulation import opened, read_start
 
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""
@@ -176,7 +176,7 @@ def with_families(asked: Prepared, found: Linearization) -> Linearization:
 
 def _leads_on(asked: Prepared, found: Linearization, way: Array) -> bool:
     """Tell whether equilibria go on along a direction of positions: Newton's method does not come back."""
-    numbers = numbers_at(found.scene)
+    numbers = opened(found.scene).numbers()
     there = _closed(numbers, numbers.moved(found.point.q, AWAY * (found.directions @ way)))
     place = nearest(asked, there, found.point.t, whole=False)
     far = np.abs(there - found.point.q).max()
@@ -187,7 +187,7 @@ def _cyclic_at_rest(
     asked: Prepared, full: Linearization, steady: Linearization, dropped: Sequence[int]
 ) -> Linearization:
     """Return a steady system with those of its positions named that do not move and on which nothing depends."""
-    numbers, names = numbers_at(full.scene), []
+    numbers, names = opened(full.scene).numbers(), []
     for k in untouched(steady.A, range(steady.positions)):
         way = full.directions[:, full.states.names.index(steady.states.names[k])]
         q = _closed(numbers, numbers.moved(full.point.q, AWAY * way))
@@ -255,7 +255,7 @@ def _velocities(asked: Prepared, found: Linearization, q: Array) -> Array:
 
 def _later(asked: Prepared, found: Linearization) -> tuple[Array, float]:
     """Return where the mechanism is after about a radian or a metre, and when, s; what has no rate has stayed."""
-    numbers, labels = numbers_at(found.scene), COLUMNS["q"](asked.functions.w)
+    numbers, labels = opened(found.scene).numbers(), COLUMNS["q"](asked.functions.w)
     time = ON / float(np.abs(found.point.u).max())
     q, step = found.point.q.copy(), time / STEPS
 
@@ -345,7 +345,7 @@ def steady_next_to(asked: Prepared, found: Linearization, q: Array | None = None
 
 def _balanced(asked: Prepared, found: Linearization) -> Array | None:
     """Return the position next to a point at which its independent velocities stay, None where Newton finds none."""
-    numbers, here, p = numbers_at(found.scene), found, found.positions
+    numbers, here, p = opened(found.scene).numbers(), found, found.positions
     places = [found.scene.velocities.index(name) for name in found.states.names[p:]]
     for _ in range(TRIES):
         step = -np.linalg.lstsq(here.A[p:, :p], here.point.udot[places], rcond=1e-9)[0]

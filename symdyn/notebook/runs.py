@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
-from symdyn.simulation import MONITORS, Ensemble, Trajectory, draw, importable, listed
+from symdyn.simulation import Ensemble, Trajectory, importable
 from symdyn.transcription import Collocation, Solution
 
 MOST = 20_000
@@ -20,11 +22,8 @@ def trajectory(found: Trajectory) -> list[Markup]:
     span = f"t = {found.t[0]:g} to {found.t[-1]:g} s, {count} samples" if count else "no samples"
     method = f", {found.method}" if found.method else ""
     ended = [] if found.complete else [verdict(False, f"ended by: {found.stopped}")]
-    monitors: list[tuple[str, Cell]] = []
-    for name, value in found.monitors.items():
-        kind, _, contact = name.partition(" ")
-        monitors.append((MONITORS.get(kind, kind) + (f", of {contact}" if contact else ""), float(value)))
-    lines = listed(found.saturations)
+    monitors = [(words, float(value)) for words, value in found.monitor_rows]
+    lines = found.cut_lines
     events = [(event.formula, event.t, "ended the run" if event.stops else "") for event in found.events]
     return [
         head(found.scene.name, span + method),
@@ -66,8 +65,8 @@ def _plots(found: Trajectory) -> Markup:
         return Markup("")
     if not importable(EXTRAS["plot"].modules[0]):
         return note(f"plots need matplotlib: {install('plot')}")
-    kind = "svg" if len(found.t) * len(found.names) <= MOST else "png"
-    return picture(draw(found, kind), kind, f"plots of {found.scene.name}", dark=False)
+    kind: Literal["svg", "png"] = "svg" if len(found.t) * len(found.names) <= MOST else "png"
+    return picture(found.drawn(kind), kind, f"plots of {found.scene.name}", dark=False)
 
 
 def collocation(found: Collocation) -> list[Markup]:

@@ -14,19 +14,14 @@ from .ensemble.measures import (
 )
 from .ensemble.one_by_one import sums_over as sums_over
 from .equations.compiled_routines import argument as argument, compiled as compiled, plain as plain, points as points
-from .equations.opened import numbers_at as numbers_at, opened as opened
+from .equations.opened import opened as opened
 from .equations.projection import Projection as Projection
 from .equations.system import StateEquations as StateEquations
 from .equations.variational import ALONG as ALONG, Flow as Flow, flow as flow
 from .equations.written import state_equations as state_equations
-from .feedback.controller import (
-    Feedback as Feedback,
-    changed as changed,
-    placed as placed,
-    read_feedback as read_feedback,
-)
+from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
 from .feedback.gains import Gains as Gains, state_names as state_names
-from .feedback.saturation import Saturation as Saturation, listed as listed
+from .feedback.saturation import Saturation as Saturation
 from .forward import check_run as check_run, ready as ready, simulate as simulate
 from .gradients import (
     Sensitivity as Sensitivity,
@@ -37,7 +32,7 @@ from .gradients import (
     varied as varied,
 )
 from .initial import Start as Start, Values as Values, read_guess as read_guess, read_start as read_start
-from .integrate import FINEST as FINEST, METHODS as METHODS
+from .integrate import METHODS as METHODS
 from .integrate.heyoka_expressions import library as library, refuses as refuses, translate as translate
 from .integrate.method import (
     IntegrationError as IntegrationError,
@@ -50,9 +45,7 @@ from .inverse_run import inverse as inverse
 from .monitors import observe as observe
 from .panels import Curve as Curve, Panel as Panel, check_columns as check_columns, chosen as chosen
 from .plot import (
-    MONITORS as MONITORS,
     check_plot as check_plot,
-    draw as draw,
     framed as framed,
     plot as plot,
     shown_figure as shown_figure,
@@ -64,11 +57,8 @@ from .prescribed.point_path import ScenePath as ScenePath
 from .prescribed.scene_motion import SceneMotion as SceneMotion, read_motion as read_motion
 from .reaction_columns import axes_of as axes_of
 from .record import (
-    about as about,
     check_film as check_film,
     check_record as check_record,
-    csv_text as csv_text,
-    film as film,
     record as record,
     write_whole as write_whole,
 )

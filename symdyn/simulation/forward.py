@@ -23,7 +23,7 @@ from symdyn.simulation.feedback.controller import Feedback, Law
 from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.initial import Start, Values, read_start, singular
 from symdyn.simulation.integrate import FINEST, METHODS
-from symdyn.simulation.integrate.method import DOUBLES, Problem
+from symdyn.simulation.integrate.method import Problem
 from symdyn.simulation.integrator import Choice, choose
 from symdyn.simulation.joint_limits import at_start, nothing_ignored, on_the_way, stopping
 from symdyn.simulation.prescribed.entries import Entries
@@ -117,7 +117,7 @@ def simulate(
     with noted(faults):
         initial = read_start(scene, start, start_rates)
     with noted(faults):
-        zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions, FINEST)
+        zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
     outside = Control()
     with noted(faults):
         outside = control(scene, feedback, given, until)
@@ -200,7 +200,7 @@ def check_run(
     formulas: Sequence[str] = (),
     method: str | None = None,
     reactions: bool | str = False,
-    finest: float = DOUBLES,
+    finest: float = FINEST,
 ) -> tuple[tuple[Quantity, ...], Array]:
     """Return the formulas of events and the times of samples of a run; arguments as for `simulate`.
 

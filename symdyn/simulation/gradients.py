@@ -31,6 +31,7 @@ from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import check_run, ready
 from symdyn.simulation.initial import Start, Values, read_start
 from symdyn.simulation.integrate import METHODS
+from symdyn.simulation.integrate.method import DOUBLES
 from symdyn.simulation.integrate.tape import UNHEARD, Tape, taped
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.entries import Entries
@@ -145,7 +146,7 @@ def sensitivity(
     with noted(faults):
         initial = read_start(scene, start, start_rates)
     with noted(faults):
-        check_run(scene, until, None, rtol, atol)
+        check_run(scene, until, None, rtol, atol, finest=DOUBLES)
     for one in forces.functions:
         faults.add(one.where, "a function has no derivatives; write a formula")
     if by not in DOORS:

@@ -16,7 +16,7 @@ from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, start_of, velocity_name
 from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.equations.conserved import values_on
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
 from symdyn.simulation.prescribed.formulas_in_time import bound, close, number_of, parameter_values, read_formula, words
@@ -62,7 +62,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         SimulateError: with every fault, one line each; also where angles are singular there, or a wheel lies flat.
     """
     if isinstance(start, Start):
-        no_equations(numbers_at(scene), start.q)
+        no_equations(opened(scene).numbers(), start.q)
         return start
     values = parameter_values(scene)
     faults = Faults("")
@@ -81,7 +81,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
             given_u.append(k)
             if k in moved:
                 faults.add("start rates", f"{name} has a prescribed motion, which says how it starts")
-    numbers = numbers_at(scene)
+    numbers = opened(scene).numbers()
     _prescribe(scene, q, u, given_q, faults)
     names = list(scene.coordinates)
     parts = {", ".join(one): slice(names.index(one[0]), names.index(one[0]) + 4) for one in quaternions(scene)}
@@ -112,7 +112,7 @@ def read_guess(scene: Scene, start: Values | None = None) -> Array:
     faults = Faults("")
     q, _, _ = _position(scene, start, parameter_values(scene), faults)
     close(faults)
-    return numbers_at(scene).normalised(q)
+    return opened(scene).numbers().normalised(q)
 
 
 def _position(

@@ -25,7 +25,7 @@ from symdyn.scene.values import Faults, force_unit
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.crossings import SLACK
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.followed import Followed, followed
 from symdyn.simulation.following import Tied
 from symdyn.simulation.initial import Values, no_equations, read_guess
@@ -121,7 +121,7 @@ def inverse(
         notes += found.notes
         columns |= {"path_error" if path.points else "loop_error": found.off} if functions.holds else {}
     else:
-        no_equations(numbers_at(scene), q[0])
+        no_equations(opened(scene).numbers(), q[0])
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
     over_time = input_columns(scene, forces, t[: len(q)], q, u)
     letters = np.array([*over_time.values()]).reshape(len(over_time), len(q)).T
@@ -174,7 +174,7 @@ def _followed(
 
     for lengths in _lengths(scene, known(t)[0], given):
         _unit(lengths)
-    numbers = numbers_at(scene)
+    numbers = opened(scene).numbers()
     tied = Tied(numbers, lambda name, q, u: functions(name, 0.0, q, u), functions.holding)
     quasi = {scene.velocities.index(name): law for name, law in motion.quasi.items()}
     if path.points:

@@ -13,7 +13,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.scene import FORCES, Contact
-from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.reaction_columns import multipliers
 from symdyn.simulation.trajectory import Trajectory
@@ -72,7 +72,7 @@ def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], li
     contacts = [row for row in system.scene.contacts if FORCES[row.kind].closes(row)]
     if not contacts:
         return [], []
-    labels, decisions = numbers_at(system.scene).constraints.labels, system.decisions
+    labels, decisions = opened(system.scene).numbers().constraints.labels, system.decisions
     owners = {k: (label.owner, label.number) for k, label in enumerate(labels) if not label.loop}
     places = {owners[k]: place for place, k in enumerate(decisions.kept) if k in owners}
     shared = {owners[k] for k in decisions.loose if k in owners}

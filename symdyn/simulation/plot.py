@@ -11,7 +11,6 @@ from symdyn.draw import import_matplotlib, saved, settings
 from symdyn.emit import in_html, render
 from symdyn.errors import SimulateError
 from symdyn.extras import install
-from symdyn.simulation.feedback.saturation import listed
 from symdyn.simulation.integrate.method import importable
 from symdyn.simulation.panels import Curve, Panel, panels
 from symdyn.simulation.record import write_whole
@@ -22,18 +21,6 @@ if TYPE_CHECKING:
     from symdyn.simulation.trajectory import Trajectory
 
 ENDINGS = (".svg", ".pdf", ".png", ".html")
-
-MONITORS = {
-    "energy": "largest error of the energy balance, J",
-    "energy_scale": "energy that moved, J",
-    "loops": "largest residual of the loops, m or 1",
-    "loop_rates": "largest velocity against the rows, m/s or rad/s",
-    "quaternions": "largest error of a squared length of a quaternion",
-    "momenta": "largest change of a conserved momentum",
-    "normal_force": "smallest normal force, N",
-    "friction_coefficient": "largest friction coefficient that is needed",
-}
-"""What the monitors of a run tell, in words; those of a contact have its name behind theirs."""
 
 MOST_LINES = 12
 """Curves of one axis; further ones are left out, and the title says so."""
@@ -191,9 +178,7 @@ def _facts(trajectory: Trajectory) -> list[tuple[str, str]]:
             ("steps", f"{trajectory.steps}"),
             ("ended by", trajectory.stopped),
         ]
-    for name, value in trajectory.monitors.items():
-        kind, _, contact = name.partition(" ")
-        facts.append((MONITORS[kind] + (f", of {contact}" if contact else ""), f"{value:.3g}"))
+    facts += [(words, f"{value:.3g}") for words, value in trajectory.monitor_rows]
     facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
-    facts += [("saturation", line) for line in listed(trajectory.saturations)]
+    facts += [("saturation", line) for line in trajectory.cut_lines]
     return facts + [("note", line) for line in trajectory.notes]

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.emit import write_file
-from symdyn.errors import EmitError, UnknownNameError, quoted
+from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.values import listed, value_of
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing
-from symdyn.simulation.feedback.saturation import Saturation
+from symdyn.simulation.feedback.saturation import Saturation, cut_lines
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -29,6 +29,18 @@ if TYPE_CHECKING:
 
 END = "end"
 INTERRUPTED = "interrupted"
+
+MONITORS = {
+    "energy": "largest error of the energy balance, J",
+    "energy_scale": "energy that moved, J",
+    "loops": "largest residual of the loops, m or 1",
+    "loop_rates": "largest velocity against the rows, m/s or rad/s",
+    "quaternions": "largest error of a squared length of a quaternion",
+    "momenta": "largest change of a conserved momentum",
+    "normal_force": "smallest normal force, N",
+    "friction_coefficient": "largest friction coefficient that is needed",
+}
+"""What the monitors of a run tell, in words; those of a contact have its name behind theirs."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +120,27 @@ class Trajectory(Shown):
         return self.stopped == END or (bool(self.events) and self.events[-1].formula == self.stopped)
 
     @property
+    def ended(self) -> bool:
+        """Whether it reached the time of its end."""
+        return self.stopped == END
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether a user ended it."""
+        return self.stopped == INTERRUPTED
+
+    @property
+    def cut_lines(self) -> list[str]:
+        """Times in which forces were cut in words, the first of many."""
+        return cut_lines(self.saturations)
+
+    @property
+    def monitor_rows(self) -> list[tuple[str, float]]:
+        """What the monitors tell, in words, and their values."""
+        parts = [(name.partition(" "), value) for name, value in self.monitors.items()]
+        return [(MONITORS.get(kind, kind) + (f", of {of}" if of else ""), value) for (kind, _, of), value in parts]
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns of `table`."""
         rates = self.scene.velocities
@@ -184,6 +217,22 @@ class Trajectory(Shown):
         """
         return tables.data_set(self.columns, self.table()[1], self._about)
 
+    def about(self) -> dict[str, Any]:
+        """Return how it was made, and how well laws were kept, for JSON; the same run, the same text."""
+        return {
+            "scene": self.scene.name,
+            "method": self.method,
+            "rtol": self.rtol,
+            "atol": self.atol,
+            "steps": self.steps,
+            "evaluations": self.evaluations,
+            "stopped": self.stopped,
+            "events": [{"formula": e.formula, "t": e.t, "stops": e.stops} for e in self.events],
+            "saturations": [asdict(one) for one in self.saturations],
+            "held": list(self.held),
+            "monitors": dict(self.monitors),
+        }
+
     def plot(self, *names: str | Sequence[str]) -> Figure:
         """Return a figure of matplotlib, which a notebook shows: an axis a unit.
 
@@ -199,6 +248,17 @@ class Trajectory(Shown):
         from symdyn.simulation.plot import figure
 
         return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+
+    def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
+        """Return the usual plot as a picture; the same run, the same bytes.
+
+        Raises:
+            SimulateError: another kind, or matplotlib is not installed.
+        """
+        check_arguments(Trajectory.drawn, locals(), SimulateError)
+        from symdyn.simulation.plot import draw
+
+        return draw(self, kind)
 
     def animate(
         self,

@@ -16,7 +16,7 @@ import numpy as np
 from symdyn.errors import spoken
 from symdyn.scene import Parameter, Scene, bind
 from symdyn.scene.values import Faults, split_commas
-from symdyn.simulation import FINEST, Forces, Values, check_run, read_forces, read_measure, read_start
+from symdyn.simulation import Forces, Values, check_run, read_forces, read_measure, read_start
 from symdyn.simulation.prescribed import Entries, close, noted, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
@@ -84,7 +84,7 @@ def prepared(
     read = Forces()
     if not scene.free_parameters or not faults.lines:
         with noted(faults):
-            check_run(scene, until, every, rtol, atol, (), method, finest=FINEST)
+            check_run(scene, until, every, rtol, atol, (), method)
         with noted(faults):
             read = read_forces(scene, forces)
         with noted(faults):

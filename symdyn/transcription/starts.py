@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.scene import SceneUnits
-from symdyn.simulation import numbers_at
+from symdyn.simulation import opened
 from symdyn.transcription.solution import Searched, Solution
 from symdyn.transcription.transcribed import Collocation
 
@@ -53,7 +53,7 @@ def _one(problem: Collocation, guess: Array, random: np.random.Generator) -> Arr
         z[place["u"]] = guess[place["u"]] + np.cos(angle) @ (a * turns[:, None]) / duration
         z[place["a"]] = guess[place["a"]] - np.sin(angle[grid.stage]) @ (a * turns[:, None] ** 2) / duration**2
     else:
-        numbers = numbers_at(problem.scene)
+        numbers = opened(problem.scene).numbers()
         z[place["q"]] = [numbers.normalised(q) for q in z[place["q"]]]
     return np.clip(z, problem.lower, problem.upper)
 

@@ -24,7 +24,7 @@ from symdyn.simulation.ensemble.measures import Measure, read_measures
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, joined, nothing
 from symdyn.simulation.ensemble.ways import choose
 from symdyn.simulation.forward import check_run
-from symdyn.simulation.integrate import FINEST, METHODS
+from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted
@@ -108,7 +108,7 @@ def ensemble(
     with noted(faults):
         read = read_measures(lanes.scene, texts, faults)
     with noted(faults):
-        _, times = check_run(lanes.scene, until, every, rtol, atol, stops, method, finest=FINEST)
+        _, times = check_run(lanes.scene, until, every, rtol, atol, stops, method)
     if workers is not None and workers < 1:
         faults.add("", f"workers = {workers} is no number of threads; give 1 or more, or none")
     faults.lines[:] = dict.fromkeys(faults.lines)

@@ -28,7 +28,7 @@ from symdyn.dynamics.loops import (
 from symdyn.dynamics.roads import LinearLoops, linear_loops
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.simulation.equations.opened import numbers_at, opened
+from symdyn.simulation.equations.opened import opened
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def loop_decisions(scene: Scene) -> tuple[LoopDecisions, Numbers]:
     Raises:
         DerivationError: the loops cannot be assembled.
     """
-    return close(numbers_at(scene), opened(scene).closing)
+    return close(opened(scene).numbers(), opened(scene).closing)
 
 
 @lru_cache(maxsize=16)

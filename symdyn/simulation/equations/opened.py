@@ -38,6 +38,10 @@ class Opened:
         """What tells derivations at which values decisions about closed loops are made."""
         return LoopChoices(parameters=tuple((p.name, self.values[p.name]) for p in self.scene.free_parameters))
 
+    def numbers(self) -> Numbers:
+        """Return the scene in numbers, at its values; what is derived of it is derived once for all values."""
+        return _open_numbers(self.scene).afresh(self.values)
+
 
 @lru_cache(maxsize=16)
 def opened(scene: Scene) -> Opened:
@@ -111,9 +115,3 @@ def _open_numbers(scene: Scene) -> Numbers:
     for one in (found, found.plain):  # copies share what was derived
         one.derive()
     return found
-
-
-def numbers_at(scene: Scene) -> Numbers:
-    """Return a scene in numbers, at its values; what is derived of it is derived once for all values."""
-    found = opened(scene)
-    return _open_numbers(found.scene).afresh(found.values)

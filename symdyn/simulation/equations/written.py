@@ -29,7 +29,7 @@ from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled
 from symdyn.simulation.equations.conserved import candidates
 from symdyn.simulation.equations.crossings import ends, limits_of
 from symdyn.simulation.equations.decisions import WrittenDecisions, hold, written_decisions
-from symdyn.simulation.equations.opened import numbers_at, opened
+from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.forces import Forces
 
@@ -58,7 +58,7 @@ def state_equations(
     asked = (opened(scene).scene, *forces.form, tuple(events))
     others = [one for one in _KEPT if one[:-1] == asked]
     decisions = others[-1][-1] if others and scene.is_closed else None
-    if decisions is None or start is None or not hold(decisions, numbers_at(scene), start):
+    if decisions is None or start is None or not hold(decisions, opened(scene).numbers(), start):
         decisions = written_decisions(scene)
     notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
     made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))

@@ -17,11 +17,17 @@ from typing import Any, TypeAlias
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import Scene
+from symdyn.scene import Scene, SceneUnits, ask_for_units
 from symdyn.scene.values import Faults
 from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
-from symdyn.simulation.prescribed.formulas_in_time import close
+from symdyn.simulation.prescribed.formulas_in_time import (
+    close,
+    noted,
+    number_of,
+    parameter_values,
+    read_formula,
+)
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
 
@@ -178,6 +184,30 @@ def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[st
     return found
 
 
-def changed(feedback: Feedback, **more: Any) -> Feedback:
-    """Return a controller with some attributes replaced, those that are None left as they are."""
-    return replace(feedback, **{name: value for name, value in more.items() if value is not None})
+def feedback_of(
+    scene: Scene,
+    file: str,
+    period: float | None,
+    delay: float | None,
+    limits: Mapping[str, str],
+    until: float,
+) -> Feedback:
+    """Return the controller of a file, with other times and limits; what is None or nothing stays as it is there.
+
+    `limits` are formulas in parameters, largest sizes of forces by name, told as of --limits.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    values, units, faults, most = parameter_values(scene), SceneUnits(scene).letters, Faults(""), {}
+    with noted(faults):
+        ask_for_units(scene.inputs, limits.items(), "--limits")
+    for name, text in limits.items():
+        formula = read_formula(text, values, f"--limits: {name}", faults, unit=units.get(name, ""))
+        if formula is not None:
+            most[name] = number_of(formula, values, f"--limits: {name}", faults)
+    close(faults)
+    more: dict[str, Any] = {"period": period, "delay": delay, "limits": most or None}
+    found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
+    placed(scene, found, until)
+    return found

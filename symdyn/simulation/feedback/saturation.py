@@ -119,7 +119,7 @@ MOST = 20
 """Times that are listed for a reader; a controller may chatter."""
 
 
-def listed(found: Sequence[Saturation]) -> list[str]:
+def cut_lines(found: Sequence[Saturation]) -> list[str]:
     """Return lines that list such times, the first of many."""
     more = len(found) - MOST
     lines = [one.words for one in found[:MOST]]

@@ -12,6 +12,5 @@ from .formulas_in_time import (
     read_seen as read_seen,
     words as words,
 )
-from .numbers_in_time import Columns as Columns, counted as counted, read_columns as read_columns
-from .path_entries import tables_in as tables_in
+from .numbers_in_time import Columns as Columns, read_columns as read_columns
 from .scene_motion import motion_times as motion_times

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -163,9 +163,3 @@ def _from_columns(name: str, table: Columns, faults: Faults) -> PointPath | None
 
 def _column(table: Columns, name: str) -> Law | None:
     return column_law(table, name, f"{name}_dot", f"{name}_ddot") if name in table.values else None
-
-
-def tables_in(entries: Sequence[str]) -> list[str]:
-    """Return the .csv files that words name."""
-    texts = [(entry.partition("=")[2] or entry).strip() for entry in entries]
-    return [text for text in texts if text.lower().endswith(".csv")]

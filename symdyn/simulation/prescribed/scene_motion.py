@@ -84,14 +84,15 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
     return SceneMotion(laws, quasi, {name: Table(table.t, table.values[name]) for name, table in letters})
 
 
-def motion_times(entries: Sequence[str], until: float | None, every: float | None) -> Array:
-    """Return the times of samples: those asked for, else the rows of the one table among `entries`.
+def motion_times(entries: Sequence[str], paths: Sequence[str], until: float | None, every: float | None) -> Array:
+    """Return the times of samples: those asked for, else the rows of the one table of motions and paths.
 
     Raises:
         SimulateError: neither a time of the end nor one table, or times that are none.
     """
     faults = Faults("")
-    tables = [entry for entry in entries if "=" not in entry and Path(entry).suffix.lower() == ".csv"]
+    named = [(entry.partition("=")[2] or entry).strip() for entry in paths]  # points have tables too, after their names
+    tables = [entry for entry in (*entries, *named) if "=" not in entry and Path(entry).suffix.lower() == ".csv"]
     if until is None and len(tables) == 1 and every is None:
         return read_columns(Path(tables[0])).t
     if until is None and len(tables) == 1:
