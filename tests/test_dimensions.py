@@ -17,6 +17,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Scene, bind, body, parameter, prismatic, read, read_text, revolute, scene, write_text
+from symdyn.scene.values.unit import Unit
 
 ROOT = Path(__file__).parent.parent
 
@@ -155,15 +156,14 @@ ROUND = {"bicycle": {"0.9", "-0.9", "-0.7"}, "rolling_disc": {"6"}}
 @given(powers=st.lists(st.integers(-1, 1), min_size=6, max_size=6), extra=st.sampled_from(list(DIMENSIONS)[:5]))
 def test_a_product_of_letters_is_of_the_product_of_their_units(powers: list[int], extra: str) -> None:
     """The unit of an output by hand: right where it is so, refused with one letter more."""
-    from symdyn.scene.values.unit import read_unit
 
     def formula(given: dict[str, int]) -> str:
         return "*".join(f"{name}**{n}" for name, n in given.items() if n) or "phi"
 
     held = dict(zip(DIMENSIONS, powers, strict=True))
-    unit = read_unit("1")
+    unit = Unit.read("1")
     for name, n in held.items():
-        unit = unit * read_unit(DIMENSIONS[name]) ** n
+        unit = unit * Unit.read(DIMENSIONS[name]) ** n
     said = f', unit = "{unit.dimension.text}"'
     assert pendulum(more=output(formula(held), said)).outputs[0].unit == unit.dimension.text
     held[extra] += 1

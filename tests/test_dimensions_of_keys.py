@@ -13,6 +13,7 @@ import pytest
 
 from symdyn.errors import SceneError
 from symdyn.scene import parse, read_text, write_text
+from symdyn.scene.values.unit import Unit
 
 
 def leaves(value: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -33,7 +34,6 @@ def test_every_key_of_numbers_says_its_dimension() -> None:
     from symdyn.scene import FORCES, JOINTS
     from symdyn.scene.values.key import SHAPES, Key
     from symdyn.scene.values.shapes import NUMBER, NUMBERS, VECTOR
-    from symdyn.scene.values.unit import read_unit
 
     keys = [(name, key) for name, kind in JOINTS.items() for key in kind.keys]
     keys += [(name, part) for name, kind in FORCES.items() for part in kind.parts if isinstance(part, Key)]
@@ -43,7 +43,7 @@ def test_every_key_of_numbers_says_its_dimension() -> None:
         if key.names is not None and shape in (NUMBER, NUMBERS, VECTOR):
             units = (key.unit,) if isinstance(key.unit, str) else key.unit
             silent += [] if all(units) else [(name, key.name)]
-            assert all(read_unit(one).is_coherent for one in units if one)
+            assert all(Unit.read(one).is_coherent for one in units if one)
     assert silent == [("formula", "formula")]
 
 

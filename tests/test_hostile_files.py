@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import sys
 import tomllib
 from collections.abc import Callable
 from functools import partial
@@ -69,16 +68,17 @@ SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
 def units_are_not_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let any text be a unit, which no reader does, so that what escapes units is seen to escape."""
     from symdyn.scene.checks import dimensions  # noqa: F401  reads units too, late
-    from symdyn.scene.values.unit import Unit, UnitError, read_unit
+    from symdyn.scene.values.unit import Unit, UnitError
+
+    read = Unit.read
 
     def any_unit(text: str) -> Unit:
         try:
-            return read_unit(text)
+            return read(text)
         except UnitError:
             return Unit(text)
 
-    for module in [one for one in sys.modules.values() if vars(one).get("read_unit") is read_unit]:
-        monkeypatch.setattr(module, "read_unit", any_unit)
+    monkeypatch.setattr(Unit, "read", staticmethod(any_unit))
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.scene.values.unit import Unit
+
 SI_BROCHURE = {
     # BIPM, The International System of Units, 9th edition; NIST SP 811 (2008), appendix B; typed by hand.
     # name: (numerator and denominator of the factor, power of pi, kg, m, s, A, K, mol, cd)
@@ -147,17 +149,17 @@ ELSEWHERE = {"K", "mK", "mol", "mmol", "cd"}
 
 
 def test_every_unit_is_what_the_brochure_says() -> None:
-    from symdyn.scene.values.unit import read_unit, units
+    from symdyn.scene.values.unit import units
 
     assert set(units()) == set(SI_BROCHURE) | set(ROUNDED) | ELSEWHERE
     for name, (factor, turns, *exponents) in SI_BROCHURE.items():
-        unit = read_unit(name)
+        unit = Unit.read(name)
         assert (unit.scale, unit.turns) == (Fraction(factor), turns), name
         assert unit.dimension.exponents == (*exponents, 0, 0, 0), name
         assert unit.size == pytest.approx(float(Fraction(factor)) * math.pi**turns, rel=1e-15), name
     for name, (factor, digits) in ROUNDED.items():
-        assert read_unit(name).size == pytest.approx(factor, rel=digits), name
-    assert [read_unit(name).dimension.exponents.index(1) for name in ("K", "mol", "cd")] == [4, 5, 6]
+        assert Unit.read(name).size == pytest.approx(factor, rel=digits), name
+    assert [Unit.read(name).dimension.exponents.index(1) for name in ("K", "mol", "cd")] == [4, 5, 6]
 
 
 @pytest.mark.parametrize(
@@ -184,13 +186,12 @@ def test_every_unit_is_what_the_brochure_says() -> None:
     ],
 )
 def test_products_powers_and_quotients_are_read(text: str, scale: str, turns: int, si: str, dimension: str) -> None:
-    from symdyn.scene.values.unit import read_unit
 
-    unit = read_unit(text)
+    unit = Unit.read(text)
 
     assert (unit.scale, unit.turns, unit.si, unit.dimension.text) == (Fraction(scale), turns, si, dimension)
-    assert read_unit(unit.si).is_coherent
-    assert read_unit(unit.si).dimension == unit.dimension == read_unit(unit.dimension.text).dimension
+    assert Unit.read(unit.si).is_coherent
+    assert Unit.read(unit.si).dimension == unit.dimension == Unit.read(unit.dimension.text).dimension
 
 
 @pytest.mark.parametrize(
@@ -240,10 +241,10 @@ def test_products_powers_and_quotients_are_read(text: str, scale: str, turns: in
     ],
 )
 def test_what_is_no_unit_is_refused_in_words(text: str, words: str) -> None:
-    from symdyn.scene.values.unit import UnitError, read_unit
+    from symdyn.scene.values.unit import UnitError
 
     with pytest.raises(UnitError, match=words):
-        read_unit(text)
+        Unit.read(text)
 
 
 RATES = {"deg/s": 1, "deg/ms": 1000, "deg/min": Fraction(1, 60)}
@@ -328,37 +329,35 @@ def test_a_value_may_have_a_power_of_a_bracket() -> None:
 
 
 def test_every_unit_that_a_word_stands_for_is_one() -> None:
-    from symdyn.scene.values.unit import read_unit
     from symdyn.scene.values.unit_words import SPELLED
 
     for word, unit in SPELLED.items():
-        assert read_unit(unit.partition(" (")[0]), word
+        assert Unit.read(unit.partition(" (")[0]), word
 
 
 @pytest.mark.parametrize("unit", ["mm", "deg", "rpm", "lbf/in", "1/deg"])
 @pytest.mark.parametrize("value", ["500", "pi/4", "sqrt(2)", "54/pi", "1/2 + pi", "pi*sqrt(2)", "2*pi", "pi**2", "0"])
 def test_a_value_goes_into_si_and_back_exactly(value: str, unit: str) -> None:
     from symdyn.scene import parse
-    from symdyn.scene.values.unit import in_si, out_of_si, read_unit
+    from symdyn.scene.values.unit import in_si, out_of_si
 
-    there = in_si(parse(value), read_unit(unit))
+    there = in_si(parse(value), Unit.read(unit))
 
-    assert out_of_si(there, read_unit(unit)) == parse(value)
-    assert in_si(out_of_si(parse(value), read_unit(unit)), read_unit(unit)) == parse(value)
+    assert out_of_si(there, Unit.read(unit)) == parse(value)
+    assert in_si(out_of_si(parse(value), Unit.read(unit)), Unit.read(unit)) == parse(value)
 
 
 def test_cycles_are_refused_where_radians_are_asked_for_with_both_readings() -> None:
-    from symdyn.scene.values.unit import misfit, read_unit
 
-    said = misfit(read_unit("Hz"), read_unit("rad/s"), "3")
+    said = Unit.read("Hz").misfit(Unit.read("rad/s"), "3")
 
     assert said is not None
     assert "3 cycles a second, 6*pi rad/s = 18.8496" in said
     assert "did you mean 3 rad/s?" in said
-    assert misfit(read_unit("kHz"), read_unit("Hz")) is None
-    assert misfit(read_unit("rpm"), read_unit("Hz")) is not None
-    assert misfit(read_unit("rpm"), read_unit("rad/s")) is None
-    assert misfit(read_unit("kg"), read_unit("m"), "3") == "is in kg, and m is asked for"
+    assert Unit.read("kHz").misfit(Unit.read("Hz")) is None
+    assert Unit.read("rpm").misfit(Unit.read("Hz")) is not None
+    assert Unit.read("rpm").misfit(Unit.read("rad/s")) is None
+    assert Unit.read("kg").misfit(Unit.read("m"), "3") == "is in kg, and m is asked for"
 
 
 def test_the_page_names_every_unit() -> None:

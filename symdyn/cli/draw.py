@@ -18,7 +18,7 @@ from symdyn.cli.talk import Waiting, print_paths, print_text, say
 from symdyn.draw import check_picture, free_body, picture, pose
 from symdyn.errors import DrawError
 from symdyn.scene import FormulaError, Scene, SceneUnits, parse
-from symdyn.scene.values import fits, read_unit, split_commas, value_of
+from symdyn.scene.values import Unit, fits, split_commas, value_of
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -121,7 +121,7 @@ def _at(text: str, scene: Scene | None = None) -> dict[str, float]:
         if name in values:
             raise DrawError(f"--at: {name} gets two values; give one of them")
         try:
-            fits(found := parse(formula), read_unit(units[name]) if units.get(name) else None)
+            fits(found := parse(formula), Unit.read(units[name]) if units.get(name) else None)
             value = value_of(found, {})
         except FormulaError as fault:
             raise DrawError(f"--at: the value of {name} {fault}") from fault

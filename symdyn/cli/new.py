@@ -10,7 +10,6 @@ from symdyn.emit import write
 from symdyn.emit.code import is_device
 from symdyn.errors import EmitError, SceneError
 from symdyn.scene import STARTERS, example_text, examples, starter
-from symdyn.scene.values import check_scene_name
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -51,8 +50,4 @@ def _example(options: argparse.Namespace, name: str) -> str:
     beside = [f"--{word}" for word in ("template", "n") if getattr(options, word) is not None]
     if beside:
         raise SceneError(f"new: --example {options.example} is a whole scene; leave {' and '.join(beside)} out")
-    example = options.example.replace("-", "_")
-    text = example_text(example)
-    if fault := check_scene_name(name):
-        raise SceneError(f'the name "{name}" {fault}')
-    return text.replace(f'name = "{example}"', f'name = "{name}"', 1)
+    return example_text(options.example.replace("-", "_"), name)

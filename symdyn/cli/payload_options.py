@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from symdyn.errors import IdentifyError
 from symdyn.identification import Payload
 from symdyn.scene import FormulaError, parse
-from symdyn.scene.values import UnitError, choice, fits, read_unit, split_commas, value_of
+from symdyn.scene.values import Unit, UnitError, choice, fits, split_commas, value_of
 
 FORM = "FILE:BODY:mass=KG[,com=[X,Y,Z][,inertia=[XX,YY,ZZ]]]"
 
@@ -71,7 +71,7 @@ def _numbers(text: str, unit: str) -> tuple[float, ...] | None:
     try:
         quantities = [parse(one) for one in inside]
         for one in quantities:
-            fits(one, read_unit(unit))
+            fits(one, Unit.read(unit))
         values = [value_of(one, {}) for one in quantities]
     except UnitError:
         raise

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.scene import FormulaError, parse
-from symdyn.scene.values import fits, read_unit, value_of
+from symdyn.scene.values import Unit, fits, value_of
 
 
 def seconds(text: str) -> float:
@@ -23,7 +23,7 @@ def seconds(text: str) -> float:
         pass
     try:
         formula = parse(text)
-        fits(formula, read_unit("s"))
+        fits(formula, Unit.read("s"))
         value = value_of(formula, {})
     except FormulaError as error:
         reason = f"{text} {error}" if str(error).startswith(("is ", "divides ")) else str(error)

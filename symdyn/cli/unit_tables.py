@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from symdyn.cli.talk import print_table
-from symdyn.scene import Scene, SceneUnits, place_words, spell
+from symdyn.scene import Scene, SceneUnits, spell
 from symdyn.scene.values import Letter
 
 
@@ -27,13 +27,13 @@ def unit_facts(scene: Scene) -> dict[str, Any]:
             beside = (
                 "" if name in known.certain else ", and another elsewhere" if two else ", by a number taken as plain"
             )
-            letters.append({"name": name, "unit": unit or told.text, "known": f"{place_words(origin.place)}{beside}"})
+            letters.append({"name": name, "unit": unit or told.text, "known": f"{origin.place.words}{beside}"})
         else:
             letters.append({"name": name, "unit": unit, "known": "nothing tells it"})
     columns = [{"name": name, "unit": unit} for name, unit in SceneUnits(scene).outputs.items()]
     columns += [{"name": name, "unit": scene.shown_unit("m")} for name in scene.point_letters]
     numbers = [
-        {"number": spell(one.number), "where": place_words(one.place), "unit": one.dimension.text}
+        {"number": spell(one.number), "where": one.place.words, "unit": one.dimension.text}
         for one in ([] if scene.dimensionless else known.carried)
     ]
     return {

@@ -27,7 +27,7 @@ from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneUnits, ask_for_units, parse, read_bindings
-from symdyn.scene.values import UnitError, fits, read_unit
+from symdyn.scene.values import Unit, UnitError, fits
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
 
@@ -166,7 +166,7 @@ def numbers(text: str, scene: Scene) -> dict[str, float]:
     for name, formula in given.items():
         try:
             said = parse(formula)
-            fits(said, read_unit(units[name]) if units.get(name) else None)
+            fits(said, Unit.read(units[name]) if units.get(name) else None)
             values[name] = float(evaluate([said.express(Graph())], BigFloats(), {})[0])
         except UnitError as error:
             raise SceneError(f"--at {name}: {formula} {error}") from None

@@ -12,7 +12,7 @@ from symdyn.draw.places import Array, places
 from symdyn.dynamics.loops import Numbers, closed_position, witness
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import FORCES, Joint, Scene, SceneUnits, start_of, velocity_name
-from symdyn.scene.values import Value, suggestion, value_of
+from symdyn.scene.values import suggestion, value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
 CURL = 4.2  # rad: what all of them may add up to
@@ -120,7 +120,7 @@ def _within(joint: Joint, at: float, values: Mapping[str, float]) -> float:
     return min(max(at, low + inner), high - inner)
 
 
-def limits_of(joint: Joint, values: Mapping[str, Value]) -> tuple[float, float]:
+def limits_of(joint: Joint, values: Mapping[str, Fraction | float]) -> tuple[float, float]:
     """Return the limits of a joint's coordinate, infinite where it has none; a joint of several has none."""
     given = (joint.limits.lower, joint.limits.upper) if len(joint.coordinates) == 1 else (None, None)
     low, high = (None if x is None else value_of(x, values) for x in given)

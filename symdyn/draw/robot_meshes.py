@@ -26,7 +26,7 @@ from symdyn.draw.places import Array
 from symdyn.draw.solids import Solid, ball, box, cylinder
 from symdyn.errors import DrawError, SceneError
 from symdyn.scene import GROUND, Scene, read_bounded
-from symdyn.scene.formats import XmlElement, parse_xml, printable_names, read_xml
+from symdyn.scene.formats import XmlElement, printable_names
 from symdyn.scene.values import show
 
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
@@ -53,7 +53,7 @@ def robot_solids(scene: Scene, note: Callable[[str], None]) -> dict[str, tuple[S
     try:
         if path.suffix.lower() not in (".urdf", ".xml") or not path.is_file():
             return {}
-        root = read_xml(path, lambda where, what: None)
+        root = XmlElement.read(path, lambda where, what: None)
     except (OSError, SceneError, ValueError):  # it has gone, or has become another file
         return {}
     if root.tag != "robot":
@@ -284,7 +284,7 @@ def _rgba(visual: Any) -> tuple[int, int, int, int]:
 
 def _unit(data: bytes, path: Path) -> float:
     """Return the length in m that a COLLADA file counts in, once it is known to hold no entities and no bombs."""
-    root = parse_xml(data, str(path))
+    root = XmlElement.parse(data, str(path))
     unit = next((one for one in root.walk() if one.tag.rpartition("}")[2] == "unit"), None)
     meters = float(_numbers(unit, "meter", 1, (1.0,))[0])
     return meters if meters > 0 else 1.0

@@ -19,8 +19,8 @@ from symdyn.dynamics.roads import remainder
 from symdyn.errors import DerivationError, IdentifyError
 from symdyn.graph import evaluate, reachable
 from symdyn.identification.unknowns import TEN
-from symdyn.scene import JOINTS, Friction, Joint, Parameter, Quantity, Scene, bind, number, symbol, velocity_name
-from symdyn.scene.values import FORCE_UNITS, ZERO, add, choice, moving_names, neg, value_of
+from symdyn.scene import FORCES, JOINTS, Joint, Parameter, Quantity, Scene, bind, number, symbol, velocity_name
+from symdyn.scene.values import ZERO, choice, force_unit, value_of
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,16 @@ class Term:
 
 
 def _rubbed(joint: Joint, coulomb: Quantity) -> Joint:
-    return replace(joint, dry=Friction(joint.name, coulomb))
+    return replace(joint, dry=FORCES["friction"].noun(joint.name, coulomb))
 
 
 def _pushed(joint: Joint, offset: Quantity) -> Joint:
     own = joint.forces or (ZERO,)
-    return replace(joint, forces=(add(own[0], neg(offset)), *own[1:]))
+    return replace(joint, forces=(own[0] + -offset, *own[1:]))
 
+
+FORCE = (force_unit("rad"), force_unit("m"))
+"""Units of a generalized force: of a joint that turns, and of one that slides."""
 
 TERMS: dict[str, Term] = {
     "viscous": Term(
@@ -83,8 +86,8 @@ TERMS: dict[str, Term] = {
         lambda joint: joint.damping == ZERO,
         lambda joint, x: replace(joint, damping=x),
     ),
-    "coulomb": Term("fc", FORCE_UNITS, "dry friction of {}", lambda joint: joint.dry is None, _rubbed),
-    "offset": Term("f0", FORCE_UNITS, "offset of the drive of {}", lambda joint: True, _pushed),
+    "coulomb": Term("fc", FORCE, "dry friction of {}", lambda joint: joint.dry is None, _rubbed),
+    "offset": Term("f0", FORCE, "offset of the drive of {}", lambda joint: True, _pushed),
     "armature": Term(
         "Ia",
         ("kg m^2", "kg"),
@@ -105,7 +108,7 @@ def with_terms(scene: Scene, terms: Sequence[str]) -> Scene:
     for name in terms:
         if name not in TERMS:
             raise IdentifyError(f"friction: there is no term {name}; {choice(name, tuple(TERMS))}")
-    taken = {parameter.name for parameter in scene.parameters} | moving_names(scene)
+    taken = {parameter.name for parameter in scene.parameters} | scene.moving_names
     joints, added = list[Joint](), list[Parameter]()
     for k, joint in enumerate(scene.joints, start=1):
         one = joint

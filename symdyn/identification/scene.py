@@ -22,7 +22,7 @@ from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
 from symdyn.scene import Body, Quantity, Scene, bind, number, with_force_parameters
 from symdyn.scene.formats import possible
-from symdyn.scene.values import choice, listed, map_quantities, substituted, value_of
+from symdyn.scene.values import choice, listed, value_of
 from symdyn.shown import Shown
 
 DIGITS = 10
@@ -147,10 +147,7 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
         if name not in known:
             raise SceneError(f"{scene.name}: {name} is no parameter of it; {choice(name, tuple(known))}")
     made |= {name: _like(_exact(values[name]), made[name]) for name in made if name in values}
-
-    def settled(one: Quantity) -> Quantity:
-        return substituted(one, made)
-
+    settled = opened.substituted(made)
     bodies = list(scene.bodies)
     if any(name in values for one in ten for name in one):
         declared = unknowns(scene)
@@ -162,8 +159,8 @@ def with_parameters(scene: Scene, values: Mapping[str, float]) -> Scene:
     changed = replace(
         scene,
         bodies=tuple(bodies),
-        joints=map_quantities(opened.joints, settled),
-        elements=map_quantities(opened.elements, settled),
+        joints=settled.joints,
+        elements=settled.elements,
         parameters=tuple(
             replace(p, value=_exact(values[p.name]), positive=p.positive and values[p.name] > 0)
             if p.name in values

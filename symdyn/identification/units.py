@@ -15,7 +15,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import TIME as TIMES, Faults, Unit, UnitError, choice, misfit, read_unit, value_of
+from symdyn.scene.values import Faults, Unit, UnitError, choice, value_of
 from symdyn.simulation.prescribed import TIME, Columns
 
 GAINED = {"A": "A", "mA": "A", "V": "V", "mV": "V", "%": "%", "counts": "count"}
@@ -96,10 +96,11 @@ def in_si(
 
 def _misfit(unit: Unit, kind: str) -> str | None:
     """Return what is wrong with a unit of a column; one of positions may be that of rates, too."""
-    wanted = read_unit(kind or "1")
-    if not kind or unit.dimension in (wanted.dimension * TIMES, wanted.dimension * TIMES**2):
+    wanted = Unit.read(kind or "1")
+    time = Unit.read("s").dimension
+    if not kind or unit.dimension in (wanted.dimension * time, wanted.dimension * time**2):
         return None
-    return misfit(unit, wanted)
+    return unit.misfit(wanted)
 
 
 def shown_in(units: Mapping[str, str], drives: Sequence[str]) -> dict[int, str]:
@@ -133,15 +134,15 @@ def _factor(said: str) -> tuple[float, Unit]:
     try:
         number = float(before) if times else 1.0
     except ValueError:
-        return 1.0, read_unit(said)  # as N*m
+        return 1.0, Unit.read(said)  # as N*m
     if not isfinite(number) or number == 0:
         raise UnitError("a gain is a number other than zero, such as 0.12*A")
-    return number, read_unit(text)
+    return number, Unit.read(text)
 
 
 def _size(unit: Unit) -> float:
     """Return how many of what one of it is called a unit of `GAINED` is."""
-    return float(unit.scale / read_unit(GAINED[unit.text]).scale)
+    return float(unit.scale / Unit.read(GAINED[unit.text]).scale)
 
 
 def looks_off(scene: Scene, source: str, t: Array, q: Array, qd: Array | None, faults: Faults) -> list[str]:

@@ -14,7 +14,7 @@ from symdyn.dynamics.roads import Moving, expressed
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits, symbol
-from symdyn.scene.values import AXES, Faults, split_commas
+from symdyn.scene.values import LETTERS, Faults, split_commas
 from symdyn.simulation import unit_of
 from symdyn.simulation.prescribed import close, read_seen
 
@@ -67,7 +67,7 @@ def on_graph(
 
     def reactions(axes: str) -> list[Expr]:
         name = "forward_reactions" if w.scene.is_closed else "reactions"
-        return substitute(derive_one(w, name if axes == AXES[0] else f"{name}:{axes}").entries, acting)
+        return substitute(derive_one(w, name if axes == LETTERS.axes[0] else f"{name}:{axes}").entries, acting)
 
     moving = Moving(lambda: w.state.qdd, lambda: [acting[tau] for tau in w.state.tau], reactions, lambda: multipliers)
     try:

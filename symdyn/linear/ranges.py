@@ -11,6 +11,7 @@ from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.scene import FormulaError, Parameter, Scene, parse, question
 from symdyn.scene.values import fits, read_unit, split_commas, value_of
+from symdyn.scene.values import Unit
 
 MOST = 20_000
 """Values of a parameter at most."""
@@ -63,7 +64,7 @@ def number_in(text: str, letter: Parameter | None = None) -> float:
     """
     formula = parse(text)
     if letter is not None:
-        fits(formula, read_unit(letter.unit) if letter.unit else None)
+        fits(formula, Unit.read(letter.unit) if letter.unit else None)
         if asked := question(letter, text):
             raise FormulaError(asked)
     if formula.symbols:

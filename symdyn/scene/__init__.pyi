@@ -32,7 +32,6 @@ from .build_joints import (
     spherical as spherical,
     universal as universal,
 )
-from .checks.dimensions import place_words as place_words
 from .declaration.locking import lock as lock
 from .declaration.reading import ReadOptions as ReadOptions, Written as Written, read_bounded as read_bounded
 from .declaration.value_in_unit import (
@@ -53,7 +52,6 @@ from .forces.velocity_row import Formula as Formula, row as row
 from .joints.joint_kind import JointKind as JointKind, JointMotion as JointMotion, Move as Move
 from .joints.joint_table import JOINTS as JOINTS
 from .joints.start import start_of as start_of
-from .robot_words import coordinates_of_joints as coordinates_of_joints
 from .scene_files import (
     FileLike as FileLike,
     SceneLike as SceneLike,

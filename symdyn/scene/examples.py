@@ -7,7 +7,7 @@ from symdyn.errors import SceneError
 from symdyn.resources import example_folder
 from symdyn.scene.scene_files import read
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.names import choice
+from symdyn.scene.values.names import check_scene_name, choice
 
 
 def examples() -> tuple[str, ...]:
@@ -33,14 +33,17 @@ def example(name: str) -> Scene:
     return read(example_folder() / f"{name}.toml")
 
 
-def example_text(name: str) -> str:
-    """Return the file of a scene that comes with the package, comments and all.
+def example_text(example: str, name: str) -> str:
+    """Return the file of a scene that comes with the package, comments and all, under a name.
 
     Raises:
-        SceneError: there is none of this name; tells those that there are.
+        SceneError: there is no such example, and which there are; or the name will not do.
     """
-    _check(name)
-    return (example_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    _check(example)
+    text = (example_folder() / f"{example}.toml").read_text(encoding="utf-8")
+    if fault := check_scene_name(name):
+        raise SceneError(f'the name "{name}" {fault}')
+    return text.replace(f'name = "{example}"', f'name = "{name}"', 1)
 
 
 def _check(name: str) -> None:

@@ -22,7 +22,7 @@ from symdyn.scene.declaration.reading import (
     opened,
     read_bounded,
 )
-from symdyn.scene.robot_words import MOST, coordinates_of_joints
+from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, show
@@ -49,6 +49,9 @@ EXTENSIONS: Mapping[str, str] = {
     ".mjcf": "mjcf",
     ".par": "par",
 }
+
+MOST_TOLD = 12
+"""Joints whose coordinates are told when a robot file is read."""
 
 ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
 
@@ -119,7 +122,7 @@ def read_noting(path: FileLike, options: ReadOptions | None = None) -> Reading:
         faults.close()
     reader: Callable[[Path | Opened, ReadOptions], Reading] = import_module(READERS[format]).read
     reading = reader(file, options)
-    told = coordinates_of_joints(reading.scene, MOST)
+    told = reading.scene.coordinates_of_joints(MOST_TOLD)
     return replace(reading, notes=(*reading.notes, f"{file}: coordinates: {told}")) if told else reading
 
 
@@ -171,7 +174,7 @@ def _format(file: Path | Opened) -> str:
     ending = (file.path if isinstance(file, Opened) else file).suffix.lower()
     if ending in EXTENSIONS:
         return EXTENSIONS[ending]
-    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root, parse_xml
+    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root
 
     content = read_bounded(file, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE, BEGIN)
     first = find_root(content)
@@ -181,7 +184,7 @@ def _format(file: Path | Opened) -> str:
         known = ", ".join([*EXTENSIONS, ".xml"])
         raise SceneError(f'{file}: the extension "{ending}" names no format; known are {known}')
     # where there is no element, the parser says what is wrong with the text
-    root = first[1].decode("ascii") if first else parse_xml(content, str(file)).tag
+    root = first[1].decode("ascii") if first else XmlElement.parse(content, str(file)).tag
     if root not in ROOTS:
         known = ", ".join(f"<{name}>" for name in ROOTS)
         raise SceneError(f"{file}: has the root element <{root[:40]}>; expected one of {known}")

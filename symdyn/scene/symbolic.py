@@ -32,7 +32,7 @@ from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import mul
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.made_names import Names, moving_names
+from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import PI, ZERO, Vector, number
@@ -61,7 +61,7 @@ def with_symbols(scene: Scene, what: str) -> Scene:
     check_arguments(with_symbols, locals(), SceneError)
     if what not in KINDS:
         raise SceneError(f'symbols for "{what}" are not known; {suggestion(what, KINDS)}')
-    taken = {parameter.name for parameter in scene.parameters} | moving_names(scene)
+    taken = {parameter.name for parameter in scene.parameters} | scene.moving_names
     suffix = ""
     while True:
         names = Names(suffix)
@@ -79,7 +79,7 @@ def with_force_parameters(scene: Scene) -> Scene:
     """
     declared = {parameter.name for parameter in scene.parameters}
     opened = with_symbolic_inertia(scene, declared)
-    taken = {parameter.name for parameter in opened.parameters} | declared | moving_names(scene)
+    taken = {parameter.name for parameter in opened.parameters} | declared | scene.moving_names
     suffix = ""
     while True:
         names = Names(suffix)

@@ -12,7 +12,7 @@ from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.scene.values.body import Body, Particle
 from symdyn.scene.values.folding import add, mul, neg
-from symdyn.scene.values.made_names import Names, moving_names
+from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.mapping import quantities_in
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector, symbol
@@ -41,7 +41,7 @@ def with_symbolic_inertia(scene: Scene, avoid: Collection[str] = ()) -> Scene:
     check_arguments(with_symbolic_inertia, locals(), SceneError)
     used = _used(scene)
     kept = tuple(parameter for parameter in scene.parameters if parameter.name in used)
-    taken = {parameter.name for parameter in kept} | moving_names(scene) | set(avoid)
+    taken = {parameter.name for parameter in kept} | scene.moving_names | set(avoid)
     suffix = ""
     while taken & {f"{kind}{k}{suffix}" for kind, _, _ in INERTIAL for k in range(1, len(scene.bodies) + 1)}:
         suffix += "_b"

@@ -23,7 +23,7 @@ from symdyn.dynamics.roads import multiplier_names, reaction_names, unique_entri
 from symdyn.graph import reachable
 from symdyn.program import cheapest, formulate
 from symdyn.scene import Scene
-from symdyn.scene.values import AXES, Faults
+from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
 from symdyn.simulation.equations.decisions import WrittenDecisions, loop_decisions, written_decisions
 from symdyn.simulation.equations.opened import Opened, opened
@@ -117,6 +117,6 @@ def axes_of(reactions: bool | str, faults: Faults, scene: Scene | None = None) -
     """Return the axes that are asked for, "" for none; what is no axes is a fault, and so is a scene without."""
     if reactions and scene is not None and (why := why_no_reactions(scene)):
         faults.add("", why)
-    if isinstance(reactions, str) and reactions not in ("", *AXES):
+    if isinstance(reactions, str) and reactions not in ("", *LETTERS.axes):
         faults.add("reactions", f'"{reactions}" are no axes; write body, joint or ground')
     return reactions if isinstance(reactions, str) else "body" if reactions else ""

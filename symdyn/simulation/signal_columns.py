@@ -14,7 +14,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import MULTIPLIER, suggestion
+from symdyn.scene.values import LETTERS, suggestion
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -36,7 +36,7 @@ def output_columns(motion: Trajectory, given: bool) -> dict[str, Array]:
     axes = scene.reaction_axes
     for one in dict.fromkeys(axes[name] for name in named if name in axes):
         known |= reaction_columns(motion, given, one)
-    if any(name.startswith(MULTIPLIER) for name in named):
+    if any(name.startswith(LETTERS.multiplier) for name in named):
         known |= multiplier_columns(motion)
     known |= {name: np.asarray(value) for name, value in opened(scene).values.items()}
     for name in named:

@@ -9,7 +9,7 @@ from symdyn.dynamics.mechanism import body_placements, joint_motion, placement, 
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
 from symdyn.scene import Pose, Quantity, Scene
-from symdyn.scene.values import ZERO, Vector
+from symdyn.scene.values import ZERO
 from symdyn.spatial import Transform, Vec, add, elementary, scale
 from symdyn.teach.shown_state import Chosen
 
@@ -60,7 +60,7 @@ def _steps(T: Transform, pose: Pose, graph: Graph) -> Iterator[tuple[str, Vec]]:
         T = after
 
 
-def _shift(pose: Pose) -> Vector:
+def _shift(pose: Pose) -> tuple[Quantity, Quantity, Quantity]:
     """Return the shift of a pose without turns; zeros of any other."""
     shifts = dict(pose.steps)
     if len(shifts) < len(pose.steps) or any(kind[0] != "T" for kind in shifts):

@@ -34,7 +34,7 @@ from symdyn.dynamics.mechanism.state import State, joint_position, vector
 from symdyn.graph import Expr, Graph, Op, tangents
 from symdyn.scene import FORCES, Load, Scene, Strut
 from symdyn.scene.forces import elastic, resisting
-from symdyn.scene.values import NULL
+from symdyn.scene.values import ZERO
 from symdyn.spatial import Transform, dot
 
 WAY, RATE = " x", " v"
@@ -207,10 +207,10 @@ def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial]
     dR, dp = [[ring.derivative(x, q) for x in row] for row in R], [ring.derivative(x, q) for x in p]
     none, pairs = (ring.zero,) * 3, ((2, 1), (0, 2), (1, 0))
     if load.frame == "ground":
-        return tuple(dp), none if load.couple == NULL else tuple(ring.dot(dR[a], R[b]) for a, b in pairs)
+        return tuple(dp), none if load.couple == (ZERO,) * 3 else tuple(ring.dot(dR[a], R[b]) for a, b in pairs)
     columns, rates = list(zip(*R, strict=True)), list(zip(*dR, strict=True))
-    moved = none if load.force == NULL else tuple(ring.dot(column, dp) for column in columns)
-    return moved, none if load.couple == NULL else tuple(ring.dot(columns[a], rates[b]) for a, b in pairs)
+    moved = none if load.force == (ZERO,) * 3 else tuple(ring.dot(column, dp) for column in columns)
+    return moved, none if load.couple == (ZERO,) * 3 else tuple(ring.dot(columns[a], rates[b]) for a, b in pairs)
 
 
 def _product(*parts: Form) -> Form:

@@ -14,8 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.scene import Scene
-from symdyn.scene.values import spell_fraction
+from symdyn.scene import Scene, spell
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class LoopChoices:
         """What was chosen, such as "independent: phi; Baumgarte: alpha 5, beta 5 1/s"; "" where nothing was."""
         parts = [f"independent: {', '.join(self.independent)}"] if self.independent else []
         if self.alpha or self.beta:
-            parts.append(f"Baumgarte: alpha {spell_fraction(self.alpha)}, beta {spell_fraction(self.beta)} 1/s")
+            parts.append(f"Baumgarte: alpha {spell(self.alpha)}, beta {spell(self.beta)} 1/s")
         return "; ".join(parts)
 
 

@@ -38,8 +38,7 @@ from symdyn.dynamics.reactions.ties import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.scene.joints import everywhere
-from symdyn.spatial import Vec, Wrench, apply, cross, dot, nothing, plus, times
+from symdyn.spatial import Vec, Wrench, apply, cross, dot, identity, nothing, plus, times
 
 REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"
 
@@ -167,7 +166,7 @@ def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Exp
 
 def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
     graph = hanging.graph
-    axes = None if normal is None else everywhere(graph)[normal]
+    axes = None if normal is None else identity(graph)[normal]
     D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
     feels = {
         k: (h, D[h][i])
@@ -220,7 +219,7 @@ def _in_its_plane(hanging: Hanging, hinge: Hinge) -> tuple[Wrench, ...]:
 def coordinate_normal(hanging: Hanging) -> int:
     """Return which axis of all frames, 0, 1 or 2, is the normal of the plane that a mechanism moves in."""
     for k in (2, 1, 0):
-        n = everywhere(hanging.graph)[k]
+        n = identity(hanging.graph)[k]
         if all(_stays(hanging, hinge, n) for hinge in hanging.hinges):
             return k
     raise DerivationError(

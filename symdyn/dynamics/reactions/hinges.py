@@ -32,7 +32,7 @@ from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Joint, Scene, velocity_name
-from symdyn.scene.joints import everywhere, forces, moments
+from symdyn.scene.joints import unit_wrenches
 from symdyn.spatial import (
     Transform,
     Vec,
@@ -233,8 +233,7 @@ def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     kind = JOINTS.get(hinge.joint.type)  # a contact has none
     if kind is None or kind.forbids:
         return hinge.wrenches
-    axes = everywhere(hinge.graph)
-    units, D = forces(*axes) + moments(*axes), drives(hinge, samples)
+    units, D = unit_wrenches(hinge.graph), drives(hinge, samples)
     numbers = samples.at([x for force, moment in D for x in (*force, *moment)], PLACES[0]).reshape(len(D), 6)
     taken, _ = pivots(numbers.T, [range(6)], len(D))
     left = [e for k, e in enumerate(units) if k not in taken]

@@ -32,8 +32,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene import FORCES, JOINTS, Scene
 from symdyn.scene.forces import without_place
-from symdyn.scene.joints import AXIS, everywhere, unit
-from symdyn.spatial import Vec, Wrench, dot, power, scale, sub
+from symdyn.scene.joints import unit
+from symdyn.spatial import Vec, Wrench, dot, identity, power, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
 
@@ -179,9 +179,9 @@ def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | Non
 def _normals(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Iterator[Vec]:
     """Yield what is tried: the joint's own axis, those of J, and axes of other joints that stand still in J."""
     kind = JOINTS.get(loop.joint.type)  # a contact has none
-    if kind and AXIS in kind.keys:
+    if kind and kind.has_axis:
         yield unit(loop.joint.axis, hanging.graph)
-    yield from everywhere(hanging.graph)[::-1]
+    yield from identity(hanging.graph)[::-1]
     for _, omega in twists.values():
         if not any(map(has_symbols, omega)) and not all(x.is_zero for x in omega):
             yield omega

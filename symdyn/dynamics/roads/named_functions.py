@@ -13,7 +13,7 @@ from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, SceneUnits, coordinates_of_joints
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import force_unit, listed
 from symdyn.shown import Shown
 
@@ -184,7 +184,7 @@ def conventions(scene: Scene, name: str) -> str:
     """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
     plain = len(scene.coordinates) == len(scene.velocities)
     if name == "q":
-        told = coordinates_of_joints(scene) or runs(scene.coordinates)
+        told = scene.coordinates_of_joints() or runs(scene.coordinates)
         return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
     if name in ("qd", "dq", "qd_r") and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"

@@ -21,7 +21,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, spell
-from symdyn.scene.values import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, choice, suggestion
+from symdyn.scene.values import LETTERS, choice, suggestion
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
@@ -77,7 +77,7 @@ def expressed(
     for one in dict.fromkeys(axes[name] for name in named if name in axes):
         told = reaction_names(w.scene, w.once(unique_entries, one), one)
         found |= zip(map(graph.symbol, told), moving.reactions(one), strict=True)
-    if w.scene.is_closed and any(name.startswith(MULTIPLIER) for name in named):
+    if w.scene.is_closed and any(name.startswith(LETTERS.multiplier) for name in named):
         told = w.once(kept_multipliers)
         found |= zip(map(graph.symbol, told), moving.multipliers(), strict=False)  # of prescribed motions, others
     return substitute([one.express(graph) for one in formulas], found)
@@ -90,7 +90,7 @@ def check_letters(w: Workspace, formulas: Sequence[Quantity]) -> dict[str, None]
         DerivationError: a reaction or a multiplier that there is not.
     """
     named = dict.fromkeys(name for one in formulas for name in one.symbols)
-    for letter, there in ((REACTION, reaction_letters), (MULTIPLIER, kept_multipliers)):
+    for letter, there in ((LETTERS.reaction, reaction_letters), (LETTERS.multiplier, kept_multipliers)):
         asked = [name for name in named if name.startswith(letter)]
         known = w.once(there) if asked else ()
         for name in asked:
@@ -101,16 +101,16 @@ def check_letters(w: Workspace, formulas: Sequence[Quantity]) -> dict[str, None]
 
 def reaction_letters(w: Workspace) -> tuple[str, ...]:
     """Return the letters of all reactions, those that rigid bodies do not tell marked as such."""
-    return tuple(name for one in AXES for name in reaction_names(w.scene, w.once(unique_entries, one), one))
+    return tuple(name for one in LETTERS.axes for name in reaction_names(w.scene, w.once(unique_entries, one), one))
 
 
 def reaction_names(scene: Scene, unique: Sequence[bool], axes: str = "body") -> tuple[str, ...]:
     """Return the letters of reactions in some axes, row by row; `unique` tells which ones are, () for all."""
     ending = "" if axes == "body" else f"_{axes}"
     names = labels.joints_of(scene)
-    each = (f"{REACTION}{name}_{component}{ending}" for name in names for component in COMPONENTS)
-    unique = unique or (True,) * (len(names) * len(COMPONENTS))
-    return tuple(f"{name}{'' if known else LOOSE}" for name, known in zip(each, unique, strict=True))
+    each = (f"{LETTERS.reaction}{name}_{component}{ending}" for name in names for component in LETTERS.components)
+    unique = unique or (True,) * (len(names) * len(LETTERS.components))
+    return tuple(f"{name}{'' if known else LETTERS.loose}" for name, known in zip(each, unique, strict=True))
 
 
 def kept_multipliers(w: Workspace) -> tuple[str, ...]:
@@ -132,7 +132,7 @@ def multiplier_names(
     for k, name in zip(decisions.kept, names, strict=True):
         seen[name] += 1
         number = f"_{seen[name]}" if many[name] > 1 else ""
-        found.append(f"{MULTIPLIER}{name}{number}{LOOSE if k in loose else ''}")
+        found.append(f"{LETTERS.multiplier}{name}{number}{LETTERS.loose if k in loose else ''}")
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ from functools import cache
 from symdyn.errors import EmitError
 from symdyn.program import identifier
 from symdyn.resources import template_folder
-from symdyn.scene.values import C_KEYWORDS, FORMULA_NAMES
+from symdyn.scene.values import RESERVED
 
 C_HEADERS = """alloca assert complex ctype endian errno features fenv float inttypes iso646 limits locale math pthread
 sched setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings syslimits
@@ -35,7 +35,7 @@ def stem(scene: str) -> str:
     if not name[0].isalpha():
         name = f"m{name}"
     module = name == "numpy" or keyword.iskeyword(name) or name in sys.stdlib_module_names
-    words = (*C_HEADERS.split(), *MATLAB.split(), *C_KEYWORDS, *FORMULA_NAMES)
+    words = (*C_HEADERS.split(), *MATLAB.split(), *RESERVED)
     return f"{name}_" if module or name in words or is_device(name) else name
 
 

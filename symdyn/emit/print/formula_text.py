@@ -17,7 +17,7 @@ from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity, spell
-from symdyn.scene.values import spell_fraction, takes_exponent, value_of
+from symdyn.scene.values import takes_exponent, value_of
 
 LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
@@ -35,8 +35,8 @@ def significant(value: Fraction, digits: int) -> str:
     if scaled == 10**digits:
         exponent, scaled = exponent + 1, 10 ** (digits - 1)
     if -4 <= exponent < digits + 2:
-        return spell_fraction(Fraction(scaled) * Fraction(10) ** (exponent - digits + 1))
-    return f"{spell_fraction(Fraction(scaled, 10 ** (digits - 1)))}e{exponent}"
+        return spell(Fraction(scaled) * Fraction(10) ** (exponent - digits + 1))
+    return f"{spell(Fraction(scaled, 10 ** (digits - 1)))}e{exponent}"
 
 
 def rounded(form: Form, digits: int) -> Form:
@@ -95,7 +95,7 @@ def _text(form: Form) -> str:
             text += _divided(factor)
         return text
     if isinstance(form, Number):
-        return spell_fraction(form.value)
+        return spell(form.value)
     if isinstance(form, Power):
         if form.exponent < 0:
             return f"1{_divided(form)}"
@@ -188,7 +188,7 @@ class Latex:
         if value.denominator in FRACTIONS and value.numerator <= 12:
             return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}"
         if self.digits is None:
-            text = spell_fraction(value)
+            text = spell(value)
             return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}" if "/" in text else text
         mantissa, _, exponent = significant(value, self.digits).partition("e")
         return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa

@@ -11,7 +11,6 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
 from symdyn.rounding import digits_or
 from symdyn.scene import JOINTS, Pose, Scene, spell
-from symdyn.scene.values import spell_fraction
 from symdyn.spatial import Transform
 
 DIGITS = 6
@@ -88,7 +87,7 @@ def angle_text(angle: Expr) -> str:
     text = "" if rest.is_zero else length_text(rest)
     if not form.turns:
         return text or "0"
-    degrees = f"{spell_fraction(abs(form.turns) * 180)} deg"
+    degrees = f"{spell(abs(form.turns) * 180)} deg"
     if not text:
         return f"-{degrees}" if form.turns < 0 else degrees
     return f"{text} {'-' if form.turns < 0 else '+'} {degrees}"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from symdyn.emit.escape import in_latex
 from symdyn.scene import Scene, acceleration_name, velocity_name
-from symdyn.scene.values import GREEK, LatexError, read_latex
+from symdyn.scene.values import GREEK, letters_of
 
 AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
 
@@ -78,9 +78,9 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
 
     def enter(name: str, latex: str | None = None) -> PrintName:
         shown = _declared(latex) if latex else _of_frame(name) if name in velocities else print_name(name)
-        if _look(shown) in taken:
+        if letters_of(str(shown)) in taken:
             shown = PrintName(f"\\mathtt{{{in_latex(name)}}}")
-        taken.add(_look(shown))
+        taken.add(letters_of(str(shown)))
         found[name] = str(shown)
         return shown
 
@@ -93,7 +93,7 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
         if velocity not in found:
             shown = enter(velocity)
             found[acceleration_name(velocity)] = shown.accented("dot")
-    taken.update(map(_look, found.values()))
+    taken.update(letters_of(str(one)) for one in found.values())
     for parameter in scene.parameters:
         enter(parameter.name, parameter.latex)
     for given in scene.inputs:
@@ -116,14 +116,6 @@ def _of_frame(velocity: str) -> PrintName:
     joint, kind, axis = found.groups()
     index = [axis, *re.findall(r"[A-Za-z]+|\d+", joint)]
     return PrintName("v" if kind == "v" else r"\omega", ",".join(map(_upright, index)))
-
-
-def _look(shown: PrintName | str) -> str:
-    """Return what names share that look alike: m_1 and m_{1} do."""
-    try:
-        return "".join(part.text for part in read_latex(str(shown)))
-    except LatexError:  # a name of a word that is longer than a symbol may be
-        return str(shown)
 
 
 def _declared(latex: str) -> PrintName:

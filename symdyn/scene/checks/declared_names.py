@@ -8,7 +8,7 @@ from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import CLOCK, check_name, check_scene_name, nearest, suggestion
-from symdyn.scene.values.signals import is_column
+from symdyn.scene.values.signals import LETTERS
 from symdyn.scene.values.table import Faults, show, shown
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
@@ -36,7 +36,7 @@ def check_names(draft: Draft, faults: Faults) -> None:
             faults.add(where, f"latex = {show(latex)} {fault}")
     for kind in ("inputs", "outputs"):
         for where, column in zip(draft.where[kind], getattr(scene, kind), strict=True):
-            if is_column(column.name):
+            if LETTERS.has_column(column.name):
                 faults.add(where, f"{show(column.name)} is called like a column of runs; choose another name")
     symbols = taken.setdefault("symbol", {})
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):

@@ -15,10 +15,10 @@ from symdyn.scene.values.joint import acceleration_name
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.names import CLOCK
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.signals import MULTIPLIER, REACTION
-from symdyn.scene.values.spelling import spell_fraction
+from symdyn.scene.values.signals import LETTERS
+from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Faults, shown
-from symdyn.scene.values.unit import UnitError, misfit, out_of_si, read_unit
+from symdyn.scene.values.unit import Unit, UnitError, out_of_si
 
 ADVICE = "correct it, write the factor that is left out as a parameter with its unit"
 """What to do about a term that does not fit; a factor of one cannot be told from none."""
@@ -27,7 +27,7 @@ ADVICE = "correct it, write the factor that is left out as a parameter with its 
 @cache
 def dimension_of(unit: str) -> Dimension:
     """Return what a unit of ours measures."""
-    return read_unit(unit).dimension
+    return Unit.read(unit).dimension
 
 
 def said(scene: Scene) -> dict[str, str]:
@@ -59,7 +59,7 @@ def known_in(units: Mapping[str, str]) -> Callable[[str], Dimension | None]:
             return letters[name]
         if name.startswith("point_"):
             return LENGTH
-        if name.startswith((REACTION, MULTIPLIER)):
+        if name.startswith((LETTERS.reaction, LETTERS.multiplier)):
             parts = name.split("_")
             return next((FORCE if one[0] == "f" else TORQUE for one in parts[::-1] if one[1:] in "xyz"), None)
         return None
@@ -96,14 +96,14 @@ def check_dimensions(scene: Scene, asked: Iterable[Use], faults: Faults) -> None
 def _cycles(scene: Scene, asked: Iterable[Use]) -> Iterator[tuple[Use, str]]:
     """Yield where a letter in cycles stands alone, its sign apart, and rad/s is asked for, with both readings."""
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    own = {one.name: (one, read_unit(one.written or one.unit)) for one in letters if one.unit}
+    own = {one.name: (one, Unit.read(one.written or one.unit)) for one in letters if one.unit}
     for use in asked:
         name = alone(use.quantity)
         if name not in own or not use.unit or not own[name][1].cycles:
             continue
         letter, unit = own[name]
         value = None if letter.value is None else fraction(out_of_si(letter.value, unit))
-        if why := misfit(unit, read_unit(use.unit), "" if value is None else spell_fraction(value)):
+        if why := unit.misfit(Unit.read(use.unit), "" if value is None else spell(value)):
             yield use, why
 
 
@@ -124,7 +124,7 @@ def doubts(scene: Scene, found: Analysis) -> Iterator[str]:
     for name, places in told.items():
         yield f"{name} says no unit and stands in places of two dimensions: {'; '.join(dict.fromkeys(places))}"
     letters: tuple[Letter, ...] = (*scene.parameters, *scene.inputs)
-    cyclic = {one.name for one in letters if one.unit and read_unit(one.unit).cycles}
+    cyclic = {one.name for one in letters if one.unit and Unit.read(one.unit).cycles}
     for pair in found.pairs if cyclic else ():
         if pair.function not in ("sin", "cos"):
             continue
@@ -133,7 +133,7 @@ def doubts(scene: Scene, found: Analysis) -> Iterator[str]:
             if names and CLOCK in term.symbols and not _has_number(term):
                 name = min(names)
                 yield (
-                    f"{place_words(pair.place)}: {pair.function}({shown(pair.one)}) has {name} in cycles a second, and "
+                    f"{pair.place.words}: {pair.function}({shown(pair.one)}) has {name} in cycles a second, and "
                     f"is of radians: 2*pi*{name} is the angular frequency of {name}"
                 )
 
@@ -165,13 +165,8 @@ def _because(pair: Pair, found: Analysis) -> str:
     for name in dict.fromkeys(both):
         origin = found.origins.get(name)
         if origin is not None and origin.place != pair.place and (own := found.letter(name)) is not None:
-            told.append(f"{name} is {_unit(Measure(own))} by {place_words(origin.place)}")
+            told.append(f"{name} is {_unit(Measure(own))} by {origin.place.words}")
     return f" ({', '.join(told)})" if told else ""
-
-
-def place_words(place: Place) -> str:
-    """Return a place for a message."""
-    return ": ".join(part for part in (place.where, f"{place.key} = {shown(place.formula)}") if part)
 
 
 def _unit(measure: Measure, term: Quantity | None = None, found: Analysis | None = None) -> str:

@@ -15,7 +15,7 @@ from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import mass_faults
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Faults, shown
-from symdyn.scene.values.unit import UnitError, misfit, read_unit
+from symdyn.scene.values.unit import Unit, UnitError
 from symdyn.scene.values.value import Value, value_of
 from symdyn.scene.values.with_unit import fits, with_unit
 
@@ -94,8 +94,8 @@ def _units(draft: Draft, faults: Faults, dimensions: bool) -> None:
             formulas += [use] if parameters.union(use.allowed).issuperset(use.quantity.symbols) else []
         elif use.quantity.unit and use.unit:
             try:
-                if not (use.other and misfit(read_unit(use.quantity.unit), read_unit(use.other)) is None):
-                    fits(use.quantity, read_unit(use.unit), parameters.union(use.allowed))
+                if not (use.other and Unit.read(use.quantity.unit).misfit(Unit.read(use.other)) is None):
+                    fits(use.quantity, Unit.read(use.unit), parameters.union(use.allowed))
             except UnitError as error:
                 asked = f"{use.unit} or {use.other}" if use.other else use.unit
                 why = str(error).replace(f"{use.unit} is asked", f"{asked} is asked")

@@ -29,7 +29,7 @@ from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity, number
 from symdyn.scene.values.table import Entry, Faults, show
-from symdyn.scene.values.unit import UnitError, read_unit
+from symdyn.scene.values.unit import Unit, UnitError
 from symdyn.scene.values.with_unit import fits, with_unit
 
 DECLARED = ("locked", "position")
@@ -75,7 +75,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
         if strangers:
             faults.add(where, f"position uses {strangers[0]}, which is no parameter")
         try:
-            fits(position, read_unit(JOINTS[joint.type].coordinates(joint)[0]))
+            fits(position, Unit.read(JOINTS[joint.type].coordinates(joint)[0]))
         except UnitError as error:
             faults.add(where, f'position = "{with_unit(position, position.unit)}" {error}')
         if len(joint.coordinates) > 1 and position != ZERO:

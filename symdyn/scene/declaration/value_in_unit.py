@@ -16,7 +16,7 @@ from symdyn.scene.values.model import Letter
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table
-from symdyn.scene.values.unit import Unit, UnitError, in_si, read_unit
+from symdyn.scene.values.unit import Unit, UnitError, in_si
 from symdyn.scene.values.value import value_of
 from symdyn.scene.values.with_unit import fits, with_unit
 
@@ -41,7 +41,7 @@ def read_valued(table: Table) -> Valued:
     text = table.text("unit")
     value = table.quantity("value") if "value" in table else None
     try:
-        unit = read_unit(text) if text else None
+        unit = Unit.read(text) if text else None
     except UnitError as error:
         table.refuse("unit", error)
         return Valued(value)
@@ -56,7 +56,7 @@ def read_coherent(table: Table) -> str:
     """Return the `unit` of a table whose formula is computed, which is in SI."""
     text = table.text("unit")
     try:
-        unit = read_unit(text) if text else None
+        unit = Unit.read(text) if text else None
     except UnitError as error:
         table.refuse("unit", error)
         return ""
@@ -75,7 +75,7 @@ def in_unit(value: Quantity | None, unit: Unit | None) -> Valued:
     if value is None or not value.unit:
         return valued(value and in_si(value, unit) if unit else value, unit)
     fits(value, unit)
-    return valued(value, unit or read_unit(value.unit))
+    return valued(value, unit or Unit.read(value.unit))
 
 
 def valued(value: Quantity | None, unit: Unit | None) -> Valued:
@@ -88,7 +88,7 @@ def valued(value: Quantity | None, unit: Unit | None) -> Valued:
 def as_written(letter: Letter) -> str:
     """Return a letter's value as its writer said it, "500 mm", where that is in another unit than SI's, else ""."""
     unit = letter.written or (letter.value.unit if letter.value is not None else "")
-    if not unit or letter.value is None or read_unit(unit).is_coherent:
+    if not unit or letter.value is None or Unit.read(unit).is_coherent:
         return ""
     return with_unit(letter.value, unit)
 
@@ -102,9 +102,9 @@ def value_for(letter: Letter, raw: object) -> tuple[Quantity, str, str]:
     value = quantity(raw)
     if not value.unit:
         return value, letter.unit, letter.written
-    unit = read_unit(letter.unit) if letter.unit else None
+    unit = Unit.read(letter.unit) if letter.unit else None
     fits(value, unit)
-    own = valued(value, unit or read_unit(value.unit))
+    own = valued(value, unit or Unit.read(value.unit))
     return value, own.unit, letter.written if unit else own.written
 
 
@@ -158,6 +158,6 @@ def question(letter: Letter, text: str) -> str:
         return ""
     number = fraction(quantity(text))
     size = ONE if number is None else folding.constant(number)
-    there = float(value_of(in_si(size, read_unit(letter.written)), {}) or 0)
+    there = float(value_of(in_si(size, Unit.read(letter.written)), {}) or 0)
     front = f"{letter.name} is given in {letter.written}: say {letter.name}="
     return f"{front}{spell(size)}{letter.written} or {letter.name}={there:.12g}{letter.unit}"

@@ -3,4 +3,4 @@
 from .inertias import possible as possible
 from .mesh_faces import long_face as long_face
 from .naming import printable_names as printable_names
-from .xml import XmlElement as XmlElement, parse_xml as parse_xml, read_xml as read_xml
+from .xml import XmlElement as XmlElement

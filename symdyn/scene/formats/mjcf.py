@@ -25,7 +25,7 @@ from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.mjcf_made import check_made
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
-from symdyn.scene.formats.xml import XmlElement, read_xml
+from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values.table import Faults, shorten, show
 
 OLDEST = (3, 4)
@@ -72,7 +72,7 @@ def read(file: Path | Opened, options: ReadOptions) -> Reading:
     """
     path = file.path if isinstance(file, Opened) else file
     faults = Faults(str(path))
-    root = read_xml(file, faults.note)
+    root = XmlElement.read(file, faults.note)
     if root.tag != "mujoco":
         raise SceneError(f"{path}: its root is <{root.tag}>; the root of an MJCF file is <mujoco>")
     files = _files(path, root)
@@ -137,7 +137,7 @@ def _files(path: Path, root: XmlElement) -> dict[Path, XmlElement]:
                     if other.resolve() in chain:
                         raise SceneError(f"{file}: line {child.line}: {other.name} includes itself; break the ring")
                     if other not in files:
-                        files[other] = read_xml(other)
+                        files[other] = XmlElement.read(other)
                         waiting.append((other, files[other], (*chain, other.resolve())))
         if len(files) > MOST_FILES:
             raise SceneError(f"{path}: includes more than {MOST_FILES} files; join some of them")

@@ -22,10 +22,10 @@ from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Coupling, Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
-from symdyn.scene.values.spelling import spell, spell_fraction
+from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import compose
 from symdyn.scene.values.tolerance import Tolerance
-from symdyn.scene.values.unit import in_si, out_of_si, read_unit
+from symdyn.scene.values.unit import Unit, in_si, out_of_si
 
 STRAIGHT = ("Tx", "Ty", "Tz", "Rz", "Ry", "Rx")  # the steps of { xyz, rpy }, in their order
 
@@ -81,7 +81,7 @@ def _valued(letter: Parameter | Input) -> Iterator[tuple[str, str]]:
     if value is not None and value.unit:
         unit = "" if value.unit == (letter.written or unit) else letter.written or unit
     elif letter.written:
-        chosen = read_unit(letter.written)
+        chosen = Unit.read(letter.written)
         there = None if value is None else out_of_si(value, chosen)
         if there is None or in_si(there, chosen) == value:
             value, unit = there, letter.written
@@ -262,9 +262,9 @@ def _number(quantity: Quantity) -> str:
     One that was written with a unit is written so again.
     """
     if quantity.unit:
-        there = out_of_si(quantity, unit := read_unit(quantity.unit))
+        there = out_of_si(quantity, unit := Unit.read(quantity.unit))
         if isinstance(there.value, Fraction) and in_si(there, unit) == quantity:
-            return _text(f"{spell_fraction(there.value)} {unit.text}")
+            return _text(f"{spell(there.value)} {unit.text}")
     if isinstance(quantity.value, Fraction):
         plain = decimal(quantity.value)
         if plain is not None:

@@ -26,7 +26,7 @@ from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.inertias import Entries, turned
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.xml import XmlElement, read_xml
+from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.joints.blocks import AXIS
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
@@ -63,7 +63,7 @@ def read(path: Path | Opened, options: ReadOptions) -> Reading:
         SceneError: with every fault of the file, one line each.
     """
     faults = Faults(str(path))
-    return read_element(read_xml(path, faults.note), str(path), options, faults)
+    return read_element(XmlElement.read(path, faults.note), str(path), options, faults)
 
 
 def read_element(root: XmlElement, source: str, options: ReadOptions, faults: Faults | None = None) -> Reading:

@@ -69,6 +69,40 @@ class XmlElement:
     line: int
     children: list[XmlElement] = field(default_factory=list)
 
+    @staticmethod
+    def read(path: Path | Opened, note: Note | None = None) -> XmlElement:
+        """Return the root element of an XML file; `note` is told what was mended.
+
+        Raises:
+            SceneError: in one line, why the file is not XML that can be read.
+        """
+        return XmlElement.parse(
+            read_bounded(path, LARGEST_FILE, "a file such as robot.urdf", TOO_LARGE), str(path), note
+        )
+
+    @staticmethod
+    def parse(content: bytes, source: str, note: Note | None = None) -> XmlElement:
+        """Return the root element of XML text.
+
+        Args:
+            content: the file as bytes; its declaration or its first bytes tell the encoding, UTF-8 without them.
+            source: name of the file, for messages.
+            note: is told what was mended in the text.
+
+        Raises:
+            SceneError: in one line, why the text is not XML that can be read.
+        """
+        if len(content) > LARGEST_FILE:
+            raise SceneError(f"{source}: holds more than {LARGEST_FILE >> 20} MB; {TOO_LARGE}")
+        content = _declaration_first(content, note)
+        try:
+            return _parse(content, source)
+        except _UnboundPrefixError:
+            declared = _with_prefixes(content, note)
+            if declared == content:
+                raise
+        return _parse(declared, source)
+
     def all(self, tag: str) -> list[XmlElement]:
         """Return the children called `tag`."""
         return [child for child in self.children if child.tag == tag]
@@ -84,38 +118,6 @@ class XmlElement:
             element = stack.pop()
             yield element
             stack.extend(reversed(element.children))
-
-
-def read_xml(path: Path | Opened, note: Note | None = None) -> XmlElement:
-    """Return the root element of an XML file; `note` is told what was mended.
-
-    Raises:
-        SceneError: in one line, why the file is not XML that can be read.
-    """
-    return parse_xml(read_bounded(path, LARGEST_FILE, "a file such as robot.urdf", TOO_LARGE), str(path), note)
-
-
-def parse_xml(content: bytes, source: str, note: Note | None = None) -> XmlElement:
-    """Return the root element of XML text.
-
-    Args:
-        content: the file as bytes; its declaration or its first bytes tell the encoding, UTF-8 without them.
-        source: name of the file, for messages.
-        note: is told what was mended in the text.
-
-    Raises:
-        SceneError: in one line, why the text is not XML that can be read.
-    """
-    if len(content) > LARGEST_FILE:
-        raise SceneError(f"{source}: holds more than {LARGEST_FILE >> 20} MB; {TOO_LARGE}")
-    content = _declaration_first(content, note)
-    try:
-        return _parse(content, source)
-    except _UnboundPrefixError:
-        declared = _with_prefixes(content, note)
-        if declared == content:
-            raise
-    return _parse(declared, source)
 
 
 def find_root(content: bytes) -> re.Match[bytes] | None:

@@ -1,13 +1,11 @@
 """Names that `symdyn.scene.joints` offers; each is imported when it is first used."""
 
 from .blocks import (
-    AXES as AXES,
-    AXIS as AXIS,
     ORIENTATION as ORIENTATION,
     rotation_of as rotation_of,
     towards as towards,
     unit as unit,
 )
-from .forbidden import everywhere as everywhere, forces as forces, moments as moments
+from .forbidden import unit_wrenches as unit_wrenches
 from .joint_kind import Block as Block, Gimbal as Gimbal
 from .joint_mark import MarkPart as MarkPart

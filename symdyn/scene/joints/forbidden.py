@@ -41,7 +41,7 @@ def forbidding(shifts: str, turns: str = "none") -> Forbids:
 def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
     """Return the directions of the joint frame that a word means."""
     if which in ("all", "none"):
-        return everywhere(graph) if which == "all" else ()
+        return identity(graph) if which == "all" else ()
     x, y, axis = directions(joint.axis, graph)
     return (x, y) if which == "across" else (axis,)
 
@@ -61,9 +61,9 @@ def moments(*along: Vec) -> tuple[Wrench, ...]:
     return tuple((zero_vector(x[0].graph), x) for x in along)
 
 
-def everywhere(graph: Graph) -> tuple[Vec, Vec, Vec]:
-    """Return the axes of the joint frame."""
-    return identity(graph)
+def unit_wrenches(graph: Graph) -> tuple[Wrench, ...]:
+    """Return unit forces and moments along the axes of the joint frame, six."""
+    return forces(*identity(graph)) + moments(*identity(graph))
 
 
 def offsets(X: Transform, *along: Vec) -> tuple[Expr, ...]:
@@ -81,6 +81,6 @@ def turned(X: Transform) -> Vec:
     """Return ½ Σ e × R e: zero without rotation, the rotation vector close to it."""
     graph = X.p[0].graph
     total = zero_vector(graph)
-    for e in everywhere(graph):
+    for e in identity(graph):
         total = add(total, cross(e, apply(X.R, e)))
     return scale(graph.one / 2, total)

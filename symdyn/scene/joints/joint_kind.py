@@ -169,6 +169,11 @@ class JointKind:
         """Whether its keys hold formulas in its coordinates, which scenes must name then."""
         return any(isinstance(key.default, Pose) for key in self.keys)
 
+    @property
+    def has_axis(self) -> bool:
+        """Whether its joints say an axis."""
+        return any(key.name == "axis" for key in self.keys)
+
     def values(self, joint: Joint) -> Iterator[tuple[Key[Any], Any]]:
         """Yield what a joint says, by key."""
         yield from ((key, key.of(joint)) for key in self.keys)

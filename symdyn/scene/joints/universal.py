@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXIS, turn, unit
-from symdyn.scene.joints.forbidden import everywhere, forces, moments
+from symdyn.scene.joints.forbidden import forces, moments
 from symdyn.scene.joints.held_or_reversed import opposite
 from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
@@ -18,7 +18,7 @@ from symdyn.scene.values.quantity import ONE, ZERO, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table, shorten
 from symdyn.scene.values.value import value_of
-from symdyn.spatial import Transform, Wrench, apply, cross, dot
+from symdyn.spatial import Transform, Wrench, apply, cross, dot, identity
 
 SECOND: Key[Vector] = Key("second_axis", Table.vector, (ONE, ZERO, ZERO), names=None, turned=True)
 
@@ -33,7 +33,7 @@ def _blocks(joint: Joint) -> tuple[Block, ...]:
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
     graph = X.p[0].graph
     first, second = unit(joint.axis, graph), apply(X.R, unit(SECOND.of(joint), graph))
-    return forces(*everywhere(graph)) + moments(cross(second, first))
+    return forces(*identity(graph)) + moments(cross(second, first))
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:

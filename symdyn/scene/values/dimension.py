@@ -46,9 +46,14 @@ class Dimension:
         return Dimension(tuple(_plain(a * power) for a in self.exponents))
 
     @property
+    def powers(self) -> list[tuple[str, Exponent]]:
+        """Every unit of `BASE` with its exponent."""
+        return list(zip(BASE, self.exponents, strict=True))
+
+    @property
     def text(self) -> str:
         """A unit of it, by its name where it has one: "N m", "kg m^2/s"; "1" of a plain number."""
-        return _NAMES.get(self) or product(list(zip(BASE, self.exponents, strict=True)))
+        return _NAMES.get(self) or product(self.powers)
 
     def __str__(self) -> str:
         return self.text

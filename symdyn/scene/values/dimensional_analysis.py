@@ -22,6 +22,7 @@ from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.table import shown
 
 Powers = tuple[tuple[str, Exponent], ...]
 
@@ -74,6 +75,11 @@ class Place:
     formula: Quantity
     unit: str
     wanted: Dimension | None
+
+    @property
+    def words(self) -> str:
+        """The place for a message."""
+        return ": ".join(part for part in (self.where, f"{self.key} = {shown(self.formula)}") if part)
 
 
 class Pair(NamedTuple):

@@ -32,7 +32,7 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.names import FORMULA_NAMES, nearest
 from symdyn.scene.values.quantity import PI, Quantity, number, symbol
-from symdyn.scene.values.unit import UnitError, in_si, misfit, read_unit
+from symdyn.scene.values.unit import Unit, UnitError, in_si
 
 __all__ = ["FormulaError", "parse", "quantity"]
 
@@ -138,11 +138,11 @@ def _of_table(table: Mapping[str, object]) -> Quantity:
     found = quantity(inner)
     if not said:
         return found
-    unit = read_unit(said)
+    unit = Unit.read(said)
     if found.symbols:
         raise FormulaError("is a formula of letters, which is in SI; leave the unit out")
     if found.unit:
-        reason = misfit(read_unit(found.unit), unit)
+        reason = Unit.read(found.unit).misfit(unit)
         if reason:
             raise UnitError(reason)
         return found
@@ -187,7 +187,7 @@ def _value(found: re.Match[str], text: str) -> Quantity:
     if found["unit"] and _FACTOR.match(found["unit"]):
         return _formula(f"{text[: found.start('unit')].rstrip()} {found['unit']}")
     try:
-        unit = read_unit(found["unit"] or found["other"])
+        unit = Unit.read(found["unit"] or found["other"])
     except UnitError as error:
         try:
             return _formula(text)

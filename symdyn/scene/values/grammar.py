@@ -109,6 +109,14 @@ def read_latex(latex: str) -> tuple[Part, ...]:
     return parts
 
 
+def letters_of(latex: str) -> str:
+    """Return what symbols share that look alike: m_1 and m_{1} do; of what is no symbol, all of it."""
+    try:
+        return "".join(part.text for part in read_latex(latex))
+    except LatexError:  # a name of a word that is longer than a symbol may be
+        return latex
+
+
 @cache
 def takes_exponent(latex: str) -> bool:
     """Return whether an exponent may follow as it is: not behind an upper script, nor behind a product."""

@@ -17,7 +17,7 @@ from symdyn.scene.values.names import listed
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.shapes import ANYTHING, FLAG, NUMBER, NUMBERS, PLACEMENT, TEXT, VECTOR, Shape
 from symdyn.scene.values.table import Faults, Table, plain, shown
-from symdyn.scene.values.unit import read_unit
+from symdyn.scene.values.unit import Unit
 from symdyn.scene.values.value import Value, known_value, value_of
 
 T = TypeVar("T")
@@ -159,7 +159,7 @@ class Key(Generic[T]):
         unit, each = self.unit if isinstance(self.unit, str) else self.unit[slides], self.each[slides]
         if not (k and unit and each):
             return unit
-        return product(list((read_unit(unit) * read_unit(each) ** -k).coherent))
+        return product(list((Unit.read(unit) * Unit.read(each) ** -k).coherent))
 
     def named(self, one: Any, what: str, letter: str, k: int | str, names: Names, slides: bool = False) -> Any:
         """Return the k-th noun of its like with names in place of the numbers of this key; see `Part.named`."""

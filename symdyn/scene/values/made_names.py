@@ -4,16 +4,9 @@ from __future__ import annotations
 
 from symdyn.graph import Graph
 from symdyn.scene.values.folding import neg
-from symdyn.scene.values.model import Parameter, Scene
+from symdyn.scene.values.model import Parameter
 from symdyn.scene.values.quantity import ZERO, Quantity, symbol
 from symdyn.scene.values.value import value_of
-
-
-def moving_names(scene: Scene) -> set[str]:
-    """Return the names of coordinates, velocities, drives, inputs and outputs."""
-    names = {*scene.coordinates, *scene.velocities, *(one.name for one in scene.inputs)}
-    names |= {one.name for one in scene.outputs}
-    return names | {drive for drive in scene.drives if drive}
 
 
 class Names:

@@ -10,9 +10,10 @@ frame (the identity unless a standard Denavit-Hartenberg table or the user says 
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from pathlib import Path
 from typing import TypeAlias
 
 from symdyn.arguments import walked
@@ -24,12 +25,15 @@ from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.names import CLOCK, listed
 from symdyn.scene.values.order import JointOrder, order_of
 from symdyn.scene.values.quantity import ZERO, Quantity, Vector, number
-from symdyn.scene.values.signals import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION
+from symdyn.scene.values.signals import LETTERS
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 
 GROUND = "ground"
+
+NAMING = ("", ".toml", ".par")
+"""Endings of files that name their coordinates themselves, or none where Python made the scene."""
 
 STANDARD_GRAVITY: Vector = (ZERO, ZERO, number(Fraction("-9.81")))
 
@@ -263,7 +267,7 @@ class Scene(Shown):
     def in_numbers(self, names: Container[str]) -> Scene:
         """Return the scene with the values of these parameters in place of their names in every formula."""
         values = {p.name: p.value for p in self.parameters if p.value is not None and p.name in names}
-        return map_quantities(self, lambda one: substituted(one, values)) if values else self
+        return self.substituted(values)
 
     def as_parameters(self) -> Scene:
         """Return the scene without outputs, its inputs being parameters: for who looks at it at one moment.
@@ -287,13 +291,13 @@ class Scene(Shown):
         if not self.inputs:
             return replace(self, outputs=()) if self.outputs else self
         values = {one.name: one.value for one in self.inputs}
-        return map_quantities(replace(self, inputs=(), outputs=()), lambda one: substituted(one, values))
+        return replace(self, inputs=(), outputs=()).substituted(values)
 
     def letters(self, said: Iterable[str] = ()) -> tuple[str, ...]:
         """Return the names that formulas may use, parameters aside; of what is `said`, multipliers are known later."""
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
-        late = (name for name in said if name.startswith(MULTIPLIER) and self.is_closed)
+        late = (name for name in said if name.startswith(LETTERS.multiplier) and self.is_closed)
         names = (*self.plain_letters, *accelerations, *drives, *self.point_letters, *self.reaction_axes, *late)
         return tuple(dict.fromkeys(names))
 
@@ -311,11 +315,11 @@ class Scene(Shown):
     def reaction_axes(self) -> dict[str, str]:
         """The axes of every letter of a reaction, by its name."""
         return {
-            f"{REACTION}{joint.name}_{component}{'' if axes == AXES[0] else f'_{axes}'}{loose}": axes
-            for axes in AXES
+            f"{LETTERS.reaction}{joint.name}_{component}{'' if axes == LETTERS.axes[0] else f'_{axes}'}{loose}": axes
+            for axes in LETTERS.axes
             for joint in (*self.joints, *self.loops)
-            for component in COMPONENTS
-            for loose in ("", LOOSE)
+            for component in LETTERS.components
+            for loose in ("", LETTERS.loose)
         }
 
     @property
@@ -324,6 +328,35 @@ class Scene(Shown):
         carrying = {joint.parent for joint in self.joints} | {GROUND}
         return tuple(body.name for body in self.bodies if body.name not in carrying)
 
+    def coordinates_of_joints(self, most: int | None = None) -> str:
+        """Return which joint each coordinate of a robot file belongs to: "q1 shoulder, q2 elbow"; "" of other scenes.
+
+        Such a file names joints and links; coordinates are called q1, q2, ...
+
+        Args:
+            most: joints that are told; None: all.
+        """
+        if Path(self.source).suffix.lower() in NAMING:
+            return ""
+        told = [f"{_run(joint.coordinates)} {joint.name}" for joint in self.moving[:most]]
+        more = len(told) < len(self.moving)
+        return ", ".join([*told, *([f"... ({len(self.moving)} joints in all)"] if more else [])])
+
+    @property
+    def moving_names(self) -> set[str]:
+        """The names of coordinates, velocities, drives, inputs and outputs."""
+        names = {*self.coordinates, *self.velocities, *(one.name for one in self.inputs)}
+        names |= {one.name for one in self.outputs}
+        return names | {drive for drive in self.drives if drive}
+
+    def substituted(self, values: Mapping[str, Quantity]) -> Scene:
+        """Return the scene with quantities in place of letters in every formula.
+
+        Raises:
+            FormulaError: a formula has no value then.
+        """
+        return map_quantities(self, lambda one: substituted(one, values)) if values else self
+
     def shown_unit(self, unit: str) -> str:
         """Return a unit that nobody said, of a joint, a time or an energy, as it is shown: "" without dimensions."""
         return "" if self.dimensionless else unit
@@ -331,3 +364,7 @@ class Scene(Shown):
     def in_shown_unit(self, number: str, unit: str) -> str:
         """Return a number and such a unit as text, the number alone where none is shown."""
         return f"{number} {self.shown_unit(unit)}".rstrip()
+
+
+def _run(names: tuple[str, ...]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]}"

@@ -22,6 +22,9 @@ C_KEYWORDS = (
     "while",
 )  # fmt: skip
 
+RESERVED = (*C_KEYWORDS, *FORMULA_NAMES)
+"""Words of C and of formulas, that no name may be."""
+
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 LONGEST = 60

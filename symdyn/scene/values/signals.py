@@ -12,23 +12,34 @@ All but the last are known from the scene; which rows are kept is decided where 
 
 from __future__ import annotations
 
-REACTION, MULTIPLIER = "reaction_", "multiplier_"
-
-COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
-
-AXES = ("body", "joint", "ground")
-"""What reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground."""
-
-LOOSE = "_not_unique"
-"""Ends the names of what rigid bodies do not determine; their numbers are one choice among many."""
-
-COLUMNS = (
-    "kinetic_energy", "potential_energy", "energy_error", "drive_power", "other_power", "work", "loop_error",
-    "loop_rate_error", "path_error",
-)  # fmt: skip
-"""What runs have beside what they are asked for."""
+from dataclasses import dataclass
 
 
-def is_column(name: str) -> bool:
-    """Tell whether runs have a column of this name that no person names."""
-    return name in COLUMNS or name.startswith(("point_", "momentum_", REACTION, MULTIPLIER))
+@dataclass(frozen=True)
+class SignalLetters:
+    """What letters of what is looked at are made of.
+
+    Attributes:
+        reaction, multiplier: what the letters of these begin with.
+        components: of a reaction, force and moment.
+        axes: what reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground.
+        loose: ends the names of what rigid bodies do not determine; their numbers are one choice among many.
+        columns: what runs have beside what they are asked for.
+    """
+
+    reaction: str = "reaction_"
+    multiplier: str = "multiplier_"
+    components: tuple[str, ...] = ("fx", "fy", "fz", "mx", "my", "mz")
+    axes: tuple[str, ...] = ("body", "joint", "ground")
+    loose: str = "_not_unique"
+    columns: tuple[str, ...] = (
+        "kinetic_energy", "potential_energy", "energy_error", "drive_power", "other_power", "work", "loop_error",
+        "loop_rate_error", "path_error",
+    )  # fmt: skip
+
+    def has_column(self, name: str) -> bool:
+        """Tell whether runs have a column of this name that no person names."""
+        return name in self.columns or name.startswith(("point_", "momentum_", self.reaction, self.multiplier))
+
+
+LETTERS = SignalLetters()

@@ -10,17 +10,19 @@ from symdyn.scene.values.quantity import Quantity
 _SUM, _PRODUCT, _SIGN, _POWER, _ATOM = range(5)
 
 
-def spell(quantity: Quantity) -> str:
-    """Return the formula as text, with no bracket too many.
+def spell(quantity: Quantity | Fraction) -> str:
+    """Return a formula as text, with no bracket too many.
+
+    A number is a decimal where that is exact and short, else p/q.
 
     >>> from symdyn.scene import parse
     >>> spell(parse("0.5*(pi) + 1/3 - (a*(b))"))
     'pi/2 + 1/3 - a*b'
     """
-    return _spell(quantity)[0]
+    return _decimal(quantity) if isinstance(quantity, Fraction) else _spell(quantity)[0]
 
 
-def spell_fraction(value: Fraction) -> str:
+def _decimal(value: Fraction) -> str:
     """Return a decimal where it is exact and short, else p/q."""
     digits = next((k for k in range(20) if 10**k % value.denominator == 0), None)
     if digits is None:
@@ -32,7 +34,7 @@ def spell_fraction(value: Fraction) -> str:
 
 def _spell(q: Quantity) -> tuple[str, int]:
     if isinstance(q.value, Fraction):
-        text = spell_fraction(q.value)
+        text = _decimal(q.value)
         return text, _PRODUCT if "/" in text else _SIGN if q.value < 0 else _ATOM
     if q.op is Op.SYMBOL:
         return str(q.value), _ATOM
@@ -57,8 +59,8 @@ def _product(a: Quantity, b: Quantity) -> tuple[str, int]:
     if not isinstance(factor, Fraction):
         return f"{_at_least(a, _PRODUCT)}*{_at_least(b, _POWER)}", _PRODUCT
     rest = _at_least(b, _PRODUCT)
-    if "/" not in spell_fraction(factor) and factor.denominator not in (2, 4, 8):
-        return f"{spell_fraction(factor)}*{rest}", _PRODUCT
+    if "/" not in _decimal(factor) and factor.denominator not in (2, 4, 8):
+        return f"{_decimal(factor)}*{rest}", _PRODUCT
     front = {1: "", -1: "-"}.get(factor.numerator, f"{factor.numerator}*")
     return f"{front}{rest}/{factor.denominator}", _PRODUCT
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.unit import misfit, read_unit
+from symdyn.scene.values.unit import Unit
 
 PERCENT = "%"
 
@@ -52,7 +52,7 @@ class Tolerance:
         """Return the amount in the coherent unit of its parameter, which has this value."""
         if self.unit == PERCENT:
             return abs(value) * float(self.number) / 100
-        scale = read_unit(self.unit).size / read_unit(unit).size if self.unit not in ("", unit) else 1.0
+        scale = Unit.read(self.unit).size / Unit.read(unit).size if self.unit not in ("", unit) else 1.0
         return float(self.number) * scale
 
 
@@ -81,8 +81,8 @@ def read_tolerance(raw: object, unit: str) -> Tolerance:
     number, own = match["number"], match["unit"].strip()
     if not 0 < float(number) < math.inf:
         raise FormulaError(f"is no tolerance above zero; {FORM}")
-    if own not in ("", PERCENT, unit) and not (unit and misfit(read_unit(own), read_unit(unit)) is None):
+    if own not in ("", PERCENT, unit) and not (unit and Unit.read(own).misfit(Unit.read(unit)) is None):
         said = f"its parameter is in {unit}" if unit else "its parameter has no unit"
         raise FormulaError(f"is in {own}, and {said}; {FORM}")
-    chosen = "" if not unit or read_unit(unit).is_coherent else unit
+    chosen = "" if not unit or Unit.read(unit).is_coherent else unit
     return Tolerance(number, own or chosen)

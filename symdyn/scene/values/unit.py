@@ -94,7 +94,12 @@ class Unit:
     @property
     def si(self) -> str:
         """The coherent unit: the text itself where it is one, "m" of "mm", "rad/s" of "rpm"."""
-        return self.text if self.is_coherent else product(list(self.coherent))
+        return self.text if self.is_coherent else self.coherent_text
+
+    @property
+    def coherent_text(self) -> str:
+        """The coherent unit as a product of powers."""
+        return product(list(self.coherent))
 
     @property
     def radians(self) -> Fraction:
@@ -123,6 +128,55 @@ class Unit:
             tuple((name, own * power) for name, own in self.coherent if power),
             self.cycles * power,
         )
+
+    @staticmethod
+    @lru_cache(1024)
+    def read(text: str) -> Unit:
+        """Return a unit.
+
+        >>> Unit.read("kN/m").scale, Unit.read("kN/m").si, Unit.read("N m s/rad").dimension.text
+        (Fraction(1000, 1), 'N/m', 'N m s')
+
+        Raises:
+            UnitError: it is none.
+        """
+        plain = " ".join(text.translate(_PLAIN).replace("**", "^").split())
+        if not plain:
+            raise UnitError("is empty; give a unit, such as mm")
+        if len(plain) > LONGEST:
+            raise UnitError(f'"{plain[:20]}..." has {len(plain)} characters, and is no unit; {LONGEST} are enough')
+        if plain.strip("[]() ").lower() in PLAIN_NUMBER:
+            raise UnitError(f'"{plain}" is no unit; write 1, or leave it out')
+        if AFFINE.search(plain):
+            raise UnitError(f"{plain} counts from a zero of its own, so that no factor leads to SI; give kelvins, K")
+        reader = _Reader(plain)
+        found = reader.product()
+        if reader.at < len(plain):
+            raise reader.refusal("breaks off")
+        return replace(found, text=" ".join(text.split()))
+
+    def misfit(self, wanted: Unit, number: str = "") -> str | None:
+        """Return what is wrong with a value in it where another is asked for, or None where it can be converted.
+
+        Args:
+            wanted: of what it is for.
+            number: the value as it was written, for the two readings of cycles.
+        """
+        if self.dimension != wanted.dimension:
+            return f"is in {self.text}, and {wanted.text} is asked for"
+        if self.cycles == wanted.cycles or wanted.dimension == NUMBER:
+            return None
+        count = number or "3"
+        try:
+            size = float(Fraction(count)) * float(self.scale)
+        except (ValueError, ZeroDivisionError, OverflowError):
+            return f"is in {self.text}, which are cycles, and {wanted.text} is asked for; one cycle is 2*pi rad"
+        if self.cycles:
+            return (
+                f"is in cycles, and {wanted.text} is asked for: {count} {self.text} is {size:.6g} cycles a second, "
+                f"{2 * size:.6g}*pi rad/s = {2 * math.pi * size:.6g}; or did you mean {size:.6g} rad/s?"
+            )
+        return f"is in {self.text}, and cycles, {wanted.text}, are asked for; one cycle is 2*pi rad"
 
 
 def si(name: str, dimension: Dimension, prefixes: str = "") -> tuple[Unit, str]:
@@ -231,32 +285,6 @@ def units() -> dict[str, Unit]:
     return found
 
 
-@lru_cache(1024)
-def read_unit(text: str) -> Unit:
-    """Return a unit.
-
-    >>> read_unit("kN/m").scale, read_unit("kN/m").si, read_unit("N m s/rad").dimension.text
-    (Fraction(1000, 1), 'N/m', 'N m s')
-
-    Raises:
-        UnitError: it is none.
-    """
-    plain = " ".join(text.translate(_PLAIN).replace("**", "^").split())
-    if not plain:
-        raise UnitError("is empty; give a unit, such as mm")
-    if len(plain) > LONGEST:
-        raise UnitError(f'"{plain[:20]}..." has {len(plain)} characters, and is no unit; {LONGEST} are enough')
-    if plain.strip("[]() ").lower() in PLAIN_NUMBER:
-        raise UnitError(f'"{plain}" is no unit; write 1, or leave it out')
-    if AFFINE.search(plain):
-        raise UnitError(f"{plain} counts from a zero of its own, so that no factor leads to SI; give kelvins, K")
-    reader = _Reader(plain)
-    found = reader.product()
-    if reader.at < len(plain):
-        raise reader.refusal("breaks off")
-    return replace(found, text=" ".join(text.split()))
-
-
 class _Reader:
     """Reads one unit from left to right."""
 
@@ -330,7 +358,7 @@ def in_si(value: Quantity, unit: Unit) -> Quantity:
     """Return a number of this unit in the coherent one, exactly.
 
     >>> from symdyn.scene.values.quantity import number
-    >>> in_si(number(500), read_unit("mm")).value
+    >>> in_si(number(500), Unit.read("mm")).value
     Fraction(1, 2)
     """
     return _times_pi(folding.mul(folding.constant(unit.scale), value), unit.turns)
@@ -353,28 +381,3 @@ def _times_pi(value: Quantity, power: int) -> Quantity:
         else:
             value = undone(value, PI)
     return value
-
-
-def misfit(given: Unit, wanted: Unit, number: str = "") -> str | None:
-    """Return what is wrong with a value in one unit where another is asked for, or None where it can be converted.
-
-    Args:
-        given: in which the value is.
-        wanted: of what it is for.
-        number: the value as it was written, for the two readings of cycles.
-    """
-    if given.dimension != wanted.dimension:
-        return f"is in {given.text}, and {wanted.text} is asked for"
-    if given.cycles == wanted.cycles or wanted.dimension == NUMBER:
-        return None
-    count = number or "3"
-    try:
-        size = float(Fraction(count)) * float(given.scale)
-    except (ValueError, ZeroDivisionError, OverflowError):
-        return f"is in {given.text}, which are cycles, and {wanted.text} is asked for; one cycle is 2*pi rad"
-    if given.cycles:
-        return (
-            f"is in cycles, and {wanted.text} is asked for: {count} {given.text} is {size:.6g} cycles a second, "
-            f"{2 * size:.6g}*pi rad/s = {2 * math.pi * size:.6g}; or did you mean {size:.6g} rad/s?"
-        )
-    return f"is in {given.text}, and cycles, {wanted.text}, are asked for; one cycle is 2*pi rad"

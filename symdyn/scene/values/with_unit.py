@@ -7,9 +7,9 @@ from collections.abc import Container, Sequence
 
 from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.spelling import spell, spell_fraction
+from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table
-from symdyn.scene.values.unit import Unit, UnitError, misfit, out_of_si, read_unit
+from symdyn.scene.values.unit import Unit, UnitError, out_of_si
 
 
 def fits(value: Quantity, wanted: Unit | None, letters: Container[str] = ()) -> None:
@@ -24,9 +24,9 @@ def fits(value: Quantity, wanted: Unit | None, letters: Container[str] = ()) -> 
         UnitError: it is not.
     """
     if value.unit and wanted is not None:
-        own = read_unit(value.unit)
+        own = Unit.read(value.unit)
         number = fraction(out_of_si(value, own))
-        reason = misfit(own, wanted, "" if number is None else spell_fraction(number))
+        reason = own.misfit(wanted, "" if number is None else spell(number))
         if reason:
             raise UnitError(f"{reason}{_letters_meant(value, letters)}")
 
@@ -36,7 +36,7 @@ def _letters_meant(value: Quantity, letters: Container[str]) -> str:
     names = re.findall(r"[^\W\d]\w*", value.unit)
     if not names or not all(name in letters for name in names):
         return ""
-    number = spell(out_of_si(value, read_unit(value.unit)))
+    number = spell(out_of_si(value, Unit.read(value.unit)))
     factors = re.sub(r"(?<=\w) (?=\w)", "*", value.unit).replace("^", "**")
     told = "the letter" if len(names) == 1 else "the letters"
     return f"; for {number} times {told} write {number}*{factors}"
@@ -48,13 +48,13 @@ def fits_place(table: Table, key: str, value: Quantity, units: Sequence[str]) ->
     For what is computed with when it is read, so that its unit is lost; what is kept is looked at in its scene.
     """
     try:
-        if not value.unit or any(misfit(read_unit(value.unit), read_unit(one)) is None for one in units):
+        if not value.unit or any(Unit.read(value.unit).misfit(Unit.read(one)) is None for one in units):
             return
-        fits(value, read_unit(units[0]))
+        fits(value, Unit.read(units[0]))
     except UnitError as error:
         table.refuse(key, error)
 
 
 def with_unit(value: Quantity, unit: str) -> str:
     """Return a quantity of SI as a number and a unit."""
-    return f"{spell(out_of_si(value, read_unit(unit)))} {unit}"
+    return f"{spell(out_of_si(value, Unit.read(unit)))} {unit}"

@@ -15,7 +15,7 @@ import numpy as np
 from symdyn.build import find_compiler
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import MissingCompiler
-from symdyn.scene.values import COLUMNS, Faults
+from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.ensemble import one_by_one
 from symdyn.simulation.ensemble.abreast_code import Library, library
 from symdyn.simulation.ensemble.abreast_functions import ENERGIES, Abreast, abreast, jacobian_at
@@ -59,7 +59,7 @@ def shape(task: Task) -> str:
         return "a force is a table"
     if forces.functions or forces.fed:
         return "a force is a function"
-    columns = {name for one in task.insides for name in one.symbols if name in COLUMNS and name not in ENERGIES}
+    columns = {name for one in task.insides for name in one.symbols if name in LETTERS.columns and name not in ENERGIES}
     if columns:
         return f"{', '.join(sorted(columns))} is known of whole runs"
     free = {p.name for p in opened(scene).scene.free_parameters}

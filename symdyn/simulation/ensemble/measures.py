@@ -18,8 +18,8 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import COLUMNS, Faults, UnitError, product, read_unit, shown, substituted
+from symdyn.scene import Quantity, Scene, SceneUnits, spell
+from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, shorten, substituted
 from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 
@@ -65,7 +65,7 @@ class Fold:
 def _seconds(unit: str) -> str:
     """Return the unit of an integral over time: "m" of "m/s", "N s" of "N"; "" of what has none, or one of two."""
     try:
-        return product((read_unit(unit) * read_unit("s")).coherent) if unit else ""
+        return (Unit.read(unit) * Unit.read("s")).coherent_text if unit else ""
     except UnitError:
         return ""
 
@@ -175,7 +175,7 @@ def read_measure(
     if found is not None and not own.lines:
         SceneUnits(scene).check(found, where, own, fold_units(scene, folds))
     for letter, fold, folded in folds:
-        own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shown(folded)})", line) for line in own.lines]
+        own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shorten(spell(folded))})", line) for line in own.lines]
     faults.lines += own.lines
     return None if own.lines or found is None else Measure(said, tuple(folds), found)
 
@@ -199,7 +199,7 @@ def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Seque
 
 
 def _seen(scene: Scene, text: str) -> tuple[str, ...]:
-    return (*scene.letters(re.findall(r"\w+", text)), *COLUMNS)
+    return (*scene.letters(re.findall(r"\w+", text)), *LETTERS.columns)
 
 
 def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tuple[Measure, ...]:

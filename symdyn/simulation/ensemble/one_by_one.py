@@ -14,7 +14,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity
-from symdyn.scene.values import MULTIPLIER, REACTION
+from symdyn.scene.values import LETTERS
 from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
 from symdyn.simulation.equations.opened import opened
@@ -59,7 +59,7 @@ def _one(task: Task, k: int, notes: dict[str, None]) -> Trajectory | str:
     try:
         return simulate(
             task.scene, task.forces, task.until, start, rates, task.method, task.rtol, task.atol, task.stops,
-            every=task.every, reactions=any(name.startswith(REACTION) for name in named),
+            every=task.every, reactions=any(name.startswith(LETTERS.reaction) for name in named),
             say=notes.setdefault, values=values or None, ignore_limits=task.ignore_limits,
         )  # fmt: skip
     except MethodError:  # nor would it apply to another run
@@ -82,7 +82,7 @@ def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity,
     if not insides:
         return {}
     known = dict(zip(*(run.names, run.table()[1].T), strict=True))
-    if any(name.startswith(MULTIPLIER) for one in insides for name in one.symbols):
+    if any(name.startswith(LETTERS.multiplier) for one in insides for name in one.symbols):
         known |= multiplier_columns(run)
     known |= {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
     graph = Graph()

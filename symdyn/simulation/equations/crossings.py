@@ -22,13 +22,18 @@ from symdyn.dynamics.loops import FLAT, gauges
 from symdyn.dynamics.mechanism import angles_of, joint_position, joint_rates
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Joint, Scene
-from symdyn.scene.values import FORCE_UNITS, Faults
+from symdyn.scene.values import Faults, force_unit
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 
 SLACK = 1e-9
 """What a motion may be beyond a limit, of its unit or that squared, for one that rests on it rounds."""
 
-UNITS = {"lower": ("rad", "m"), "upper": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": FORCE_UNITS}
+UNITS = {
+    "lower": ("rad", "m"),
+    "upper": ("rad", "m"),
+    "velocity": ("rad/s", "m/s"),
+    "effort": (force_unit("rad"), force_unit("m")),
+}
 """By the key of a limit, where a joint turns and where it slides."""
 
 STOPS = ("lower", "upper")

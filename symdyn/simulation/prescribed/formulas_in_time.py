@@ -10,7 +10,7 @@ from pathlib import Path
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, SceneUnits, parse, read_bounded, spell
-from symdyn.scene.values import Faults, Value, fits, read_unit, substituted, suggestion, value_of
+from symdyn.scene.values import Faults, Unit, fits, substituted, suggestion, value_of
 
 TIME = "t"
 
@@ -33,7 +33,7 @@ def read_formula(
     known = tuple(dict.fromkeys(allowed))
     try:
         formula = parse(text if isinstance(text, str) else str(text))
-        fits(formula, read_unit(unit) if unit else None, known)
+        fits(formula, Unit.read(unit) if unit else None, known)
     except FormulaError as error:
         faults.add(where, f"{text} {error}" if str(error).startswith("is in ") else str(error))
         return None
@@ -82,7 +82,7 @@ def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
 def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
     """Return the value of a formula in parameters, None after a fault."""
     try:
-        value: Value | None = value_of(bound(formula, values), {})
+        value = value_of(bound(formula, values), {})
     except FormulaError as error:
         faults.add(where, f"{spell(formula)} {error}")
         return None

@@ -9,8 +9,8 @@ from symdyn.draw import Formed, drawn, from_zero
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import FORCES, GROUND, JOINTS, Load, Scene, Strut
-from symdyn.scene.joints import AXES, unit
-from symdyn.spatial import Vec, add, apply, cross, scale, sub
+from symdyn.scene.joints import unit
+from symdyn.spatial import Vec, add, apply, cross, identity, scale, sub
 
 AROUND, BLADE = 2, 1
 """How far a plane is drawn around what touches it: in radii of a wheel; m around a blade."""
@@ -152,7 +152,8 @@ class Sheet:
                 continue
             (radius,), at = self._found["radius", row], self._found["end", row, 0]
             centre, frame = self._point(at), self._found["frame", row.place.body]
-            axes = [unit(axis, radius.graph) for axis in ([row.axis] if row.axis else [AXES["z"], AXES["x"]])]
+            x, _, z = identity(radius.graph)
+            axes = [unit(row.axis, radius.graph)] if row.axis else [z, x]
             for axis in axes:
                 first = _across(axis)
                 rim = [_turned(frame, scale(radius, way)) for way in (first, cross(axis, first))]

@@ -19,6 +19,7 @@ from symdyn.dynamics import energies, mass_matrix
 from symdyn.errors import SymdynError, TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import (
+    FORCES,
     JOINTS,
     Body,
     Element,
@@ -31,14 +32,13 @@ from symdyn.scene import (
     Quantity,
     Scene,
     SceneUnits,
-    Spring,
     Strut,
     number,
     read_text,
     symbol,
     write_text,
 )
-from symdyn.scene.values import ZERO, Vector, moving_names
+from symdyn.scene.values import ZERO
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 
@@ -72,6 +72,7 @@ class Variant:
 
 
 Drawn = tuple[Scene, Change] | None
+Three = tuple[Quantity, Quantity, Quantity]
 Inertia = tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
 
 
@@ -193,7 +194,7 @@ def _stretched(scene: Scene, body: Body, factor: Fraction) -> Scene:
     )
 
 
-def _times(c: Quantity, vector: Vector) -> Vector:
+def _times(c: Quantity, vector: Three) -> Three:
     return (c * vector[0], c * vector[1], c * vector[2])
 
 
@@ -254,12 +255,12 @@ def _spring(scene: Scene, rng: random.Random) -> Drawn:
         return None
     joint = rng.choice(able)
     unit = "N/m" if _units(scene)[joint.coordinate] == "m" else "N m/rad"
-    taken = {*moving_names(scene), *(one.name for one in scene.parameters)}
+    taken = {*scene.moving_names, *(one.name for one in scene.parameters)}
     k = next(name for name in ("k", "k_s", *(f"k_s{i}" for i in range(len(taken) + 1))) if name not in taken)
     value = number(STIFFNESS) if scene.parameters and not scene.free_parameters else None
     names = {one.name for one in scene.elements}
     name = next(x for x in (k, *(f"{k}_{i}" for i in range(len(names) + 1))) if x not in names)
-    added = Spring(name, joint=joint.name, stiffness=(symbol(k),))
+    added = FORCES["spring"].noun(name, joint=joint.name, stiffness=(symbol(k),))
     said = Change("variant.spring", {"joint": joint.name, "k": Symbol(k), "q": Symbol(joint.coordinate)})
     parameters = (*scene.parameters, Parameter(k, value, positive=True, unit=unit))
     return replace(scene, parameters=parameters, elements=(added, *scene.elements)), said
@@ -289,12 +290,12 @@ def _with(scene: Scene, old: Joint, new: Joint) -> Scene:
     return replace(scene, joints=tuple(new if one is old else one for one in scene.joints))
 
 
-def _unit(k: int) -> Vector:
+def _unit(k: int) -> Three:
     found = [number(int(j == k)) for j in range(3)]
     return found[0], found[1], found[2]
 
 
-def _along(vector: Vector) -> dict[str, Form]:
+def _along(vector: Three) -> dict[str, Form]:
     graph = Graph()
     return dict(zip("xyz", (form_of(x.express(graph)) for x in vector), strict=True))
 

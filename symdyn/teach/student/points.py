@@ -16,7 +16,7 @@ from types import MappingProxyType
 from symdyn.algebra import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import Scene, SceneUnits, acceleration_name
-from symdyn.scene.values import UnitError, known_value, read_unit
+from symdyn.scene.values import Unit, UnitError, known_value
 from symdyn.teach.student.vocabulary import Names
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -133,7 +133,7 @@ def _scale(powers: Sequence[int] | None) -> float:
 def powers_of(unit: str) -> tuple[int, int, int] | None:
     """Return the powers of kg, m and s in a unit such as "N m s/rad", None where it is not of these alone."""
     try:
-        kg, m, s, *others = read_unit(unit).dimension.exponents
+        kg, m, s, *others = Unit.read(unit).dimension.exponents
     except UnitError:
         return None
     return None if any(others) else (int(kg), int(m), int(s))

@@ -8,7 +8,7 @@ from typing import Any
 from symdyn.emit.code.target import Draft
 from symdyn.emit.escape import in_xml
 from symdyn.emit.targets.fmu.variables import Variable
-from symdyn.scene.values import BASE, UnitError, read_unit
+from symdyn.scene.values import Unit, UnitError
 
 VARIABILITY = {"independent": "continuous", "parameter": "tunable"}
 """Of each causality; "continuous" of all others."""
@@ -37,10 +37,10 @@ def described(draft: Draft, variables: Sequence[Variable], differentiated: bool,
 def _base(unit: str) -> str:
     """Return a unit in those of SI, as attributes; "" where it cannot be read."""
     try:
-        found = read_unit(unit)
+        found = Unit.read(unit)
     except UnitError:  # such as one of a row, "m/s or 1/s"
         return ""
-    exponents = [*zip(BASE, found.dimension.exponents, strict=True), ("rad", found.radians)]
+    exponents = [*found.dimension.powers, ("rad", found.radians)]
     if any(count.denominator != 1 for _, count in exponents):
         return ""
     told = "" if found.is_coherent else f' factor="{found.size!r}"'

@@ -22,7 +22,7 @@ from symdyn.dynamics import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.mechanism import christoffel, generalized_forces
 from symdyn.emit.print import Coefficient, Printable, text_of
 from symdyn.graph import Expr, tangents
-from symdyn.scene.values import FORCE_UNITS
+from symdyn.scene.values import force_unit
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named, together
 from symdyn.teach.roads.lagrange.forms import is_rate, rate_of
@@ -43,7 +43,7 @@ def coefficient_unit(of: str, indices: Sequence[int], slides: Sequence[bool]) ->
     What it multiplies is as of `Coefficient`, indices are from 1, slides tell for each velocity whether it is in m/s.
     """
     if not of:
-        return FORCE_UNITS[slides[indices[0] - 1]]
+        return force_unit("m" if slides[indices[0] - 1] else "rad")
     factors = indices if of == "qdd" else (*indices, indices[-1])[:3]  # two velocities, or one squared
     return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in factors)]
 
