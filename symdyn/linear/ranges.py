@@ -10,8 +10,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.scene import FormulaError, Parameter, Scene, parse, question
-from symdyn.scene.values import fits, read_unit, split_commas, value_of
-from symdyn.scene.values import Unit
+from symdyn.scene.values import Unit, fits, split_commas, value_of
 
 MOST = 20_000
 """Values of a parameter at most."""
