@@ -19,7 +19,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from symdyn.algebra.form import form_of
+from symdyn.algebra.form import Form
 from symdyn.errors import SymdynError
 from symdyn.graph import gradient
 from symdyn.resources import template_folder
@@ -171,7 +171,7 @@ def judged_on_page(rows: Sequence[Row]) -> Iterator[Row]:
                 M = gradient(node, [a])[0]
                 drive = scene.drives[i]
                 node = ((course.graph.symbol(drive) if drive else course.graph.zero) - (node - M * a)) / M
-            asked[key] = (key, form_of(node))
+            asked[key] = (key, Form.of(node))
         checker = (template_folder() / "teach" / "answers.js").read_text(encoding="utf-8")
         program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
         texts = json.dumps([[key_of(row.asked, scene), row.typed] for row in own])

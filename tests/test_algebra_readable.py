@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.algebra.form import Form, express_form
+from symdyn.algebra.form import Form
 from symdyn.algebra.joined_terms import with_added_angles, with_squares
 from symdyn.algebra.numeric import Floats
 from symdyn.emit.print.formula_text import text_of
@@ -27,7 +27,7 @@ SCENE = read_text(BODIES, "abc.toml")
 
 def _value(form: Form) -> float:
     graph = Graph()
-    node = express_form(form, graph)
+    node = form.express(graph)
     symbols = sorted({str(x.value) for x in reachable([node]) if x.op is Op.SYMBOL})
     known = {graph.symbol(name): 0.3 + 0.17 * sum(map(ord, name)) % 1.3 for name in symbols}
     return float(evaluate([node], Floats(), known)[0])

@@ -10,7 +10,7 @@ from fractions import Fraction
 import pytest
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Function, Sum, express_form, terms_of
+from symdyn.algebra.form import Function, Sum
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.sums_of_angles import AngleGroup
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
@@ -79,7 +79,7 @@ def test_relations_between_odd_constant_angles_stay_as_terms_whose_value_is_zero
     ring, value = over_ring(UNKNOWN[name])
 
     assert not ring.is_zero(value)
-    assert float_value(express_form(Compactor(ring)(value), G)) == pytest.approx(0, abs=1e-14)
+    assert float_value(Compactor(ring)(value).express(G)) == pytest.approx(0, abs=1e-14)
 
 
 def test_every_odd_angle_has_a_sine_of_its_own_and_usual_angles_have_none() -> None:
@@ -140,14 +140,14 @@ def test_a_compact_form_has_the_value_it_was_made_from(seed: int) -> None:
     node = random_node(random.Random(100 + seed), 5)
     ring, value = over_ring(node)
     sums = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (0, 1, 1), (1, 1, 1))
-    compact = express_form(Compactor(ring, [AngleGroup((Q1, Q2, Q3), sums)])(value), G)
+    compact = Compactor(ring, [AngleGroup((Q1, Q2, Q3), sums)])(value).express(G)
 
     assert float_value(compact) == pytest.approx(float_value(node), rel=1e-9, abs=1e-9)
 
 
 def compact_terms(node: Expr, *sums: tuple[int, ...]) -> tuple[object, ...]:
     ring, value = over_ring(node)
-    return terms_of(Compactor(ring, [AngleGroup((Q1, Q2, Q3), ((1, 0, 0), (0, 1, 0), (0, 0, 1), *sums))])(value))
+    return Compactor(ring, [AngleGroup((Q1, Q2, Q3), ((1, 0, 0), (0, 1, 0), (0, 0, 1), *sums))])(value).terms
 
 
 def test_products_of_sines_become_one_cosine_of_the_sum() -> None:
@@ -180,7 +180,7 @@ def test_a_function_of_a_parameter_is_a_generator_of_its_own() -> None:
     node = G.function(Op.EXP, M) * S(Q1)
     ring, value = over_ring(node)
 
-    assert float_value(express_form(Compactor(ring)(value), G)) == pytest.approx(math.exp(1.7) * math.sin(0.7))
+    assert float_value(Compactor(ring)(value).express(G)) == pytest.approx(math.exp(1.7) * math.sin(0.7))
 
 
 def test_the_root_of_a_negative_number_is_refused() -> None:

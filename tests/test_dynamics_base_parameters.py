@@ -11,7 +11,7 @@ import sympy
 from arms import spatial_arm
 from mechanisms import COUPLED, TREES
 
-from symdyn.algebra.form import ZERO, express_form
+from symdyn.algebra.form import Number
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, base_parameters
@@ -42,7 +42,7 @@ def assert_formulas(one, known):
     found = base_parameter_forms(one)
     graph = Graph()
     claims = [
-        Claim(name, "ours", "theirs", (express_form(form, graph),), (parse(known[name]).express(graph),))
+        Claim(name, "ours", "theirs", (form.express(graph),), (parse(known[name]).express(graph),))
         for name, form in found
     ]
 
@@ -175,7 +175,7 @@ def test_a_scene_of_its_base_parameters_alone_moves_as_declared(one):
 def test_forms_are_the_values(one):
     graph, values = Graph(), dict(base_parameters(one))
     claims = [
-        Claim(name, "form", "value", (express_form(form, graph),), (values[name],))
+        Claim(name, "form", "value", (form.express(graph),), (values[name],))
         for name, form in base_parameter_forms(one)
     ]
 
@@ -187,7 +187,7 @@ def test_forms_are_the_values(one):
 def test_forms_of_odd_angles_have_twelve_digits(one):
     forms, values = dict(base_parameter_forms(one)), dict(base_parameters(one))
     for name, value in values.items():
-        exact, form = at(value), at(express_form(forms.get(name, ZERO), Graph()))
+        exact, form = at(value), at(forms.get(name, Number.ZERO).express(Graph()))
 
         assert form == pytest.approx(exact, rel=1e-10, abs=1e-10)
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from calls import counted
 
-from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
@@ -66,7 +65,7 @@ def test_the_two_link_arm_reads_as_in_the_textbook(equation: str, two_link: Clos
 def test_energies_equal_those_of_the_graph_exactly(name: str) -> None:
     scene, graph = example(name), Graph()
     closed, energy = closed_form(scene), energies(scene, graph)
-    nodes = [energy.K, energy.P, express_form(closed.form("K"), graph), express_form(closed.form("P"), graph)]
+    nodes = [energy.K, energy.P, closed.form("K").express(graph), closed.form("P").express(graph)]
     ring = TrigonometricRing(nodes, (*energy.state.q, *energy.state.qd))
     K, P, printed_K, printed_P = evaluate(nodes, ring, ring.values(nodes))
 
@@ -100,7 +99,7 @@ def test_every_coefficient_has_the_value_of_the_graph(name: str) -> None:
     scene, graph = example(name), Graph()
     closed, expected = closed_form(scene), coefficients_of_the_graph(scene, graph)
     keys = coefficient_names(closed)
-    values = float_values([expected[key] for key in keys] + [express_form(closed.form(*key), graph) for key in keys])
+    values = float_values([expected[key] for key in keys] + [closed.form(*key).express(graph) for key in keys])
 
     assert set(keys) == set(expected)
     assert values[len(keys) :] == pytest.approx(values[: len(keys)], rel=1e-9, abs=1e-9)
@@ -111,7 +110,7 @@ def test_a_compact_form_equals_the_normal_form_in_the_ring(name: str) -> None:
     closed = closed_form(example(name))
     graph, ring = closed.state.q[0].graph, closed.ring
     for key in coefficient_names(closed):
-        node = express_form(closed.form(*key), graph)
+        node = closed.form(*key).express(graph)
         assert ring.is_zero(evaluate([node], ring, ring.values([node]))[0] - closed[key]), key
 
 
@@ -285,7 +284,7 @@ def test_a_long_chain_has_few_terms_and_the_values_of_the_graph(turned: int) -> 
     scene, graph = chain(5, turned), Graph()
     closed, expected = closed_form(scene), coefficients_of_the_graph(scene, graph)
     keys = coefficient_names(closed)
-    values = float_values([expected[key] for key in keys] + [express_form(closed.form(*key), graph) for key in keys])
+    values = float_values([expected[key] for key in keys] + [closed.form(*key).express(graph) for key in keys])
 
     assert values[len(keys) :] == pytest.approx(values[: len(keys)], rel=1e-9, abs=1e-9)
     assert len(closed["k_G", 4]) == 1

@@ -11,7 +11,6 @@ import pytest
 from mechanisms import coupled_tree, random_tree, with_loads
 from running import agreements, call
 
-from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.build import build, lambdify
 from symdyn.build.backends.door import load as load_scene
@@ -469,11 +468,11 @@ def test_what_is_printed_is_what_is_derived(seed):
     one = with_loads(random_tree(seed, 3), seed)
     w, closed = Workspace(one), closed_form(one)
     n = range(w.state.n)
-    elastic = tuple(express_form(closed.form("k_E", i), w.graph) for i in n)
-    acting = tuple(express_form(form, w.graph) for form in closed.loads.acting(closed.compactor))
+    elastic = tuple(closed.form("k_E", i).express(w.graph) for i in n)
+    acting = tuple(form.express(w.graph) for form in closed.loads.acting(closed.compactor))
     claims = [
         Claim("k_E", "form", "recursive", elastic, tuple(w.elastic.forces)),
-        Claim("P", "form", "lagrange", (express_form(closed.form("P"), w.graph),), (w.energy.P,)),
+        Claim("P", "form", "lagrange", (closed.form("P").express(w.graph),), (w.energy.P,)),
         Claim("Q", "form", "virtual work", acting, tuple(w.Q)),
     ]
 

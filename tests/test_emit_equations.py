@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from patience import HANG
 
-from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol, express_form
+from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange.second_kind import driving_forces, energies
@@ -70,7 +70,7 @@ def test_coefficients_read_back_have_their_values() -> None:
     for i in range(closed.n):
         for j in range(closed.n):
             for kind, name in (("k_z", f"k_z{i + 1}{j + 1}"), ("k_D", f"k_D{i + 1}{j + 1}")):
-                nodes = [express_form(closed.form(kind, i, j), graph), parse(printed[name]).express(graph)]
+                nodes = [closed.form(kind, i, j).express(graph), parse(printed[name]).express(graph)]
                 expected, shown = float_values(nodes)
                 assert shown == pytest.approx(expected, rel=1e-12), name
 

@@ -10,18 +10,7 @@ from typing import Any
 import pytest
 from latex_reader import LatexReader, displays
 
-from symdyn.algebra.form import (
-    Form,
-    Function,
-    Number,
-    Power,
-    Symbol,
-    express_form,
-    forms_in,
-    product_of,
-    sum_of,
-    symbols_of,
-)
+from symdyn.algebra.form import Form, Function, Number, Power, Symbol, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange.second_kind import driving_forces, energies
@@ -225,7 +214,7 @@ def test_the_system_of_dalembert_names_lengths_and_has_its_values(name: str) -> 
     assert written.lengths.named
     for known in system.bodies:
         entries = [x for part in (*known.action, *known.inertia) for x in part]
-        shown = [express_form(written.lengths.written_out(written(x)), graph) for x in entries]
+        shown = [written.lengths.written_out(written(x)).express(graph) for x in entries]
         assert floats(shown) == pytest.approx(floats(entries), rel=1e-9, abs=1e-9)
 
 
@@ -272,8 +261,8 @@ def test_a_lesson_says_every_length_once(name: str, road: str) -> None:
         step.key
         for step, block in walkthrough(scene, road=road).blocks()
         if isinstance(block, (Formula, Braced))
-        for one in forms_in(block.form)
-        if isinstance(one, Function) and one.op is Op.SQRT and {*symbols_of(one)} & {*scene.coordinates}
+        for one in block.form.walk()
+        if isinstance(one, Function) and one.op is Op.SQRT and {*one.symbols} & {*scene.coordinates}
     ]
     assert len(roots) == (2 if name == "car" else 1)
 
@@ -307,5 +296,5 @@ def test_wide_fractions_break_and_have_their_value(k: int) -> None:
 
     reader = LatexReader({latex: graph.symbol(name) for name, latex in names.items()}, graph)
     (shown,) = reader.sides(text.replace("\v", ""))
-    assert floats([shown]) == pytest.approx(floats([express_form(form, graph)]), rel=1e-9)
+    assert floats([shown]) == pytest.approx(floats([form.express(graph)]), rel=1e-9)
     assert max(map(len, pieces)) < 120, pieces

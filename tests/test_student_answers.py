@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.algebra.form import form_of
+from symdyn.algebra.form import Form
 from symdyn.scene import read
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.practice.questions import questions_of
@@ -34,7 +34,7 @@ def test_mistakes_of_a_page_hold_no_formula() -> None:
     right = course.value("K:2", course.right)
     assert right is not None
 
-    told = questions_of(course.scene, {"a": ("K:2", form_of(right))}, "en")
+    told = questions_of(course.scene, {"a": ("K:2", Form.of(right))}, "en")
 
     assert len(told["mistakes"]["a"]) > 20
     assert all(isinstance(x, float) for row in told["mistakes"]["a"] for x in row[3:])

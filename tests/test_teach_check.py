@@ -12,7 +12,7 @@ import pytest
 from calls import counted
 from hypothesis import given, settings, strategies as st
 
-from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, express_form, power_of, product_of, sum_of
+from symdyn.algebra.form import Form, Function, Number, Symbol, product_of, sum_of
 from symdyn.cli import main
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex, text_of
@@ -406,8 +406,8 @@ FORMS = st.recursive(
     lambda inner: (
         st.lists(inner, min_size=2, max_size=3).map(sum_of)
         | st.lists(inner, min_size=2, max_size=3).map(product_of)
-        | st.tuples(inner, st.integers(2, 3)).map(lambda pair: power_of(*pair))
-        | inner.map(lambda form: product_of((MINUS_ONE, form)))
+        | st.tuples(inner, st.integers(2, 3)).map(lambda pair: pair[0].power(pair[1]))
+        | inner.map(lambda form: product_of((Number.MINUS_ONE, form)))
         | st.tuples(st.sampled_from([Op.SIN, Op.COS]), inner).map(lambda pair: Function(pair[0], (pair[1],)))
     ),
     max_leaves=8,
@@ -422,8 +422,8 @@ def test_what_is_printed_is_read_back(form: Form) -> None:
     printed = [text_of(form), Latex(latex_symbols(scene), None).unbroken(form)]
 
     graph = Graph()
-    nodes = [express_form(read_formula(text, scene), graph) for text in printed]
-    right = express_form(form, graph)
+    nodes = [read_formula(text, scene).express(graph) for text in printed]
+    right = form.express(graph)
     findings = prove(
         [Claim(text, "read", "form", (node,), (right,)) for text, node in zip(printed, nodes, strict=True)]
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symdyn.algebra.form import Form, Function, Power, Product, Sum, Symbol, express_form
+from symdyn.algebra.form import Form, Function, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read
@@ -109,9 +109,9 @@ def test_an_angle_is_written_in_one_way() -> None:
     assert len(angles) > 20
     for angle in angles:
         graph = Graph()
-        q = {x.value: x for x in reachable([express_form(angle, graph)]) if x.op is Op.SYMBOL}
+        q = {x.value: x for x in reachable([angle.express(graph)]) if x.op is Op.SYMBOL}
         leading = min(q, key=order.index)
-        one = evaluate([express_form(angle, graph)], Floats(), {x: float(x.value == leading) for x in q.values()})[0]
+        one = evaluate([angle.express(graph)], Floats(), {x: float(x.value == leading) for x in q.values()})[0]
         assert one > 0
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.algebra.form import Form, express_form
+from symdyn.algebra.form import Form
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import read, read_text
@@ -43,7 +43,7 @@ def places(document: Document) -> list[list[float]]:
 def number(part: str | Form) -> float:
     if isinstance(part, str):
         return float(part.replace("−", "-"))
-    return float(evaluate([express_form(part, Graph())], Floats(), {})[0])
+    return float(evaluate([part.express(Graph())], Floats(), {})[0])
 
 
 @pytest.mark.mends("5.2")

@@ -12,7 +12,6 @@ from xml.etree import ElementTree
 import pytest
 from browser import OVERLAPS, opened
 
-from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.emit.print.formula_text import text_of
@@ -302,7 +301,7 @@ def test_numbers_of_the_scene_and_rounded_ones_are_told(text: str, says: str, br
 
 def read_or_none(text: str, lesson: Document) -> Expr | None:
     try:
-        return express_form(read_formula(text, lesson.scene), Graph())
+        return read_formula(text, lesson.scene).express(Graph())
     except TeachError:
         return None
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from browser import opened
 
-from symdyn.algebra.form import Symbol, split_sign, symbols_of
+from symdyn.algebra.form import Symbol
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import TeachError
 from symdyn.scene import read
@@ -93,8 +93,8 @@ def tells(document: Document, step: Step) -> bool:
     own |= {*document.scene.coordinates, *document.scene.velocities, *(p.name for p in document.scene.parameters)}
     own |= {f"{q}_ddot" for q in document.scene.coordinates}
     forms = [form for part in (step.claim, *step.blocks, step.reason) for form in written_out(part)]
-    written = (form for form in forms if not isinstance(split_sign(form)[1], Symbol))
-    return any(symbols_of(form) and set(symbols_of(form)) <= own for form in written)
+    written = (form for form in forms if not isinstance(form.split_sign()[1], Symbol))
+    return any(form.symbols and set(form.symbols) <= own for form in written)
 
 
 def apart(key: str, asked: str) -> bool:

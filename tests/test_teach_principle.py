@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symdyn.algebra.form import Symbol, express_form, symbols_of
+from symdyn.algebra.form import Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.draw.places import places
 from symdyn.dynamics.mechanism.state import state_symbols
@@ -65,8 +65,8 @@ def test_the_principle_holds_for_every_coordinate(name: str) -> None:
         for block in formulas:
             assert block.left in ("", "L:")
             sides = [block.form, block.right or Symbol(block.left)]
-            assert set(symbols_of(sides[0])) <= set(known)
-            nodes = [express_form(side, g) for side in sides]
+            assert set(sides[0].symbols) <= set(known)
+            nodes = [side.express(g) for side in sides]
             left, right = floats(substitute(nodes, {g.symbol(key): x for key, x in known.items()}))
             assert left == pytest.approx(right, rel=1e-9, abs=1e-9)
         force, whole = document.names[f"QA:{i}"].node, document.names[f"tau:{i}"].node
@@ -167,7 +167,7 @@ def test_the_task_comes_first(language: str) -> None:
 
 
 def symbols_of_words(words: Words) -> list[str]:
-    return [name for part in words.parts if not isinstance(part, str) for name in symbols_of(part)]
+    return [name for part in words.parts if not isinstance(part, str) for name in part.symbols]
 
 
 def test_a_scene_of_numbers_keeps_letters_in_its_lesson() -> None:

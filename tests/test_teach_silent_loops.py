@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.algebra.form import Form, express_form, form_of
+from symdyn.algebra.form import Form
 from symdyn.cli import main
 from symdyn.graph import Graph
 from symdyn.scene import Scene, read, read_text
@@ -140,14 +140,14 @@ def test_its_equations_are_those_without_the_loop(name: str) -> None:
 
     graph = Graph()
     for drive in filter(None, closed.drives):
-        mine, other = (express_form(_value(one, drive), graph) for one in (own, right))
+        mine, other = (_value(one, drive).express(graph) for one in (own, right))
         assert prove([Claim(drive, "with", "without", (mine,), (other,))])[1][0].verdict == PROVED
 
 
 def _value(document: Document, name: str) -> Form:
     node = document.names[name].node
     assert node is not None
-    return form_of(node)
+    return Form.of(node)
 
 
 def test_the_road_with_multipliers_says_that_there_are_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

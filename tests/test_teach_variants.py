@@ -10,7 +10,7 @@ import pytest
 from test_teach_practice import EXAMPLES, blanks, lesson
 
 import symdyn
-from symdyn.algebra.form import Number, Symbol, express_form
+from symdyn.algebra.form import Number, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics.lagrange.second_kind import energies
@@ -99,7 +99,7 @@ def test_what_is_said_of_axes_gravity_and_springs_is_true() -> None:
         was = values(*(x.express(graph) for x in old.axis))
         assert sum(a * b for a, b in zip(axis, was, strict=True)) == pytest.approx(-1 if key.endswith("sense") else 0)
     falling, said = single(scene, "variant.gravity")
-    shown = [express_form(said.places[x], graph) for x in "xyz"]  # type: ignore[arg-type]
+    shown = [said.places[x].express(graph) for x in "xyz"]  # type: ignore[arg-type]
     assert values(*shown) == values(*(x.express(graph) for x in falling.gravity))
     assert falling.gravity != scene.gravity
     sprung, said = single(scene, "variant.spring")

@@ -13,7 +13,7 @@ from calls import counted
 from latex_reader import LatexReader, displays
 from mechanisms import jointed
 
-from symdyn.algebra.form import ZERO, Symbol, express_form, symbols_of, terms_of
+from symdyn.algebra.form import Number, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace
@@ -104,7 +104,7 @@ def reader(document: Document) -> LatexReader:
 
 def is_general(document: Document, block: Formula | Braced) -> bool:
     """Whether a formula is about any coordinate q_i, which has no value."""
-    named = [document.names.get(key) for key in symbols_of(block.form)]
+    named = [document.names.get(key) for key in block.form.symbols]
     return any(one is not None and one.node is None and one.look is not None for one in named)
 
 
@@ -183,7 +183,7 @@ def test_the_equations_of_loops_are_written_before_they_are_used(name: str, tied
     shown = {row[0].parts[0].name: float(row[1].parts[0].replace("−", "-")) for row in values.rows}
     for level, block in enumerate(formulas):
         graph = Graph()
-        node = express_form(block.form, graph)
+        node = block.form.express(graph)
         used = {x: shown[str(x.value)] for x in reachable([node]) if x.op is Op.SYMBOL}
         assert any(str(x.value).endswith("_dot") for x in used) == (level >= tied)
         assert any(str(x.value).endswith("_ddot") for x in used) == (level >= 2 * tied)
@@ -276,7 +276,7 @@ def test_a_wrong_drive_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None
 def test_a_wrong_formula_is_noticed() -> None:
     document = lesson("two_link")
     step, block = next((s, b) for s, b in document.blocks() if isinstance(b, Formula) and b.left == "k_z:1,1")
-    wrong = replace(block, form=terms_of(block.form)[0])
+    wrong = replace(block, form=block.form.terms[0])
     left, right = Spelling(document).formula(wrong)
     truth, shown = floats([document.names["k_z:1,1"].node, reader(document).sides((left + right).replace("\v", ""))[1]])
     assert step.key == "coefficients:k_z"
@@ -465,7 +465,7 @@ def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
     assert "Newton's method looked from 60 starts" in str(search.parts[0])
     stable = [row for row in table.rows if "stable" in row[2].parts]
     assert len(table.rows) == 4
-    assert [row[0].parts + row[1].parts for row in stable] == [(ZERO, ZERO)]
+    assert [row[0].parts + row[1].parts for row in stable] == [(Number.ZERO, Number.ZERO)]
 
 
 def test_equilibria_with_springs_are_where_no_force_is_left() -> None:

@@ -23,9 +23,6 @@ from .finite_field import (
     needs_of as needs_of,
 )
 from .form import (
-    MINUS_ONE as MINUS_ONE,
-    ONE as ONE,
-    ZERO as ZERO,
     Form as Form,
     Function as Function,
     Number as Number,
@@ -34,21 +31,8 @@ from .form import (
     Product as Product,
     Sum as Sum,
     Symbol as Symbol,
-    express_form as express_form,
-    factors_of as factors_of,
-    form_of as form_of,
-    forms_in as forms_in,
-    in_place as in_place,
-    numbers_of as numbers_of,
-    parts_of as parts_of,
-    power_of as power_of,
     product_of as product_of,
-    signed_product as signed_product,
-    split_sign as split_sign,
     sum_of as sum_of,
-    symbols_of as symbols_of,
-    terms_of as terms_of,
-    with_parts as with_parts,
 )
 from .joined_terms import with_added_angles as with_added_angles, with_squares as with_squares
 from .levels import Levels as Levels

@@ -7,7 +7,7 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from math import gcd, lcm
 
-from symdyn.algebra.form import Form, Number, power_of, product_of, split_sign, sum_of
+from symdyn.algebra.form import Form, Number, product_of, sum_of
 
 Item = tuple[Fraction, Mapping[int, int]]  # one term: a number times powers of words
 
@@ -31,7 +31,7 @@ class Words:
 
     def powers(self, factors: Mapping[int, int]) -> list[Form]:
         """Return the factors of a term as forms."""
-        return [power_of(self.forms[word], power) for word, power in factors.items()]
+        return [self.forms[word].power(power) for word, power in factors.items()]
 
     def term(self, item: Item) -> Form:
         """Return number · Π word^power."""
@@ -43,7 +43,7 @@ class Words:
             return self.term(items[0])
         number, common, rest = take_out(items)
         terms = [self.collect(part) for part in partition(rest)]
-        first = next((i for i, term in enumerate(terms) if split_sign(term)[0] > 0), 0)  # without a minus in front
+        first = next((i for i, term in enumerate(terms) if term.split_sign()[0] > 0), 0)  # without a minus in front
         inner = sum_of([terms[first], *terms[:first], *terms[first + 1 :]])
         return product_of([Number(number), inner, *self.powers(common)])
 

@@ -5,7 +5,7 @@
     3. parameters that multiply the same polynomial share it;
     4. collect common factors, the one that saves most first.
 
-Nothing is approximated and nothing is searched by heuristics that could change the value: `express_form` takes the
+Nothing is approximated and nothing is searched by heuristics that could change the value: `Form.express` takes the
 result back to a graph, and over the ring it equals the normal form.
 """
 
@@ -16,7 +16,7 @@ from fractions import Fraction
 from math import gcd, lcm
 
 from symdyn.algebra.collect import SMALL, Item, Words, content, partition, take_out
-from symdyn.algebra.form import ONE, Form, Function, Number, Pi, Power, Symbol, form_of, power_of, product_of, sum_of
+from symdyn.algebra.form import Form, Function, Number, Pi, Power, Symbol, product_of, sum_of
 from symdyn.algebra.sums_of_angles import AngleGroup, SumFinder
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.algebra.waves import Angle, Factor, Monomial
@@ -174,7 +174,7 @@ class Compactor:
             return Power(self(self.ring.inverse_of(i)), -1)
         if g.node is None:
             return Function(Op.SQRT, (Number(Fraction(g.number)),))
-        return form_of(g.node)
+        return Form.of(g.node)
 
 
 def _multiple(coefficient: Fraction, node: Expr | None) -> Form:
@@ -182,9 +182,9 @@ def _multiple(coefficient: Fraction, node: Expr | None) -> Form:
     if node is None:
         return Number(coefficient)
     if node.op is not Op.PI:
-        return product_of((Number(coefficient), form_of(node)))
+        return product_of((Number(coefficient), Form.of(node)))
     p, q = (Number(Fraction(x)) for x in coefficient.as_integer_ratio())
-    return product_of((p, Pi()) if q == ONE else (p, Pi(), power_of(q, -1)))
+    return product_of((p, Pi()) if q == Number.ONE else (p, Pi(), q.power(-1)))
 
 
 def _scaled(terms: Sequence[tuple[Monomial, Fraction]]) -> tuple[Fraction, Key]:

@@ -1,7 +1,7 @@
 """Forms: expressions as a reader would write them. A small frozen tree that printers walk.
 
 The graph shares and orders for machines; a form keeps the brackets, the order of terms and the sums inside a sine.
-`express_form` takes a form back to a graph, so every algebra can check what is printed.
+`Form.express` takes a form back to a graph, so every algebra can check what is printed.
 """
 
 from __future__ import annotations
@@ -10,15 +10,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Union
+from typing import ClassVar
 
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 
-Form = Union["Number", "Pi", "Symbol", "Sum", "Product", "Power", "Function"]
 
-
-class _Hashed:
-    """A form whose hash is worked out once: forms are keys of many tables, and a hash walks the whole tree below.
+class Form:
+    """One of the seven below. Its hash is worked out once: forms are keys of many tables, and it walks the whole tree.
 
     Hashes of words differ between processes, so a pickle leaves them out.
     """
@@ -38,163 +36,252 @@ class _Hashed:
         """Return the fields alone."""
         return {name: value for name, value in self.__dict__.items() if name != "_hash"}
 
+    @staticmethod
+    def of(node: Expr) -> Form:
+        """Return a node as a form, unsimplified."""
+        symbols: dict[Expr, Form] = {x: Symbol(str(x.value)) for x in reachable([node]) if x.op is Op.SYMBOL}
+        return evaluate([node], Forms(), symbols)[0]
+
+    @property
+    def terms(self) -> tuple[Form, ...]:
+        """The terms of a sum, or the form alone; none of zero."""
+        return (self,)
+
+    @property
+    def factors(self) -> tuple[Form, ...]:
+        """The factors of a product, or the form alone."""
+        return (self,)
+
+    @property
+    def parts(self) -> tuple[Form, ...]:
+        """Terms, factors, the base or the arguments that the form is made of."""
+        return ()
+
+    def with_parts(self, parts: Iterable[Form]) -> Form:
+        """Return the form with others in place of its parts."""
+        return self
+
+    def walk(self) -> Iterator[Form]:
+        """Yield the form and all that it is made of, as they are read."""
+        yield self
+        for part in self.parts:
+            yield from part.walk()
+
+    @property
+    def symbols(self) -> list[str]:
+        """The names of the symbols, in order of appearance, repeats included."""
+        return [one.name for one in self.walk() if isinstance(one, Symbol)]
+
+    @property
+    def numbers(self) -> Iterator[Number]:
+        """The numbers that stand in it, exponents left out."""
+        return (one for one in self.walk() if isinstance(one, Number))
+
+    def split_sign(self) -> tuple[int, Form]:
+        """Return (sign, rest) with form = sign · rest and no minus sign left in front of `rest`."""
+        return 1, self
+
+    def power(self, exponent: int) -> Form:
+        """Return the form to an integer power."""
+        return Number.ONE if exponent == 0 else self if exponent == 1 else Power(self, exponent)
+
+    def signed_product(self, rate: Form) -> Form:
+        """Return form · rate; a sum of negative terms takes its sign in front."""
+        terms = self.terms
+        if len(terms) > 1 and all(term.split_sign()[0] < 0 for term in terms):
+            return product_of((Number.MINUS_ONE, sum_of(term.split_sign()[1] for term in terms), rate))
+        return product_of((self, rate))
+
+    def substitute(self, known: Mapping[str, Form]) -> Form:
+        """Return the form with other forms in place of symbols."""
+        return self.with_parts(part.substitute(known) for part in self.parts)
+
+    def express(self, graph: Graph) -> Expr:
+        """Return the form as a node of `graph`; symbols keep their names."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True)
-class Number(_Hashed):
+class Number(Form):
     """An exact number."""
 
     value: Fraction
+
+    ZERO: ClassVar[Number]
+    ONE: ClassVar[Number]
+    MINUS_ONE: ClassVar[Number]
 
     def __hash__(self) -> int:
         """Return the hash of the two integers, at a tenth of the price of a fraction's own."""
         return hash((self.value.numerator, self.value.denominator))
 
+    @property
+    def terms(self) -> tuple[Form, ...]:
+        """The number, but for zero."""
+        return (self,) if self.value else ()
+
+    def split_sign(self) -> tuple[int, Form]:
+        """Return the sign and the absolute value."""
+        return (-1, Number(-self.value)) if self.value < 0 else (1, self)
+
+    def express(self, graph: Graph) -> Expr:
+        """Return the constant."""
+        return graph.constant(self.value)
+
+
+Number.ZERO, Number.ONE, Number.MINUS_ONE = Number(Fraction(0)), Number(Fraction(1)), Number(Fraction(-1))
+
 
 @dataclass(frozen=True)
-class Pi(_Hashed):
+class Pi(Form):
     """The constant π."""
 
+    def express(self, graph: Graph) -> Expr:
+        """Return π."""
+        return graph.pi
+
 
 @dataclass(frozen=True)
-class Symbol(_Hashed):
+class Symbol(Form):
     """A named coordinate, velocity or parameter."""
 
     name: str
 
+    def substitute(self, known: Mapping[str, Form]) -> Form:
+        """Return what is known by this name, else the symbol."""
+        return known.get(self.name, self)
+
+    def express(self, graph: Graph) -> Expr:
+        """Return the symbol."""
+        return graph.symbol(self.name)
+
 
 @dataclass(frozen=True)
-class Sum(_Hashed):
+class Sum(Form):
     """Two terms or more, in order."""
 
-    terms: tuple[Form, ...]
+    args: tuple[Form, ...]
+
+    @property
+    def terms(self) -> tuple[Form, ...]:
+        """Its terms."""
+        return self.args
+
+    @property
+    def parts(self) -> tuple[Form, ...]:
+        """Its terms."""
+        return self.args
+
+    def with_parts(self, parts: Iterable[Form]) -> Form:
+        """Return the sum of others."""
+        return sum_of(parts)
+
+    def express(self, graph: Graph) -> Expr:
+        """Return the sum, term by term."""
+        return graph.total(term.express(graph) for term in self.args)
 
 
 @dataclass(frozen=True)
-class Product(_Hashed):
+class Product(Form):
     """Two factors or more, in order; a number comes first."""
 
-    factors: tuple[Form, ...]
+    args: tuple[Form, ...]
+
+    @property
+    def factors(self) -> tuple[Form, ...]:
+        """Its factors."""
+        return self.args
+
+    @property
+    def parts(self) -> tuple[Form, ...]:
+        """Its factors."""
+        return self.args
+
+    def with_parts(self, parts: Iterable[Form]) -> Form:
+        """Return the product of others."""
+        return product_of(parts)
+
+    def split_sign(self) -> tuple[int, Form]:
+        """Return the sign of the number in front, and the product without it."""
+        first = self.args[0]
+        negative = isinstance(first, Number) and first.value < 0
+        return (-1, product_of((Number.MINUS_ONE, *self.args))) if negative else (1, self)
+
+    def express(self, graph: Graph) -> Expr:
+        """Return the product, factor by factor."""
+        result = graph.one
+        for factor in self.args:
+            result = graph.mul(result, factor.express(graph))
+        return result
 
 
 @dataclass(frozen=True)
-class Power(_Hashed):
+class Power(Form):
     """A base to an integer power other than 0 and 1."""
 
     base: Form
     exponent: int
 
+    @property
+    def parts(self) -> tuple[Form, ...]:
+        """The base."""
+        return (self.base,)
+
+    def with_parts(self, parts: Iterable[Form]) -> Form:
+        """Return the same power of another base."""
+        (base,) = parts
+        return base.power(self.exponent)
+
+    def power(self, exponent: int) -> Form:
+        """Return the base to the product of both exponents."""
+        return self.base.power(self.exponent * exponent) if exponent else Number.ONE
+
+    def express(self, graph: Graph) -> Expr:
+        """Return the power."""
+        return graph.power(self.base.express(graph), self.exponent)
+
 
 @dataclass(frozen=True)
-class Function(_Hashed):
+class Function(Form):
     """A function of the graph, such as sin, of forms."""
 
     op: Op
     args: tuple[Form, ...]
 
+    @property
+    def parts(self) -> tuple[Form, ...]:
+        """The arguments."""
+        return self.args
 
-ZERO = Number(Fraction(0))
-ONE = Number(Fraction(1))
-MINUS_ONE = Number(Fraction(-1))
+    def with_parts(self, parts: Iterable[Form]) -> Form:
+        """Return the function of others."""
+        return Function(self.op, tuple(parts))
+
+    def express(self, graph: Graph) -> Expr:
+        """Return the function of its arguments."""
+        return graph.function(self.op, *(arg.express(graph) for arg in self.args))
 
 
 def sum_of(terms: Iterable[Form]) -> Form:
     """Return the sum of `terms`; sums among them are laid open, zeros left out."""
-    flat: list[Form] = []
-    for term in terms:
-        flat += term.terms if isinstance(term, Sum) else [] if term == ZERO else [term]
-    return Sum(tuple(flat)) if len(flat) > 1 else flat[0] if flat else ZERO
+    flat = [part for term in terms for part in term.terms]
+    return Sum(tuple(flat)) if len(flat) > 1 else flat[0] if flat else Number.ZERO
 
 
 def product_of(factors: Iterable[Form]) -> Form:
     """Return the product of `factors`; products among them are laid open, numbers multiplied and put first."""
     over, under, flat = 1, 1, list[Form]()  # integers: a fraction reduces itself at every step
     for factor in factors:
-        for part in factors_of(factor):
+        for part in factor.factors:
             if isinstance(part, Number):
                 over, under = over * part.value.numerator, under * part.value.denominator
             else:
                 flat.append(part)
     if over == 0:
-        return ZERO
+        return Number.ZERO
     if over != under or not flat:
-        flat.insert(0, MINUS_ONE if over == -under else Number(Fraction(over, under)))
+        flat.insert(0, Number.MINUS_ONE if over == -under else Number(Fraction(over, under)))
     return Product(tuple(flat)) if len(flat) > 1 else flat[0]
-
-
-def power_of(base: Form, exponent: int) -> Form:
-    """Return base to an integer power."""
-    if exponent == 0:
-        return ONE
-    if isinstance(base, Power):
-        return power_of(base.base, base.exponent * exponent)
-    return base if exponent == 1 else Power(base, exponent)
-
-
-def split_sign(form: Form) -> tuple[int, Form]:
-    """Return (sign, rest) with form = sign · rest and no minus sign left in front of `rest`."""
-    if isinstance(form, Number) and form.value < 0:
-        return -1, Number(-form.value)
-    if isinstance(form, Product) and isinstance(form.factors[0], Number) and form.factors[0].value < 0:
-        return -1, product_of((MINUS_ONE, *form.factors))
-    return 1, form
-
-
-def terms_of(form: Form) -> tuple[Form, ...]:
-    """Return the terms of a sum, or the form alone; none for zero."""
-    if form == ZERO:
-        return ()
-    return form.terms if isinstance(form, Sum) else (form,)
-
-
-def factors_of(form: Form) -> tuple[Form, ...]:
-    """Return the factors of a product, or the form alone."""
-    return form.factors if isinstance(form, Product) else (form,)
-
-
-def signed_product(form: Form, rate: Form) -> Form:
-    """Return form · rate; a sum of negative terms takes its sign in front."""
-    terms = terms_of(form)
-    if len(terms) > 1 and all(split_sign(term)[0] < 0 for term in terms):
-        return product_of((MINUS_ONE, sum_of(split_sign(term)[1] for term in terms), rate))
-    return product_of((form, rate))
-
-
-def parts_of(form: Form) -> tuple[Form, ...]:
-    """Return terms, factors, the base or the arguments that a form is made of."""
-    if isinstance(form, Sum):
-        return form.terms
-    if isinstance(form, Product):
-        return form.factors
-    return (form.base,) if isinstance(form, Power) else form.args if isinstance(form, Function) else ()
-
-
-def with_parts(form: Form, parts: Iterable[Form]) -> Form:
-    """Return a form with others in place of its parts."""
-    if isinstance(form, Sum):
-        return sum_of(parts)
-    if isinstance(form, Product):
-        return product_of(parts)
-    if isinstance(form, Power):
-        (base,) = parts
-        return power_of(base, form.exponent)
-    return Function(form.op, tuple(parts)) if isinstance(form, Function) else form
-
-
-def forms_in(form: Form) -> Iterator[Form]:
-    """Yield a form and all that it is made of, as they are read."""
-    yield form
-    for part in parts_of(form):
-        yield from forms_in(part)
-
-
-def symbols_of(form: Form) -> list[str]:
-    """Return the names of the symbols in a form, in order of appearance, repeats included."""
-    return [one.name for one in forms_in(form) if isinstance(one, Symbol)]
-
-
-def numbers_of(form: Form) -> Iterator[Number]:
-    """Return the numbers that stand in a form, exponents left out."""
-    return (one for one in forms_in(form) if isinstance(one, Number))
 
 
 class Forms:
@@ -228,51 +315,18 @@ class Forms:
 
     def neg(self, a: Form) -> Form:
         """Return -a."""
-        return sum_of(product_of((MINUS_ONE, term)) for term in terms_of(a))
+        return sum_of(product_of((Number.MINUS_ONE, term)) for term in a.terms)
 
     def function(self, node: Expr, args: Sequence[Form]) -> Form:
         """Return node.op(args)."""
         return Function(node.op, tuple(args))
 
 
-def form_of(node: Expr) -> Form:
-    """Return a node as a form, unsimplified."""
-    symbols: dict[Expr, Form] = {x: Symbol(str(x.value)) for x in reachable([node]) if x.op is Op.SYMBOL}
-    return evaluate([node], Forms(), symbols)[0]
-
-
-def express_form(form: Form, graph: Graph) -> Expr:
-    """Return a form as a node of `graph`; symbols keep their names."""
-    if isinstance(form, Number):
-        return graph.constant(form.value)
-    if isinstance(form, Symbol):
-        return graph.symbol(form.name)
-    if isinstance(form, Pi):
-        return graph.pi
-    if isinstance(form, Sum):
-        return graph.total(express_form(term, graph) for term in form.terms)
-    if isinstance(form, Power):
-        return graph.power(express_form(form.base, graph), form.exponent)
-    if isinstance(form, Function):
-        return graph.function(form.op, *(express_form(arg, graph) for arg in form.args))
-    result = graph.one
-    for factor in form.factors:
-        result = graph.mul(result, express_form(factor, graph))
-    return result
-
-
 def in_any_order(form: Form) -> object:
     """Return what two forms share that differ in the order of their terms and factors alone."""
-    parts = tuple(map(in_any_order, parts_of(form)))
+    parts = tuple(map(in_any_order, form.parts))
     if isinstance(form, (Sum, Product)):
         return type(form), frozenset(Counter(parts).items())
     if isinstance(form, Power):
         return form.exponent, parts
     return (form.op, parts) if isinstance(form, Function) else form
-
-
-def in_place(form: Form, known: Mapping[str, Form]) -> Form:
-    """Return a form with other forms in place of symbols."""
-    if isinstance(form, Symbol):
-        return known.get(form.name, form)
-    return with_parts(form, (in_place(part, known) for part in parts_of(form)))

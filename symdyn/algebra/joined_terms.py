@@ -14,22 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra.form import (
-    MINUS_ONE,
-    Form,
-    Function,
-    Number,
-    Power,
-    Sum,
-    factors_of,
-    parts_of,
-    power_of,
-    product_of,
-    split_sign,
-    sum_of,
-    terms_of,
-    with_parts,
-)
+from symdyn.algebra.form import Form, Function, Number, Power, Sum, product_of, sum_of
 from symdyn.graph import Op
 
 OTHER = {Op.SIN: Op.COS, Op.COS: Op.SIN}
@@ -42,8 +27,8 @@ def with_added_angles(form: Form) -> Form:
     """Return the same formula with pairs of terms that an addition theorem joins written as one."""
     if isinstance(form, Function):
         return form
-    parts = [with_added_angles(part) for part in parts_of(form)]
-    return _joined(parts) if isinstance(form, Sum) else with_parts(form, parts)
+    parts = [with_added_angles(part) for part in form.parts]
+    return _joined(parts) if isinstance(form, Sum) else form.with_parts(parts)
 
 
 @dataclass(frozen=True)
@@ -57,8 +42,8 @@ class _Term:
 
 
 def _term(form: Form) -> _Term:
-    sign, rest = split_sign(form)
-    factors = Counter(factors_of(rest))
+    sign, rest = form.split_sign()
+    factors = Counter(rest.factors)
     others = frozenset((one, n) for one, n in factors.items() if not _circular([one]))
     return _Term(form, sign, factors, (factors.total(), others))
 
@@ -92,12 +77,12 @@ def _one(first: _Term, second: _Term) -> Form | None:
     else:  # cos p cos q ± sin p sin q, or the other way round
         sign = sign if f is Op.COS else other
         joined = Function(Op.COS, (_sum(p, q, plus=not same),))
-    factor = [MINUS_ONE] if sign < 0 else []
+    factor = [Number.MINUS_ONE] if sign < 0 else []
     return product_of([*factor, *(a & b).elements(), joined])
 
 
 def _sum(p: Form, q: Form, plus: bool) -> Form:
-    return sum_of([*terms_of(p), *(one if plus else product_of((MINUS_ONE, one)) for one in terms_of(q))])
+    return sum_of([*p.terms, *(one if plus else product_of((Number.MINUS_ONE, one)) for one in q.terms)])
 
 
 def _circular(forms: Iterable[Form]) -> list[tuple[Op, Form]]:
@@ -108,8 +93,8 @@ def _circular(forms: Iterable[Form]) -> list[tuple[Op, Form]]:
 @lru_cache(KEPT)
 def with_squares(form: Form) -> Form:
     """Return the same formula with squares that stand in it term by term written as such; common factors in front."""
-    parts = [with_squares(part) for part in parts_of(form)]
-    return _folded(parts) if isinstance(form, Sum) else with_parts(form, parts)
+    parts = [with_squares(part) for part in form.parts]
+    return _folded(parts) if isinstance(form, Sum) else form.with_parts(parts)
 
 
 def _folded(terms: list[Form]) -> Form:
@@ -126,7 +111,7 @@ def _folded(terms: list[Form]) -> Form:
 
 def _square(first: Form, second: Form) -> Form | None:
     """Return r (a + b)² for r (a + 2 b) a and r b², else None."""
-    factors = factors_of(first)
+    factors = first.factors
     for k, mixed in enumerate(factors):
         if not isinstance(mixed, Sum):
             continue
@@ -137,14 +122,14 @@ def _square(first: Form, second: Form) -> Form | None:
             halves = [_half(term) for term in others]
             b = sum_of(half for half in halves if half is not None)
             common = [factor for n, factor in enumerate(factors) if n not in (k, m)]
-            if None not in halves and _is_square(factors_of(second), common, b):
-                return product_of([*common, power_of(sum_of([a, *terms_of(b)]), 2)])
+            if None not in halves and _is_square(second.factors, common, b):
+                return product_of([*common, sum_of([a, *b.terms]).power(2)])
     return None
 
 
 def _half(term: Form) -> Form | None:
     """Return b for 2 b."""
-    factors = factors_of(term)
+    factors = term.factors
     return product_of(factors[1:]) if len(factors) > 1 and factors[0] == TWO else None
 
 
@@ -154,4 +139,4 @@ def _is_square(factors: tuple[Form, ...], common: list[Form], b: Form) -> bool:
     if len(factors) != len(common) + 1 or sum(left.values()) != 1:
         return False
     (one,) = left
-    return isinstance(one, Power) and one.exponent == 2 and set(terms_of(one.base)) == set(terms_of(b))
+    return isinstance(one, Power) and one.exponent == 2 and set(one.base.terms) == set(b.terms)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
-from symdyn.algebra.form import Form, Number, form_of, power_of, product_of, sum_of
+from symdyn.algebra.form import Form, Number, product_of, sum_of
 from symdyn.graph import Expr, Op, reachable
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
@@ -143,7 +143,7 @@ class Ratios:
         number = Number(Fraction(value.numerator))
         under = under if value.denominator == 1 else [Number(Fraction(value.denominator)), *under]
         whole = product_of(under) if under else None
-        return product_of((number, *over, *([] if whole is None else [power_of(whole, -1)])))
+        return product_of((number, *over, *([] if whole is None else [whole.power(-1)])))
 
     def _factors(self, p: Polynomial) -> tuple[Fraction, list[Form]]:
         scale, factors = p.factor()
@@ -154,13 +154,13 @@ class Ratios:
             sign = -1 if sum(c < 0 for _, c in terms) * 2 > len(terms) else 1
             number *= Fraction(sign) ** int(power)
             assert content != 0, "a factor has a leading term"
-            found.append(power_of(sum_of([self._term(sign * c, powers) for powers, c in terms]), int(power)))
+            found.append(sum_of([self._term(sign * c, powers) for powers, c in terms]).power(int(power)))
         return number, found
 
     def _term(self, coefficient: Fraction, powers: Sequence[int]) -> Form:
         """Return a term; the first generator is the extra one, which no formula shows."""
-        bases = [form_of(node) for node in self.atoms]
-        factors = [power_of(base, int(k)) for base, k in zip(bases, powers[1:], strict=True) if k]
+        bases = [Form.of(node) for node in self.atoms]
+        factors = [base.power(int(k)) for base, k in zip(bases, powers[1:], strict=True) if k]
         return product_of((Number(coefficient), *factors))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.form import Form, express_form
+from symdyn.algebra.form import Form
 from symdyn.errors import TeachError
 from symdyn.graph import Arithmetic, Expr, Graph, Op, evaluate, reachable
 
@@ -62,7 +62,7 @@ def graph_to_sympy(outputs: Sequence[Expr], positive: Sequence[str] = ()) -> lis
 
 def form_to_sympy(form: Form, positive: Sequence[str] = ()) -> Any:
     """Return a form as a SymPy expression, with the grouping and the sums of angles that it shows."""
-    return graph_to_sympy([express_form(form, Graph())], positive)[0]
+    return graph_to_sympy([form.express(Graph())], positive)[0]
 
 
 def sympy_to_graph(expression: Any, graph: Graph, coordinates: Sequence[str]) -> Expr:

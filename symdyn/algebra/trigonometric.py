@@ -28,7 +28,7 @@ from flint import Ordering, fmpq, fmpq_mpoly_ctx
 from flint.utils.flint_exceptions import DomainError
 
 from symdyn.algebra.collect import rounded
-from symdyn.algebra.form import Number, factors_of, form_of, in_any_order, product_of
+from symdyn.algebra.form import Form, Number, in_any_order, product_of
 from symdyn.algebra.generators import (
     COSINES,
     Atom,
@@ -254,12 +254,12 @@ class TrigonometricRing(Arithmetic):
         """
         if node is None or any((kind, node) == (g.kind, g.node) for g in self.generators):
             return Fraction(1), node
-        factors = factors_of(form_of(node))
+        factors = Form.of(node).factors
         numbers = [one.value for one in factors if isinstance(one, Number)]
         others = [one for one in factors if not isinstance(one, Number)]
         same = in_any_order(product_of(others))
         for g in self.generators:
-            if g.kind == kind and g.node is not None and in_any_order(form_of(g.node)) == same:
+            if g.kind == kind and g.node is not None and in_any_order(Form.of(g.node)) == same:
                 return prod(numbers, start=Fraction(1)), g.node
         return Fraction(1), node
 

@@ -7,18 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    Floats,
-    Form,
-    Number,
-    Symbol,
-    express_form,
-    power_of,
-    product_of,
-    terms_of,
-    with_added_angles,
-)
+from symdyn.algebra import Floats, Form, Number, Symbol, product_of, with_added_angles
 from symdyn.dynamics import formulas
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import DerivationError
@@ -95,19 +84,19 @@ def with_definitions(asked: Prepared, found: Linearization, held: tuple[str, ...
     above = [next(given) for _ in pulled]
     C = [tuple(next(given) for _ in y), tuple(next(given) for _ in y)]
     letters = [Symbol(_fresh(f"{letter}_{name}", taken)) for letter in "mkd"]
-    under = power_of(letters[0], -1)
+    under = letters[0].power(-1)
     zero, one = Number(Fraction(0)), Number(Fraction(1))
-    nothing = [not terms_of(x) for x in (k, d)]
+    nothing = [not x.terms for x in (k, d)]
     lower = [
-        zero if gone else product_of((MINUS_ONE, letter, under))
+        zero if gone else product_of((Number.MINUS_ONE, letter, under))
         for gone, letter in zip(nothing, letters[1:], strict=True)
     ]
     drives = [under if j == free else product_of((Symbol(str(slopes[j].value)), under)) for j in asked.drives]
     named = list(zip(slopes.values(), over, strict=True)) + list(zip(pulls, above, strict=True))
-    ratio = {str(symbol.value): x if not terms_of(x) else product_of((x, power_of(down, -1))) for symbol, x in named}
-    defined = {letter.name: form for letter, form in zip(letters, (m, k, d), strict=True) if terms_of(form)} | ratio
+    ratio = {str(symbol.value): x if not x.terms else product_of((x, down.power(-1))) for symbol, x in named}
+    defined = {letter.name: form for letter, form in zip(letters, (m, k, d), strict=True) if form.terms} | ratio
     rates = tuple((zero,) * len(asked.drives) for _ in y)
-    roots = Root("damped" if terms_of(d) else "pair", product_of((letters[1], under)), negated(lower[1]), 1)
+    roots = Root("damped" if d.terms else "pair", product_of((letters[1], under)), negated(lower[1]), 1)
     result = Symbolic(
         ((zero, one), (lower[0], lower[1])), ((zero,) * len(drives), tuple(drives)), tuple(zip(*C, strict=True)), rates,
         (roots,), held, tuple(defined.items()),
@@ -137,7 +126,7 @@ def _is_true(exact: Symbolic, asked: Prepared, found: Linearization) -> bool:
 
     def value(form: Form) -> float:
         known = {graph.symbol(name): x for name, x in values.items()}
-        return float(evaluate([express_form(form, graph)], Floats(), known)[0])
+        return float(evaluate([form.express(graph)], Floats(), known)[0])
 
     for name, form in reversed(exact.defined):
         values[name] = value(form)

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Union
 
-from symdyn.algebra import Form, express_form, product_of, sum_of
+from symdyn.algebra import Form, product_of, sum_of
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
 
@@ -310,7 +310,7 @@ class Document:
 
     def value(self, form: Form) -> Expr:
         """Return what a form is worth on the graph: names in it are replaced by their values."""
-        node = express_form(form, self.graph)
+        node = form.express(self.graph)
         symbols = [x for x in reachable([node]) if x.op is Op.SYMBOL]
         known = {x: found.node for x in symbols if (found := self.names.get(str(x.value))) and found.node is not None}
         return substitute([node], known)[0]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
+from symdyn.algebra import Form, Number, product_of, sum_of
 from symdyn.emit import in_latex
 from symdyn.emit.print import BREAK, Latex, PrintName, head, latex_symbols
 from symdyn.rounding import digits_or, in_digits
@@ -70,7 +70,7 @@ class Spelling:
 
     def sign(self, *forms: Form) -> str:
         r"""Return what stands before a form: "=", \approx where a number is printed with fewer digits than it has."""
-        numbers = [abs(number.value) for form in forms for number in numbers_of(form)]
+        numbers = [abs(number.value) for form in forms for number in form.numbers]
         exact = replace(self._write, decimal=".")
         return "=" if all(_is_whole(exact.number(value), value) for value in numbers) else r"\approx"
 
@@ -88,9 +88,9 @@ class Spelling:
         r"""Return (left, "= right") with \underbrace{coefficient}_{name} rate, as (5.40)."""
         text = ""
         for brace in formula.terms:
-            terms = terms_of(brace.form)
-            negative = bool(brace.under) and all(split_sign(term)[0] < 0 for term in terms)
-            value = sum_of(product_of((MINUS_ONE, term)) for term in terms) if negative else brace.form
+            terms = brace.form.terms
+            negative = bool(brace.under) and all(term.split_sign()[0] < 0 for term in terms)
+            value = sum_of(product_of((Number.MINUS_ONE, term)) for term in terms) if negative else brace.form
             shown = self.inline(value)
             if brace.under:
                 shown = f"({shown})" if len(terms) > 1 else shown
@@ -111,12 +111,10 @@ class Spelling:
 
     def named_matrix(self, matrix: Matrix) -> tuple[list[list[str]], list[tuple[str, str]]]:
         """Return the rows of a matrix with entries by name, zeros as they are, and (name, "= entry") of the others."""
-        shown = [
-            self.symbols[name] if terms_of(x) else "0" for name, x in zip(matrix.names, matrix.entries, strict=True)
-        ]
+        shown = [self.symbols[name] if x.terms else "0" for name, x in zip(matrix.names, matrix.entries, strict=True)]
         pairs = zip(matrix.names, matrix.entries, strict=True)
         rows = [shown[k : k + matrix.width] for k in range(0, len(shown), matrix.width)]
-        return rows, [(self.symbols[name], f"{self.sign(x)} {self(x)}") for name, x in pairs if terms_of(x)]
+        return rows, [(self.symbols[name], f"{self.sign(x)} {self(x)}") for name, x in pairs if x.terms]
 
     def written(self, value: float) -> str:
         """Return a number of prose."""

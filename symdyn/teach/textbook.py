@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra import MINUS_ONE, Form, Function, Number, Symbol, power_of, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Symbol, product_of, sum_of
 from symdyn.graph import Op, substitute
 from symdyn.scene import parse
 from symdyn.scene.forces import elastic
@@ -169,13 +169,13 @@ def _quoted(node: ast.expr) -> Form:
         left = _quoted(node.left)
         if isinstance(node.op, ast.Pow):
             assert isinstance(node.right, ast.Constant), "an exponent is a number"
-            return power_of(left, int(str(node.right.value)))
+            return left.power(int(str(node.right.value)))
         right = _quoted(node.right)
         if isinstance(node.op, ast.Mult):
             return product_of((left, right))
-        return sum_of((left, right if isinstance(node.op, ast.Add) else product_of((MINUS_ONE, right))))
+        return sum_of((left, right if isinstance(node.op, ast.Add) else product_of((Number.MINUS_ONE, right))))
     if isinstance(node, ast.UnaryOp):
-        return product_of((MINUS_ONE, _quoted(node.operand)))
+        return product_of((Number.MINUS_ONE, _quoted(node.operand)))
     if isinstance(node, ast.Call):
         assert isinstance(node.func, ast.Name), "a function has a name"
         return Function(Op[node.func.id.upper()], tuple(map(_quoted, node.args)))

@@ -24,10 +24,8 @@ from symdyn.algebra import (
     Polynomial,
     Symbol,
     TrigonometricRing,
-    power_of,
     product_of,
     sum_of,
-    terms_of,
     total_angles,
 )
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, ordered_graph, too_long
@@ -120,9 +118,9 @@ class ClosedForm(Shown):
         for i in range(self.n):
             for j in range(i, self.n):
                 rates = [Symbol(str(self.state.qd[k].value)) for k in (i, j)]
-                speeds = [power_of(rates[0], 2)] if i == j else rates
+                speeds = [rates[0].power(2)] if i == j else rates
                 form = self.compactor(self.M[i][j] / 2 if i == j else self.M[i][j])
-                if terms_of(form):
+                if form.terms:
                     terms.append(product_of((form, *speeds)))
         return sum_of(terms)
 

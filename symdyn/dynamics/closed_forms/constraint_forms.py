@@ -13,16 +13,7 @@ from fractions import Fraction
 from itertools import combinations
 from operator import itemgetter
 
-from symdyn.algebra import (
-    Compactor,
-    Form,
-    Number,
-    Polynomial,
-    TrigonometricRing,
-    signed_product,
-    terms_of,
-    total_angles,
-)
+from symdyn.algebra import Compactor, Form, Number, Polynomial, TrigonometricRing, total_angles
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_graph
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.constraint_rows import Constraints, Label, differentiated
@@ -122,7 +113,7 @@ def _written(
                 tuple(bool(entry) for entry in G),
                 compact(value[found.residual[k]]),
                 tuple(map(compact, G)),
-                tuple((i, j, entry) for i, j, entry in bias if terms_of(entry)),
+                tuple((i, j, entry) for i, j, entry in bias if entry.terms),
             )
         )
     return tuple(written)
@@ -130,4 +121,4 @@ def _written(
 
 def _mixed(compact: Compactor, a: Polynomial, b: Polynomial) -> Form:
     """Return a + b, the coefficient of a product of two velocities; 2 a where they are equal."""
-    return signed_product(compact(a), Number(Fraction(2))) if a == b else compact(a + b)
+    return compact(a).signed_product(Number(Fraction(2))) if a == b else compact(a + b)

@@ -33,7 +33,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from symdyn.algebra import ZERO, Form
+from symdyn.algebra import Form, Number
 from symdyn.dynamics.mechanism.exact import has_symbols, in_fractions, settle, turns_of
 from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.dynamics.mechanism.tree import Tree
@@ -146,12 +146,12 @@ def formulas(values: Sequence[Expr], digits: int) -> list[Form]:
     short, found = Compactor(ring), evaluate(values, ring, ring.values(values))
     if odd:
         found = [ring.in_digits(p, digits) for p in found]
-    return [ZERO if ring.is_zero(p) else short(p) for p in found]
+    return [Number.ZERO if ring.is_zero(p) else short(p) for p in found]
 
 
 def vanishes(value: Expr) -> bool:
     """Tell whether a value is zero, though its node may not show it."""
-    return value.is_zero or (value.op not in (Op.CONSTANT, Op.SYMBOL) and formulas([value], 1) == [ZERO])
+    return value.is_zero or (value.op not in (Op.CONSTANT, Op.SYMBOL) and formulas([value], 1) == [Number.ZERO])
 
 
 TURNING = ("mx", "my", "XX", "XY", "XZ", "YZ", "ZZ")
@@ -183,7 +183,7 @@ def base_parameter_forms(scene: Scene) -> tuple[tuple[str, Form], ...]:
     """Return the base parameters as `formulas` to read."""
     named = base_parameters(scene)
     forms = formulas([value for _, value in named], max(DIGITS, digits_or(DIGITS)))
-    return tuple((name, form) for (name, _), form in zip(named, forms, strict=True) if form != ZERO)
+    return tuple((name, form) for (name, _), form in zip(named, forms, strict=True) if form != Number.ZERO)
 
 
 def with_base_parameters(tree: LeanTree, values: Sequence[Expr]) -> LeanTree:

@@ -11,20 +11,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from symdyn.algebra import (
-    MINUS_ONE,
     Compactor,
     Form,
     Function,
+    Number,
     Polynomial,
     Power,
     Symbol,
     TrigonometricRing,
-    factors_of,
-    form_of,
-    in_place,
-    power_of,
     product_of,
-    signed_product,
     sum_of,
 )
 from symdyn.dynamics.closed_forms.coefficient_key import ordered_graph
@@ -121,8 +116,8 @@ class ClosedLoads:
     def rate(self, strut: Strut, compact: Compactor) -> Form:
         """Return ṡ = Σ ∂D/∂q_i q̇_i / (2 s) of a strut between points, s by its name where it has one."""
         shares = zip(self.slopes[strut], self.state.qd, strict=True)
-        total = sum_of(signed_product(compact(slope), Symbol(str(u.value))) for slope, u in shares)
-        return product_of((total, power_of(self._way(strut, compact), -1)))
+        total = sum_of(compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares)
+        return product_of((total, self._way(strut, compact).power(-1)))
 
     def energy(self, compact: Compactor) -> Form:
         """Return the elastic energy E."""
@@ -132,22 +127,22 @@ class ClosedLoads:
         """Return k_E,i."""
         terms = []
         for strut in elastic(self.scene):
-            force = self._force(strut, compact, form_of(ordered_graph(self.scene).zero))
+            force = self._force(strut, compact, Form.of(ordered_graph(self.scene).zero))
             terms.append(_product(force, self._slope(strut, compact, i)))
         return sum_of(terms)
 
     def acting(self, compact: Compactor) -> list[Form]:
         """Return Q of every coordinate."""
         graph = ordered_graph(self.scene)
-        forces = [[form_of(force)] for force in joint_forces(self.scene, graph)]
+        forces = [[Form.of(force)] for force in joint_forces(self.scene, graph)]
         for strut in resisting(self.scene):
             if strut.ends:
                 slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
-                against = product_of((MINUS_ONE, self._force(strut, compact, self._rate(strut, slopes))))
+                against = product_of((Number.MINUS_ONE, self._force(strut, compact, self._rate(strut, slopes))))
                 for terms, slope in zip(forces, slopes, strict=True):
                     terms.append(_product(against, slope))
         for load, arm in zip(self.scene.loads, self.arms, strict=True):
-            components = [form_of(x) for part in load_vectors(load, graph) for x in part]
+            components = [Form.of(x) for part in load_vectors(load, graph) for x in part]
             for i, (p, w) in arm.items():
                 shares = zip(components, (*p, *w), strict=True)
                 forces[i] += [product_of((force, compact(share))) for force, share in shares]
@@ -156,16 +151,16 @@ class ClosedLoads:
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
         graph = ordered_graph(self.scene)
         law = FORCES[strut.kind].pull.force(strut, graph.symbol(WAY), graph.symbol(RATE))
-        return in_place(form_of(law), {WAY: self._way(strut, compact), RATE: rate})
+        return Form.of(law).substitute({WAY: self._way(strut, compact), RATE: rate})
 
     def _energy(self, strut: Strut, compact: Compactor) -> Form:
         energy = stored(strut, ordered_graph(self.scene).symbol(WAY))
-        return in_place(form_of(energy), {WAY: self._way(strut, compact)})
+        return Form.of(energy).substitute({WAY: self._way(strut, compact)})
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint or the distance of two points."""
         if strut.joint:
-            return form_of(joint_position(joint_of(self.scene, strut), ordered_graph(self.scene)))
+            return Form.of(joint_position(joint_of(self.scene, strut), ordered_graph(self.scene)))
         return Symbol(self.names[strut][0]) if strut in self.names else self.length(strut, compact)
 
     def _rate(self, strut: Strut, slopes: Sequence[Form]) -> Form:
@@ -179,11 +174,11 @@ class ClosedLoads:
         """Return the derivative of the way by coordinate i."""
         if strut.ends:
             share = compact(self.slopes[strut][i])
-            return product_of((share, power_of(self._way(strut, compact), -1)))
+            return product_of((share, self._way(strut, compact).power(-1)))
         graph = ordered_graph(self.scene)
         position = joint_position(joint_of(self.scene, strut), graph)
         coordinate = graph.symbol(str(self.state.q[i].value))
-        return form_of(tangents([position], {coordinate: graph.one})[0])
+        return Form.of(tangents([position], {coordinate: graph.one})[0])
 
 
 def closed_loads(
@@ -216,14 +211,14 @@ def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial]
 def _product(*parts: Form) -> Form:
     """Return a product with equal factors as one power, and a squared root as what stands under it."""
     exponents: dict[Form, int] = {}
-    for factor in factors_of(product_of(parts)):
+    for factor in product_of(parts).factors:
         base, exponent = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
         exponents[base] = exponents.get(base, 0) + exponent
     factors = []
     for base, exponent in exponents.items():
         if isinstance(base, Function) and base.op is Op.SQRT:
             pairs = int(exponent / 2)
-            factors += [power_of(base.args[0], pairs), power_of(base, exponent - 2 * pairs)]
+            factors += [base.args[0].power(pairs), base.power(exponent - 2 * pairs)]
         else:
-            factors.append(power_of(base, exponent))
+            factors.append(base.power(exponent))
     return product_of(factors)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from symdyn.algebra import Compactor, Form, Function, TrigonometricRing, form_of, total_angles
+from symdyn.algebra import Compactor, Form, Function, TrigonometricRing, total_angles
 from symdyn.dynamics import Workspace, angle_groups
 from symdyn.dynamics.loops import in_words
 from symdyn.dynamics.mechanism import TIME
@@ -83,7 +83,7 @@ def forms_of(system: Equilibrium) -> Written:
     lengths = [one for one in called_so if used & {graph.symbol(one[2]), graph.symbol(velocity_name(one[2]))}]
     needed = list(dict.fromkeys([*short.values(), *(x for one in lengths for x in one[3:])]))
     parallel = angle_groups(scene, graph)
-    write: Forms = form_of
+    write: Forms = Form.of
     try:
         ring = TrigonometricRing(needed, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
         values = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra import Form, Function, Number, Pi, Power, Product, Sum, Symbol, factors_of, split_sign, terms_of
+from symdyn.algebra import Form, Function, Number, Pi, Power, Product, Sum, Symbol
 from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
@@ -84,7 +84,7 @@ def _text(form: Form) -> str:
     if isinstance(form, Sum):
         return _signed_sum(form, _text, _text_factor)
     if isinstance(form, Product):
-        sign, rest = split_sign(form)
+        sign, rest = form.split_sign()
         if sign < 0:
             return f"-{_text_factor(rest)}"
         above = [f for f in rest.factors if not _is_inverse(f)] if isinstance(rest, Product) else [rest]
@@ -103,7 +103,7 @@ def _text(form: Form) -> str:
         return f"{_text(form.base)}**{form.exponent}" if bare else f"({_text(form.base)})**{form.exponent}"
     if isinstance(form, Function):
         return f"{form.op.name.lower()}({', '.join(text_of(arg) for arg in form.args)})"
-    return "pi" if isinstance(form, Pi) else form.name
+    return form.name if isinstance(form, Symbol) else "pi"
 
 
 def _divided(inverse: Power) -> str:
@@ -115,7 +115,7 @@ def _divided(inverse: Power) -> str:
 
 def _text_factor(form: Form) -> str:
     text = _text(form)
-    wide = isinstance(form, Sum) or split_sign(form)[0] < 0 or (isinstance(form, Number) and "/" in text)
+    wide = isinstance(form, Sum) or form.split_sign()[0] < 0 or (isinstance(form, Number) and "/" in text)
     return f"({text})" if wide else text
 
 
@@ -126,8 +126,8 @@ def _is_inverse(form: Form) -> bool:
 def _signed_sum(form: Form, show: Callable[[Form], str], factor: Callable[[Form], str]) -> str:
     """Return a sum with break marks; `factor` shows what stands behind a minus sign, in brackets if it is a sum."""
     text = ""
-    for term in terms_of(form):
-        sign, rest = split_sign(term)
+    for term in form.terms:
+        sign, rest = term.split_sign()
         mark = "-" if sign < 0 else "+"
         shown = factor(rest) if sign < 0 and isinstance(rest, Sum) else show(rest)
         text += f" {BREAK}{mark} {shown}" if text else f"{mark}{shown}".removeprefix("+")
@@ -179,7 +179,7 @@ class Latex:
             return self._power(form)
         if isinstance(form, Function):
             return self._function(form, 1)
-        return r"\pi" if isinstance(form, Pi) else self.symbols.get(form.name) or str(print_name(form.name))
+        return self.symbols.get(form.name) or str(print_name(form.name)) if isinstance(form, Symbol) else r"\pi"
 
     def number(self, value: Fraction) -> str:
         """Return a number that is not negative."""
@@ -200,13 +200,13 @@ class Latex:
     def bracketed(self, form: Form) -> str:
         """Return a factor: in brackets if it is a sum or has a sign."""
         text = self(form)
-        return _brackets(text) if isinstance(form, Sum) or split_sign(form)[0] < 0 else text
+        return _brackets(text) if isinstance(form, Sum) or form.split_sign()[0] < 0 else text
 
     def _product(self, form: Product) -> str:
-        sign, rest = split_sign(form)
+        sign, rest = form.split_sign()
         if sign < 0:
             return f"-{self.bracketed(rest)}"
-        factors = factors_of(rest)
+        factors = rest.factors
         below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
         above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
         return (
@@ -314,7 +314,7 @@ def shortened(form: Form, numbers: Mapping[str, int], taken: Container[str]) -> 
     if isinstance(form, Function) and form.op not in (Op.SIN, Op.COS):
         return Function(form.op, tuple(shortened(arg, numbers, taken) for arg in form.args))
     if isinstance(form, Function):
-        found = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in terms_of(form.args[0])]
+        found = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in form.args[0].terms]
         if None not in found:
             separator = "_" if len(numbers) > 9 else ""
             name = ("s" if form.op is Op.SIN else "c") + separator.join(map(str, found))

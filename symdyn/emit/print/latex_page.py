@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
+from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import (
@@ -55,7 +55,7 @@ def latex_document(page: Printable, group: str) -> str:
     sections = [{"title": title, "text": _introduction(page, group), "body": displays}]
     if page.constraints.rows:
         sections.append({"title": "Loops and rows", "text": "", "body": constraint_page(page, group, write)})
-    timed = any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions)))
+    timed = any(TIME in form.symbols for form in (*page.right, *(form for _, form in page.motions)))
     symbols = symbol_table(page.scene, write, timed)
     symbols += [symbol_row(write.symbols[row.multiplier], row.text, row.unit) for row in page.constraints.rows]
     used = dict(defined)
@@ -188,9 +188,9 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
 def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
     r"""Return (sign, \underbrace{value}_{name}, True), or the name alone and False where the value is long."""
     name = coefficient_name(c.kind, c.indices)
-    terms = terms_of(c.form)
-    negative = all(split_sign(term)[0] < 0 for term in terms)
-    value = sum_of(product_of((MINUS_ONE, term)) for term in terms) if negative else c.form
+    terms = c.form.terms
+    negative = all(term.split_sign()[0] < 0 for term in terms)
+    value = sum_of(product_of((Number.MINUS_ONE, term)) for term in terms) if negative else c.form
     text = write.unbroken(value)
     if latex_width(text) > BRACED:
         return "+", name, False
@@ -226,11 +226,11 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
     force = r"\tau" if short else head(Letters(page.scene)["Q"])
     said = [rf"& {law}{force}{carried}" + (rf", \qquad {right}" if short else "")]
     upper = [(i, j) for i in n for j in n if i <= j]
-    entries = [(_mirrored(i, j), write(M[i][j])) for i, j in upper if terms_of(M[i][j])]
+    entries = [(_mirrored(i, j), write(M[i][j])) for i, j in upper if M[i][j].terms]
     entries += [(entry_name("c", i), write(page.coriolis(i))) for i in n]
     entries += [(entry_name("g", i), write(page.gravity(i))) for i in n]
     entries += [] if short else [(entry_name(force, i), write(form)) for i, form in enumerate(page.right)]
-    zero = [_mirrored(i, j) for i, j in upper if i < j and not terms_of(M[i][j])]
+    zero = [_mirrored(i, j) for i, j in upper if i < j and not M[i][j].terms]
     if zero:
         entries.append(("", f" = {BREAK}".join([*zero, "0"])))
     return [*align([said]), *definitions(entries)]

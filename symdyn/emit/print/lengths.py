@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Compactor, Form, in_place, symbols_of
+from symdyn.algebra import Compactor, Form
 from symdyn.dynamics import ClosedLoads
 from symdyn.emit.print.letters import LENGTH, Letters
 from symdyn.scene import Scene, Strut, velocity_name
@@ -59,7 +59,7 @@ class Lengths:
 
     def used(self, forms: Iterable[Form]) -> list[tuple[str, Form]]:
         """Return names with what they stand for, those that stand in forms and those that stand in these."""
-        found = {name for form in forms for name in symbols_of(form)}
+        found = {name for form in forms for name in form.symbols}
         found |= {one.name for one in self.named if one.rate in found}
         return [(name, form) for one in self.named for name, form in one.defined if name in found]
 
@@ -67,11 +67,11 @@ class Lengths:
     def explicit(self) -> dict[str, Form]:
         """What every name stands for, in coordinates and velocities alone."""
         ways = {one.name: one.form for one in self.named}
-        return ways | {one.rate: in_place(one.rate_form, ways) for one in self.named}
+        return ways | {one.rate: one.rate_form.substitute(ways) for one in self.named}
 
     def written_out(self, form: Form) -> Form:
         """Return a form in coordinates and velocities alone."""
-        return in_place(form, self.explicit) if self.named else form
+        return form.substitute(self.explicit) if self.named else form
 
 
 def named_lengths(

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.algebra import Form, Power, Symbol, form_of, product_of, signed_product, sum_of, terms_of
+from symdyn.algebra import Form, Power, Symbol, product_of, sum_of
 from symdyn.dynamics import (
     MOST_TERMS,
     ClosedForm,
@@ -57,12 +57,12 @@ class Coefficient:
     @property
     def vanishes(self) -> bool:
         """Whether it is identically zero."""
-        return not terms_of(self.form)
+        return not self.form.terms
 
     @property
     def term(self) -> Form:
         """The product of form and rate; a sum of negative terms takes its sign in front."""
-        return signed_product(self.form, self.rate)
+        return self.form.signed_product(self.rate)
 
     @property
     def places(self) -> list[tuple[int, ...]]:
@@ -107,7 +107,7 @@ class PrintedConstraints:
 
     def carried(self, i: int) -> Form:
         """Return Σ_k G_ki λ_k, the generalized force of the constraints on velocity i."""
-        return sum_of(signed_product(row.G[i], Symbol(row.multiplier)) for row in self.rows)
+        return sum_of(row.G[i].signed_product(Symbol(row.multiplier)) for row in self.rows)
 
     def positions(self) -> list[Form]:
         """Return r(q), rows without one left out."""
@@ -123,7 +123,7 @@ class PrintedConstraints:
         return [sum_of((self._along(row, names), row.bias)) for row in self.rows if row.bias is not None]
 
     def _along(self, row: PrintedRow, names: Sequence[str]) -> Form:
-        return sum_of(signed_product(entry, Symbol(name)) for entry, name in zip(row.G, names, strict=True))
+        return sum_of(entry.signed_product(Symbol(name)) for entry, name in zip(row.G, names, strict=True))
 
 
 @dataclass(frozen=True)
@@ -247,7 +247,7 @@ def printable(
     right = tuple(map(spelled, _right_hand_sides(closed)))
     constraints = _constraints(scene, spelled, names | set(scene.velocities))
     graph = Graph()
-    motions = [(j.coordinate, form_of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
+    motions = [(j.coordinate, Form.of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
     K, P, E = write(("K",)), write(("P",)), spelled(closed.loads.energy(closed.compactor))
     return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, E, found, short)
 
@@ -284,7 +284,7 @@ def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], ta
     residual = write(row.residual) if row.closes and row.residual is not None else None
     rates = [Symbol(u) for u in scene.velocities]
     bias = sum_of(
-        signed_product(write(form), Power(rates[j], 2) if j == k else product_of((rates[j], rates[k])))
+        write(form).signed_product(Power(rates[j], 2) if j == k else product_of((rates[j], rates[k])))
         for j, k, form in row.bias
     )
     return PrintedRow(name, text, unit, tuple(map(write, row.G)), residual, bias)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra import Form, Number, Symbol, product_of, sum_of, symbols_of
+from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
@@ -209,7 +209,7 @@ def _functions(page: Printable, plain: Mapping[str, Any], moved: Mapping[Any, An
     used = page.lengths.used((*page.forms, page.P))
     found = {}
     for name, _ in used:
-        needed = set(symbols_of(page.lengths.explicit[name]))
+        needed = set(page.lengths.explicit[name].symbols)
         arguments = [plain[one].xreplace(moved) for one in plain if one in needed]
         found[name] = Function(name, real=True)(*arguments)
     return found

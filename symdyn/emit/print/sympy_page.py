@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from symdyn.algebra import Form, Symbol, symbols_of
+from symdyn.algebra import Form, Symbol
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.text_page import coefficient_name
 from symdyn.scene import Scene, acceleration_name
@@ -36,7 +36,7 @@ class _Variables:
         order = [parameter.name for parameter in scene.parameters]
         order += [*scene.coordinates, *scene.velocities, *map(acceleration_name, scene.velocities)]
         self.depending = depending or {}
-        hidden = [name for form in self.depending.values() for name in symbols_of(form)]
+        hidden = [name for form in self.depending.values() for name in form.symbols]
         needed = dict.fromkeys([*(name for name in used if name not in self.depending), *hidden])
         self.positive = [parameter.name for parameter in scene.parameters if parameter.positive]
         self._taken = {*WORDS, *NAMES.values()}
@@ -63,7 +63,7 @@ class _Variables:
             if group:
                 yield f'{", ".join(group.values())} = symbols("{" ".join(group)}", {assumption}=True)'
         for name, form in self.depending.items():
-            of = ", ".join(self.symbols[x] for x in self.symbols if x in symbols_of(form))
+            of = ", ".join(self.symbols[x] for x in self.symbols if x in form.symbols)
             yield f'{self.symbols[name]} = Function("{name}", real=True)({of})'
 
     def substitution(self) -> Iterator[str]:
@@ -86,7 +86,7 @@ def sympy_page(page: Printable, group: str) -> str:
     forms += [*found.positions(), *found.accelerations()]
     forms += [form for name, motion in page.motions for form in (Symbol(name), motion)]
     explicit = {name: page.lengths.explicit[name] for name, _ in page.definitions}
-    variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)), explicit)
+    variables = _Variables(page.scene, (name for form in forms for name in form.symbols), explicit)
     lines = [*variables.declarations(), *variables.substitution(), *LINES[group](page, variables)]
     lines += [
         f"{variables.fresh(f'motion_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
@@ -97,7 +97,7 @@ def sympy_page(page: Printable, group: str) -> str:
 
 def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     """Return `name = formula`, one a line, after the symbols."""
-    variables = _Variables(scene, (name for _, form in named for name in symbols_of(form)))
+    variables = _Variables(scene, (name for _, form in named for name in form.symbols))
     lines = [f"{variables.fresh(name)} = {variables.show(form)}" for name, form in named]
     return "\n".join([*variables.declarations(), *lines])
 

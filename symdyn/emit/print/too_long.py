@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from symdyn.algebra import Form, parts_of
+from symdyn.algebra import Form
 from symdyn.errors import EmitError
 
 MOST = 5.0
@@ -38,5 +38,5 @@ def refuse_too_long(name: str, what: str, forms: Iterable[Form], ask: str) -> No
 def _parts(form: Form, known: dict[int, tuple[Form, int]]) -> int:
     """Return of how many parts a form is written; `known` holds it by identity, as long forms share theirs."""
     if id(form) not in known:
-        known[id(form)] = form, 1 + sum(_parts(part, known) for part in parts_of(form))
+        known[id(form)] = form, 1 + sum(_parts(part, known) for part in form.parts)
     return known[id(form)][1]

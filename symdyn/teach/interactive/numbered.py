@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Union
 
-from symdyn.algebra import ZERO, Form, Symbol, product_of, symbols_of, terms_of
+from symdyn.algebra import Form, Number, Symbol, product_of
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit import in_html
 from symdyn.graph import Expr, Graph, Op, reachable
@@ -78,7 +78,7 @@ class Numbered:
     def _terms(self, block: Shown) -> Iterator[tuple[Form | None, Expr | None]]:
         """Yield of each piece that is printed what it speaks of and its value, None where none is to be shown."""
         if isinstance(block, Braced):
-            yield None, self._named(block.value) if block.left != ZERO else None
+            yield None, self._named(block.value) if block.left != Number.ZERO else None
             if not block.terms:
                 yield None, None
             for brace in block.terms:
@@ -110,12 +110,12 @@ class Numbered:
         return self._places[node]
 
     def _about(self, form: Form | None) -> str:
-        keys = symbols_of(form) if form is not None else []
+        keys = form.symbols if form is not None else []
         return next((found for key in keys if (found := pointed(key, self._owners))), "")
 
 
 def _terms_or_zero(form: Form) -> tuple[Form, ...]:
-    return tuple(terms_of(form)) or (ZERO,)
+    return tuple(form.terms) or (Number.ZERO,)
 
 
 def _key(block: Shown) -> str:

@@ -10,10 +10,10 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from symdyn.algebra import Form
 from symdyn.errors import TeachError
 
 if TYPE_CHECKING:
-    from symdyn.algebra import Form
     from symdyn.teach.document import Words
 
 FOLDER = Path(__file__).parent
@@ -95,7 +95,7 @@ def fill(template: str, places: Mapping[str, str | Form | Words]) -> tuple[str |
     parts: list[str | Form] = []
     for k, piece in enumerate(PLACE.split(template)):
         value = places[piece] if k % 2 else piece
-        inner: tuple[str | Form, ...] = value.parts if hasattr(value, "parts") else (value,)
+        inner: tuple[str | Form, ...] = (value,) if isinstance(value, (str, Form)) else value.parts
         for part in inner:
             if isinstance(part, str) and parts and isinstance(parts[-1], str):
                 parts[-1] += part

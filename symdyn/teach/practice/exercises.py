@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.algebra import ZERO, Form, Symbol, express_form, split_sign, symbols_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, gradient
 from symdyn.scene import Scene
@@ -125,7 +125,7 @@ def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
     Of an inertia bivector (5.17) it is the last entry that is not zero.
     """
     if isinstance(block, Matrix):
-        found = [pair for pair in zip(block.names, block.entries, strict=True) if pair[1] != ZERO]
+        found = [pair for pair in zip(block.names, block.entries, strict=True) if pair[1] != Number.ZERO]
         return found[-1] if found and block.number == "5.17" and _typed(document, found[-1][1]) else None
     if not isinstance(block, (Formula, Braced)):
         return None
@@ -140,9 +140,9 @@ def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
 
 def _typed(document: Document, form: Form) -> bool:
     """Whether a form is a result that somebody types."""
-    found = symbols_of(form)
+    found = form.symbols
     known = set(Names(document.scene).symbols.values())
-    return 0 < len(found) <= LONGEST and set(found) <= known and not isinstance(split_sign(form)[1], Symbol)
+    return 0 < len(found) <= LONGEST and set(found) <= known and not isinstance(form.split_sign()[1], Symbol)
 
 
 def _asked(
@@ -178,7 +178,7 @@ def _with_blanks(document: Document, step: Step, results: Results, alone: bool) 
 def _names_only(block: Block, own: frozenset[str]) -> bool:
     """Whether a block is a definition: one formula, with a quantity in it that only has a name."""
     forms = list(written_out(block))
-    return isinstance(block, Formula) and all(set(symbols_of(form)) - own for form in forms)
+    return isinstance(block, Formula) and all(set(form.symbols) - own for form in forms)
 
 
 def _blank(
@@ -189,7 +189,7 @@ def _blank(
     hints = ("exercise.hint.alone",) if alone else (f"exercise.hint.{_kind(step.key)}", "exercise.hint.other")
     hint = next(texts[name] for name in hints if name in texts)
     name = step.key if one else f"{step.key}:{key}"
-    asked = Words(fill(texts["exercise.zero" if shown == ZERO else "exercise.ask"], {"left": shown}))
+    asked = Words(fill(texts["exercise.zero" if shown == Number.ZERO else "exercise.ask"], {"left": shown}))
     return Blank(name, asked, key, shown, answer, Words((hint,)), tuple(solution))
 
 
@@ -257,11 +257,11 @@ def judge(document: Document, key: str, text: str) -> str:
         form = read_formula(text, document.scene)
     except TeachError as fault:
         return str(fault)
-    named = [name for name in symbols_of(form) if name in map(str, quantities(Names(document.scene)).values())]
+    named = [name for name in form.symbols if name in map(str, quantities(Names(document.scene)).values())]
     if named:
         return words["fault.quantity"].format(text=named[0])
     graph = Graph()
-    typed, right = express_form(form, graph), express_form(blanks[key].answer, graph)
+    typed, right = form.express(graph), blanks[key].answer.express(graph)
     same, turned = (
         Claim("same", "typed", "answer", (typed,), (right,)),
         Claim("turned", "typed", "-", (-typed,), (right,)),

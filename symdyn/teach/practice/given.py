@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.algebra import Form, form_of
+from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import body_placements, placement, state_symbols, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
@@ -41,7 +41,7 @@ def _given(scene: Scene, language: str) -> Step:
 
     def row(nodes: Sequence[Expr]) -> Words:
         """Return numbers at zero in brackets."""
-        forms: list[Form] = [shortest(x, scene, state) or form_of(x) for x in substitute(list(nodes), zero)]
+        forms: list[Form] = [shortest(x, scene, state) or Form.of(x) for x in substitute(list(nodes), zero)]
         parts = [part for form in forms for part in (", ", form)]
         return Words(("(", *parts[1:], ")"))
 
@@ -55,7 +55,7 @@ def _given(scene: Scene, language: str) -> Step:
         at = row(mass.place)
         if mass.h is not None:
             at = Words(fill(texts["given.moment"], {"place": at, "moment": row(mass.h)}))
-        m = Words((form_of(mass.m),))
+        m = Words((Form.of(mass.m),))
         inertia = row(_turned(mass, placed[mass.body.name].R, graph)) if mass.spins else Words(("0",))
         bodies.append((Words((f"{mass.tag} {mass.body.name}",)), m, at, inertia))
     heads = [[Words((texts[key],)) for key in keys] for keys in (

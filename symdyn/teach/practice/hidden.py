@@ -10,7 +10,7 @@ import random
 from collections.abc import Iterator, Mapping
 from math import isclose, nan
 
-from symdyn.algebra import Floats, Form, Symbol, split_sign, symbols_of
+from symdyn.algebra import Floats, Form, Symbol
 from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.teach.document import (
@@ -56,8 +56,8 @@ def follows(step: str, asked: str) -> bool:
 
 def plain(form: Form, own: frozenset[str]) -> bool:
     """Whether a form is written out: more than a name or a number, in symbols of the scene alone."""
-    found = set(symbols_of(form))
-    return bool(found) and found <= own and not isinstance(split_sign(form)[1], Symbol)
+    found = set(form.symbols)
+    return bool(found) and found <= own and not isinstance(form.split_sign()[1], Symbol)
 
 
 def own_symbols(document: Document) -> frozenset[str]:

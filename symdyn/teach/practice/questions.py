@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import Any
 
-from symdyn.algebra import Form, express_form, form_of, symbols_of
+from symdyn.algebra import Form
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, acceleration_name
 from symdyn.teach.document import Blank, Document
@@ -28,7 +28,7 @@ def questions(document: Document) -> dict[str, Any]:
     blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
     if not blanks:
         return {}
-    asked = {key: (blank.left, form_of(document.value(blank.answer))) for key, blank in blanks.items()}
+    asked = {key: (blank.left, Form.of(document.value(blank.answer))) for key, blank in blanks.items()}
     return questions_of(document.scene, asked, document.language)
 
 
@@ -56,7 +56,7 @@ def questions_of(scene: Scene, asked: Mapping[str, tuple[str, Form]], language: 
     return {
         "symbols": dict(names.symbols),
         "dotted": {q: list(rates) for q, rates in names.dotted.items()},
-        "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
+        "short": {key: [form.op.name.lower(), form.symbols] for key, form in names.shorthands.items()},  # type: ignore[attr-defined]
         "quantities": {word: str(target) for word, target in quantities(names).items()},
         "drawn": DRAWN,
         "twins": TWINS,
@@ -93,7 +93,7 @@ def _digits(value: float, count: int = 12) -> float:
 
 
 def _shortened(points: Points, form: Form) -> list[float]:
-    return [_digits(row[0]) for row in points.values([express_form(form, Graph())])]
+    return [_digits(row[0]) for row in points.values([form.express(Graph())])]
 
 
 def _balance(diagnosis: Diagnosis, points: Points, left: str) -> dict[str, Any]:

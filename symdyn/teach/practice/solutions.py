@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.algebra import ZERO
+from symdyn.algebra import Number
 from symdyn.teach.document import Blank, Block, Box, Document, Fold, Section, Step, Words
 from symdyn.teach.languages import fill, language_of
 
@@ -27,7 +27,7 @@ def solutions_last(document: Document) -> Document:
             shown.append(step)
             for block in step.blocks:
                 if isinstance(block, Blank):
-                    told = "exercise.solved.zero" if block.shown == ZERO else "exercise.solved"
+                    told = "exercise.solved.zero" if block.shown == Number.ZERO else "exercise.solved"
                     claim = Words(fill(texts[told], {"left": block.shown}))
                     solved.append(_folded(document, f"solution:{block.key}", claim, block.solution))
         if any(step.needs for step in section.steps):

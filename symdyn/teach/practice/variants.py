@@ -14,7 +14,7 @@ from typing import cast
 
 import numpy as np
 
-from symdyn.algebra import Floats, Form, Number, Symbol, form_of
+from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.dynamics import energies, mass_matrix
 from symdyn.errors import SymdynError, TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
@@ -297,7 +297,7 @@ def _unit(k: int) -> Three:
 
 def _along(vector: Three) -> dict[str, Form]:
     graph = Graph()
-    return dict(zip("xyz", (form_of(x.express(graph)) for x in vector), strict=True))
+    return dict(zip("xyz", (Form.of(x.express(graph)) for x in vector), strict=True))
 
 
 CHANGES: tuple[Callable[[Scene, random.Random], Drawn], ...] = (_mass, _length, _sense, _direction, _gravity, _spring)

@@ -7,7 +7,7 @@ Reference: Kane and Levinson, Dynamics: Theory and Applications (1985), chapter 
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Symbol, factors_of, product_of, sum_of, terms_of
+from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import Printable
@@ -47,7 +47,7 @@ def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
         if joint.moves and not joint.armature.express(lesson.graph).is_zero:
             momentum = gradient(rotor_energy(joint, lesson.state.velocity, lesson.graph), [u])
             (node,) = tangents(momentum, lesson.state.acceleration)
-            if terms_of(form := lesson.short(node)):
+            if (form := lesson.short(node)).terms:
                 forms.append(form)
                 nodes.append(node)
     slope = gradient(lesson.energy.P, [q])[0]
@@ -60,7 +60,7 @@ def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     assert abs(ours - truth) <= SMALL * (1 + sum(map(abs, chosen.of(*nodes)))), "Kane's form is another equation"
     claim = lesson.say("kane", rate=named(u), left=page.right[i])
     blocks: list[Block] = [folded(lesson, Formula("", page.right[i], right=sum_of(forms)))]
-    if turned := [symbol for form in forms for symbol in factors_of(form) if is_turned(symbol)]:
+    if turned := [symbol for form in forms for symbol in form.factors if is_turned(symbol)]:
         blocks.append(lesson.say("kane.turned", rates=together(list(dict.fromkeys(turned)))))
     return [Step("kane", claim, tuple(blocks), lesson.say("kane.reason"), show=("accelerations", "velocities"))]
 

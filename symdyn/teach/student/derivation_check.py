@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 from dataclasses import replace
 
-from symdyn.algebra import ZERO, Form, Symbol, form_of, in_place, sum_of, symbols_of, terms_of
+from symdyn.algebra import Form, Number, Symbol, sum_of
 from symdyn.bounds import BOUNDS
 from symdyn.emit.print import Printable, printable
 from symdyn.errors import DerivationError, TeachError
@@ -51,11 +51,11 @@ def check_derivation(
     names = Names(scene, others)
     read = [_in_coordinates(one, page) for one in read_statements(text, scene, name, target, others)]
     diagnosis = Diagnosis(scene, multipliers)
-    asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in symbols_of(f)}
+    asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in f.symbols}
     goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
     places = names.places
     known = {
-        name: form_of(places[goal.kind]) if goal.kind in places else expected(page, goal, book, diagnosis)
+        name: Form.of(places[goal.kind]) if goal.kind in places else expected(page, goal, book, diagnosis)
         for name, goal in goals.items()
     }
     free = {name: form for name, form in known.items() if name not in names.symbols.values()}
@@ -66,7 +66,7 @@ def check_derivation(
         if key_of in known_answers:  # a line that stands there again
             answers += [replace(one, line=statement.line) for one in known_answers[key_of]]
             continue
-        filled = replace(statement, forms=tuple(in_place(form, free) for form in statement.forms))
+        filled = replace(statement, forms=tuple(form.substitute(free) for form in statement.forms))
         for goal in statement.targets:
             right = known[str(goal)]
             if not _says(statement, goal, read, free, scene):
@@ -96,7 +96,7 @@ def _in_coordinates(statement: Statement, page: Printable) -> Statement:
 def _names_only(statement: Statement, names: Names, count: int) -> bool:
     """Whether an equation, one of several statements, only says in names what the others carry out."""
     results = {str(target) for target in names.targets.values()} - set(names.symbols.values())
-    named = {name for form in statement.forms for name in symbols_of(form)}
+    named = {name for form in statement.forms for name in form.symbols}
     return count > 1 and bool(named) and named <= results
 
 
@@ -121,7 +121,7 @@ def _balanced(answer: Answer, statement: Statement, diagnosis: Diagnosis) -> Ans
     if answer.verdict != DIFFERENT or len(statement.forms) != 2 or scene.is_closed:
         return answer
     found = less(*statement.forms)
-    named = set(symbols_of(found))
+    named = set(found.symbols)
     rows = [i for i, drive in enumerate(scene.drives) if drive in named]
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
     for i in rows:
@@ -142,13 +142,13 @@ def _says(
         str(one)
         for x in read
         for one in x.targets
-        if x.forms and not any(s in quantities or s in scene.drives for form in x.forms for s in symbols_of(form))
+        if x.forms and not any(s in quantities or s in scene.drives for form in x.forms for s in form.symbols)
     }
     if not statement.forms:
         return bool(written & {str(one) for one in statement.targets})
     twin = f"k_z{goal.index[1]}{goal.index[0]}" if goal.kind == "k_z" else ""
     for form in statement.forms:
-        named = set(symbols_of(form))
+        named = set(form.symbols)
         called = {name for name in named if name in quantities}
         if called < named:  # with symbols of the scene: coefficients may go by their names
             called = {name for name in called if not name.startswith("k_") or name == twin}
@@ -168,15 +168,15 @@ def expected(page: Printable, target: Target, book: bool = False, diagnosis: Dia
         node = course.value(target.key, course.right) if course is not None else None
         if node is None:
             raise DerivationError(f"{page.scene.name}: {target} is no step on the way to its equations")
-        return form_of(node)
+        return Form.of(node)
     energies = {"K": page.K, "P": page.P, "L": less(page.K, page.P)}
     if target.kind in energies:
         return energies[target.kind]
     i = target.index[0] - 1
     if target.kind == "tau":
         drive = page.scene.drives[i]
-        loads = sum_of(term for term in terms_of(page.driving(i)) if not (drive and term == Symbol(drive)))
+        loads = sum_of(term for term in page.driving(i).terms if not (drive and term == Symbol(drive)))
         return less(page.left(i), loads)
     own = ((c.form, c.of) for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index))
-    form, of = next(own, (ZERO, ""))
+    form, of = next(own, (Number.ZERO, ""))
     return minus(form) if book and of == "qd" else form

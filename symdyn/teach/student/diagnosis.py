@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from math import isfinite
 
-from symdyn.algebra import Form, express_form, form_of
+from symdyn.algebra import Form
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
@@ -44,7 +44,7 @@ class Diagnosis:
         if key not in self.known:
             node = self.course.value(key, self.course.right)
             if node is None and right is not None:
-                node = express_form(right, self.course.graph)
+                node = right.express(self.course.graph)
             self.known[key] = [] if node is None else mistakes(self.course, key, node, most)
         return self.known[key]
 
@@ -54,7 +54,7 @@ class Diagnosis:
         if not known:
             return None
         free = key.startswith(FREE)
-        mine, *rows = self.points.marked([express_form(found, self._graph), *(one.node for one in known)], free)
+        mine, *rows = self.points.marked([found.express(self._graph), *(one.node for one in known)], free)
         for one, row in zip(known, rows, strict=True):
             for first in (0, 2):
                 pairs = list(zip(mine[first : first + 2], row[first : first + 2], strict=True))
@@ -65,7 +65,7 @@ class Diagnosis:
                 ):
                     return one
         at = [0, SCALED]
-        nodes = [express_form(found, self._graph), express_form(right, self._graph)]
+        nodes = [found.express(self._graph), right.express(self._graph)]
         values, own = (list(row) for row in zip(*self.points.values(nodes, at), strict=True))
         return None if self.points.fits(values, own) else Mistake("dimension", nodes[0])
 
@@ -75,7 +75,7 @@ class Diagnosis:
         if self.course is None or not known:
             return None
         drive = self.drive(i)
-        nodes = [express_form(found, self._graph), *(one.node - drive for one in known)]
+        nodes = [found.express(self._graph), *(one.node - drive for one in known)]
         mine, *rows = (list(row) for row in zip(*self.points.values(nodes, self.points.pairs), strict=True))
         for one, row in zip(known, rows, strict=True):
             for first in (0, 4):
@@ -107,7 +107,7 @@ class Diagnosis:
                 graph.symbol(p.name): p.value.express(graph) for p in self.scene.parameters if p.value is not None
             }
             node = substitute([node], values)[0]
-        return form_of(node)
+        return Form.of(node)
 
 
 def _close(a: float, b: float) -> bool:

@@ -31,9 +31,6 @@ from symdyn.algebra import (
     Product,
     Sum,
     TrigonometricRing,
-    express_form,
-    factors_of,
-    terms_of,
     total_angles,
 )
 from symdyn.dynamics import angle_groups
@@ -121,7 +118,7 @@ class _Comparison:
         for parameter in scene.parameters:
             graph.symbol(parameter.name)  # first, so that forms print them in declared order
         state = state_symbols(scene, graph)
-        nodes = [express_form(form, graph) for form in (right, found)]
+        nodes = [form.express(graph) for form in (right, found)]
         groups = angle_groups(scene, graph)
         self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(groups))
         self.compact = Compactor(self.ring, groups)
@@ -202,7 +199,7 @@ class _Comparison:
         return self.compact(total * self.ring.constant(Fraction(factor)))
 
     def _terms(self, terms: Sequence[tuple[Monomial, Polynomial]]) -> list[Form]:
-        return list(terms_of(self._form(terms))) if terms else []
+        return list(self._form(terms).terms) if terms else []
 
     # One symbol off
 
@@ -248,8 +245,8 @@ class _Comparison:
         mine, right = self._terms([(monomial, a)]), self._terms([(monomial, b)])
         mine, right = [x for x in mine if x not in right], [x for x in right if x not in mine]
         lacking = self._form([(monomial, b - a)])
-        if not mine or (len(terms_of(lacking)) < len(right) and len(mine) > len(right)):
-            return [Difference("missing", right=term) for term in terms_of(lacking)]
+        if not mine or (len(lacking.terms) < len(right) and len(mine) > len(right)):
+            return [Difference("missing", right=term) for term in lacking.terms]
         if not right:
             return [Difference("extra", term) for term in mine]
         if len(mine) == len(right) == 1:
@@ -284,5 +281,5 @@ def _rounds(found: Fraction, right: Fraction) -> bool:
 
 def _functions(form: Form) -> list[Function]:
     """Return the sines and cosines of a term."""
-    bases = [factor.base if isinstance(factor, Power) else factor for factor in factors_of(form)]
+    bases = [factor.base if isinstance(factor, Power) else factor for factor in form.factors]
     return [x for x in bases if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)]

@@ -5,18 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from symdyn.algebra import (
-    ZERO,
-    Form,
-    Symbol,
-    express_form,
-    form_of,
-    in_place,
-    power_of,
-    product_of,
-    symbols_of,
-    terms_of,
-)
+from symdyn.algebra import Form, Number, Symbol, product_of
 from symdyn.dynamics.mechanism import solve
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
@@ -77,12 +66,12 @@ def _row(line: int, found: Form, page: Printable) -> Answer:
 
 def _length(answer: Answer) -> int:
     """Return how much there is to tell: what is missing or should be there, in terms."""
-    return sum(len(terms_of(form)) for d in answer.differences for form in (d.found, d.right) if form is not None)
+    return sum(len(form.terms) for d in answer.differences for form in (d.found, d.right) if form is not None)
 
 
 def _equation(line: int, found: Form, page: Printable) -> Answer:
     """Return the answer to left = right: the scene's equation that it comes nearest to, times a factor or not."""
-    scene, named = page.scene, set(symbols_of(found))
+    scene, named = page.scene, set(found.symbols)
     rows = [i for i, drive in enumerate(scene.drives) if drive in named]
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
     best: Answer | None = None
@@ -116,25 +105,25 @@ def without_slope(answer: Answer, found: Form, right: Form, i: int, page: Printa
     if answer.right or len(names) != len(page.rows):
         return answer
     graph = Graph()
-    slope = gradient(express_form(page.K, graph), [graph.symbol(names[i])])[0]
+    slope = gradient(page.K.express(graph), [graph.symbol(names[i])])[0]
     if slope.is_zero:
         return answer
-    finding = same_value("forgotten", express_form(found, graph), express_form(right, graph) + slope, page.scene)
+    finding = same_value("forgotten", found.express(graph), right.express(graph) + slope, page.scene)
     return replace(answer, forgotten=names[i], differences=()) if finding.verdict in EQUAL else answer
 
 
 def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
     """Yield a wrong equation times what makes one of its accelerations' coefficients the scene's: it was divided by."""
     graph = Graph()
-    node = express_form(found, graph)
+    node = found.express(graph)
     parameters = {p.name for p in page.scene.parameters}
     for c in page.rows[i]:
         if c.of != "qdd" or c.vanishes:
             continue
-        slope = gradient(node, [express_form(c.rate, graph)])[0]
+        slope = gradient(node, [c.rate.express(graph)])[0]
         names = {str(one.value) for one in reachable([slope]) if one.op is Op.SYMBOL}
         if not slope.is_zero and names <= parameters:
-            yield product_of((found, c.form, power_of(form_of(slope), -1)))
+            yield product_of((found, c.form, Form.of(slope).power(-1)))
 
 
 def _solved(statement: Statement, page: Printable) -> Answer | None:
@@ -148,28 +137,28 @@ def _solved(statement: Statement, page: Printable) -> Answer | None:
     if len(known) != 1 or page.constraints.rows or len(accelerations) > FEW_SOLVED:
         return None
     formula = other if left == Symbol(known[0]) else left
-    if set(accelerations) & set(symbols_of(formula)):
+    if set(accelerations) & set(formula.symbols):
         return None
     graph = Graph()
     symbols = [graph.symbol(name) for name in accelerations]
     balance = [_balance(page, i) for i in range(len(accelerations))]
-    M = [gradient(express_form(form, graph), symbols) for form in balance]
-    still = dict.fromkeys(accelerations, ZERO)
-    rest = [express_form(minus(in_place(form, still)), graph) for form in balance]
+    M = [gradient(form.express(graph), symbols) for form in balance]
+    still = dict.fromkeys(accelerations, Number.ZERO)
+    rest = [minus(form.substitute(still)).express(graph) for form in balance]
     try:
         right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
     except DerivationError:  # what moves no mass has no acceleration of its own
         return None
-    finding = same_value(known[0], express_form(formula, graph), right, scene)
+    finding = same_value(known[0], formula.express(graph), right, scene)
     return Answer(statement.line, known[0], finding.verdict, finding.error_log10)
 
 
 def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[Form]) -> bool:
     """Whether found / right is free of rates and drives: cross-multiplied by what stands with the first of `rates`."""
     graph = Graph()
-    a, b = express_form(found, graph), express_form(right, graph)
+    a, b = found.express(graph), right.express(graph)
     moving = {*page.scene.velocities, *(acceleration_name(u) for u in page.scene.velocities), *page.scene.drives}
-    symbols = [express_form(rate, graph) for rate in rates]
+    symbols = [rate.express(graph) for rate in rates]
     pairs = [(x, y) for x, y in zip(gradient(a, symbols), gradient(b, symbols), strict=True) if not y.is_zero]
     if not pairs:
         return False

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.algebra import ZERO, Form, express_form, form_of, in_place, symbols_of
+from symdyn.algebra import Form, Number
 from symdyn.dynamics.mechanism import state_symbols
 from symdyn.emit.print import Printable
 from symdyn.graph import Graph, gradient, tangents
@@ -28,12 +28,12 @@ ADDED_TO = ("P", "L")
 def energy_judged(line: int, kind: str, found: Form, right: Form, page: Printable) -> Answer:
     """Return the answer to an energy of the whole mechanism: K, P or L, with multipliers or without."""
     scene = page.scene
-    given = set(symbols_of(found))
+    given = set(found.symbols)
     used = [row.multiplier for row in page.constraints.rows if row.multiplier in given]
     if not used:
         return judged(line, kind, found, right, scene, kind)
     if kind in ADDED_TO and len(used) == len(page.constraints.rows) and _added(found, used, scene):
-        alone = judged(line, kind, in_place(found, dict.fromkeys(used, ZERO)), right, scene, kind)
+        alone = judged(line, kind, found.substitute(dict.fromkeys(used, Number.ZERO)), right, scene, kind)
         return replace(alone, multiplied=tuple(used)) if alone.right else alone
     answer = judged(line, kind, found, right, scene, kind)
     return replace(answer, mistake=Mistake("multiplier", Graph().zero)) if answer.verdict == DIFFERENT else answer
@@ -42,8 +42,8 @@ def energy_judged(line: int, kind: str, found: Form, right: Form, page: Printabl
 def _added(found: Form, used: Sequence[str], scene: Scene) -> bool:
     """Whether a formula is λ_k f_k, added up, beside what holds no λ; every f_k a condition, no two the same one."""
     graph = Graph()
-    conditions = [form_of(x) for x in gradient(express_form(found, graph), [graph.symbol(name) for name in used])]
-    if any(set(used) & set(symbols_of(f)) or level_of(f, scene) != LEVELS[0] for f in conditions):
+    conditions = [Form.of(x) for x in gradient(found.express(graph), [graph.symbol(name) for name in used])]
+    if any(set(used) & set(f.symbols) or level_of(f, scene) != LEVELS[0] for f in conditions):
         return False
     return all(holds(f, scene) or _constant(f, scene) for f in conditions) and independent(conditions, scene)
 
@@ -54,5 +54,5 @@ def _constant(condition: Form, scene: Scene) -> bool:
         return False
     graph = Graph()
     state = state_symbols(scene, graph)
-    (rate,) = tangents([express_form(condition, graph)], state.velocity)
-    return holds(form_of(rate), scene)
+    (rate,) = tangents([condition.express(graph)], state.velocity)
+    return holds(Form.of(rate), scene)

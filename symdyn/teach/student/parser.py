@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.algebra import MINUS_ONE, Form, Function, Number, Pi, Symbol, numbers_of, power_of, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Pi, Symbol, product_of, sum_of
 from symdyn.graph import Op
 from symdyn.scene.values import shorten
 from symdyn.teach.student.source import Source
@@ -36,7 +36,7 @@ def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Fo
         TeachError: it is none.
     """
     form = _Parser(source, tokens, names, end).run()
-    if any(map(_too_large, numbers_of(form))):
+    if any(map(_too_large, form.numbers)):
         raise source.fault(tokens[0].at, TOO_LARGE)
     return form
 
@@ -63,7 +63,7 @@ class _Parser(Cursor):
         sign = self.take().text if self.sees("op", "+", "-") else "+"
         while True:
             term = self.term()
-            terms.append(product_of((MINUS_ONE, term)) if sign == "-" else term)
+            terms.append(product_of((Number.MINUS_ONE, term)) if sign == "-" else term)
             if not self.sees("op", "+", "-"):
                 break
             sign = self.take().text
@@ -98,7 +98,7 @@ class _Parser(Cursor):
         if self.sees("op", "+", "-"):
             negative = self.take().text == "-"
             factor = self.factor()
-            return product_of((MINUS_ONE, factor)) if negative else factor
+            return product_of((Number.MINUS_ONE, factor)) if negative else factor
         return self.factor()
 
     def factor(self) -> Form:
@@ -179,8 +179,8 @@ class _Parser(Cursor):
             raise self.fault(self.take(), f"does the exponent belong to {token.text} or to its angle? write brackets")
         result: Form = Function(op, (inner,))
         if tangent:
-            result = product_of((result, power_of(Function(Op.COS, (inner,)), -1)))
-        result = power_of(result, power)
+            result = product_of((result, Function(Op.COS, (inner,)).power(-1)))
+        result = result.power(power)
         return result if bare else self.raised(result)
 
     def argument(self, of: Token) -> Form:
@@ -274,7 +274,7 @@ class _Parser(Cursor):
                 raise self.fault(caret, "division by zero")
             if isinstance(base, Number):
                 return self.checked(caret, Number(self.checked(caret, base).value ** exponent))
-            return power_of(base, exponent)
+            return base.power(exponent)
         return Function(Op.SQRT, (base,))
 
     def checked(self, token: Token, number: Number) -> Number:
@@ -315,4 +315,4 @@ def _too_large(number: Number) -> bool:
 
 
 def _inverse(form: Form) -> Form:
-    return Number(1 / form.value) if isinstance(form, Number) else power_of(form, -1)
+    return Number(1 / form.value) if isinstance(form, Number) else form.power(-1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import MINUS_ONE, ZERO, Form, express_form, form_of, in_place, product_of, sum_of, symbols_of
+from symdyn.algebra import Form, Number, product_of, sum_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -18,12 +18,12 @@ MANY = 400  # differences, which no answer lists
 
 def minus(form: Form) -> Form:
     """Return -form."""
-    return sum_of([product_of((MINUS_ONE, form))])
+    return sum_of([product_of((Number.MINUS_ONE, form))])
 
 
 def less(a: Form, b: Form) -> Form:
     """Return a - b."""
-    return sum_of((a, product_of((MINUS_ONE, b))))
+    return sum_of((a, product_of((Number.MINUS_ONE, b))))
 
 
 def judged(line: int, name: str, found: Form, right: Form, scene: Scene, kind: str) -> Answer:
@@ -34,7 +34,7 @@ def judged(line: int, name: str, found: Form, right: Form, scene: Scene, kind: s
     if kind.startswith(("P", "L")) and (constant := _free(less(found, right), scene)) is not None:
         return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
     values = _values(found, right, scene)
-    if values and equality(name, found, in_place(right, values), scene).verdict in EQUAL:
+    if values and equality(name, found, right.substitute(values), scene).verdict in EQUAL:
         return Answer(line, name, PROVED, valued=tuple(values))
     if equality(name, found, minus(right), scene).verdict in EQUAL:
         return Answer(line, name, DIFFERENT, turned=True)
@@ -49,15 +49,15 @@ def judged(line: int, name: str, found: Form, right: Form, scene: Scene, kind: s
 
 def _values(found: Form, right: Form, scene: Scene) -> dict[str, Form]:
     """Return the numbers of parameters that only the right formula names."""
-    absent = set(symbols_of(right)) - set(symbols_of(found))
+    absent = set(right.symbols) - set(found.symbols)
     values = {p.name: p.value for p in scene.parameters if p.name in absent and p.value is not None}
-    return {name: form_of(value.express(Graph())) for name, value in values.items()}
+    return {name: Form.of(value.express(Graph())) for name, value in values.items()}
 
 
 def equality(name: str, found: Form, right: Form, scene: Scene) -> Finding:
     """Return whether two forms are the same function."""
     graph = Graph()
-    return same_value(name, express_form(found, graph), express_form(right, graph), scene)
+    return same_value(name, found.express(graph), right.express(graph), scene)
 
 
 def same_value(name: str, found: Expr, right: Expr, scene: Scene) -> Finding:
@@ -73,8 +73,11 @@ def findings(claims: Sequence[Claim], scene: Scene) -> list[Finding]:
 def _free(form: Form, scene: Scene) -> Form | None:
     """Return the value of a form if it depends on parameters only: it is looked at term by term."""
     try:
-        left = [d.found or product_of((MINUS_ONE, d.right or ZERO)) for d in differences(form, ZERO, scene)]
+        left = [
+            d.found or product_of((Number.MINUS_ONE, d.right or Number.ZERO))
+            for d in differences(form, Number.ZERO, scene)
+        ]
     except DerivationError:
         return None
     moving = {*scene.coordinates, *scene.velocities}
-    return sum_of(left) if not any(moving & set(symbols_of(term)) for term in left) else None
+    return sum_of(left) if not any(moving & set(term.symbols) for term in left) else None

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra import Form, express_form, form_of, symbols_of
+from symdyn.algebra import Form
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import Array, Numbers, closed_position, free_motions, witness
 from symdyn.dynamics.mechanism import TIME, body_placements
@@ -44,7 +44,7 @@ class Row:
 
 def level_of(form: Form, scene: Scene) -> str:
     """Return one of LEVELS for the highest derivative in a formula."""
-    named = set(symbols_of(form))
+    named = set(form.symbols)
     if named & {acceleration_name(u) for u in scene.velocities}:
         return LEVELS[2]
     return LEVELS[1] if named & set(scene.velocities) else LEVELS[0]
@@ -57,16 +57,16 @@ def may_be_row(form: Form, page: Printable) -> bool:
         return False
     scene = page.scene
     geometry = _geometry(page)
-    others = {name for row in page.rows for c in row for name in symbols_of(c.form)} - geometry - set(scene.coordinates)
-    others |= {name for right in page.right for name in symbols_of(right)} - set(scene.velocities) - geometry
+    others = {name for row in page.rows for c in row for name in c.form.symbols} - geometry - set(scene.coordinates)
+    others |= {name for right in page.right for name in right.symbols} - set(scene.velocities) - geometry
     others |= {row.multiplier for row in rows} | {drive for drive in scene.drives if drive}
-    return not others & set(symbols_of(form))
+    return not others & set(form.symbols)
 
 
 def _geometry(page: Printable) -> set[str]:
     """Return the names in the rows: of their closed forms, and of themselves where they have none."""
     parts = [part for row in page.constraints.rows for part in (*row.G, row.residual) if part is not None]
-    names = {name for part in parts for name in symbols_of(part)}
+    names = {name for part in parts for name in part.symbols}
     if page.constraints.missing:
         rows = Workspace(page.scene).loops.recursive
         nodes = reachable([*rows.residual, *(entry for row in rows.G for entry in row)])
@@ -95,7 +95,7 @@ def ground_rows(scene: Scene, level: str) -> list[Row]:
         if level == LEVELS[2]:
             entries = tangents(entries, w.state.acceleration)
         found += [
-            Row(f"{level} of {hinge.joint.name} along {axis}", form_of(x))
+            Row(f"{level} of {hinge.joint.name} along {axis}", Form.of(x))
             for axis, x in zip("xyz", entries, strict=True)
             if not x.is_zero
         ]
@@ -139,7 +139,7 @@ def independent(conditions: Sequence[Form], scene: Scene) -> bool:
         DerivationError: the loops cannot be assembled.
     """
     numbers, q = _assembled(scene, 0)
-    rates = [x for form in conditions for x in gradient(express_form(form, numbers.graph), numbers.state.q)]
+    rates = [x for form in conditions for x in gradient(form.express(numbers.graph), numbers.state.q)]
     found = np.array(numbers.at(rates, q, {}), dtype=np.float64).reshape(len(conditions), -1)
     return int(np.linalg.matrix_rank(found, tol=1e-7 * np.abs(found).max(initial=1e-300))) == len(conditions)
 
@@ -177,4 +177,4 @@ def _moving(numbers: Numbers, q: Array, rng: random.Random) -> Mapping[Expr, flo
 
 
 def _value(form: Form, numbers: Numbers, q: Array, others: Mapping[Expr, float]) -> float:
-    return float(numbers.at([express_form(form, numbers.graph)], q, others)[0])
+    return float(numbers.at([form.express(numbers.graph)], q, others)[0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import permutations
 
-from symdyn.algebra import express_form, form_of
+from symdyn.algebra import Form
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene import SceneUnits
@@ -196,7 +196,7 @@ def _undivided(course: Course, i: int) -> Iterator[Wrong]:
     drive = course.scene.drives[i]
     pieces = [-graph.symbol(drive)] if drive else []
     try:
-        pieces += [express_form(one, graph) for one in split_terms(form_of(total), course.scene)]
+        pieces += [one.express(graph) for one in split_terms(Form.of(total), course.scene)]
     except DerivationError:
         return
     for divisor in (*own, *powers):

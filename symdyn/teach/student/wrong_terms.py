@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import ONE, Form, Function, Power, Product, Sum, express_form, form_of, power_of, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum, product_of, sum_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
@@ -31,28 +31,28 @@ def wrong_terms(course: Course, key: str, right: Expr) -> Iterator[Wrong]:
     for q, u, a in zip(state.q, state.qd, state.qdd, strict=True):
         yield ("clockwise", substitute([right], {x: turned[x] for x in (q, u, a)})[0])
     try:
-        form = form_of(right)
-        terms = [express_form(one, graph) for one in split_terms(form, course.scene)]
+        form = Form.of(right)
+        terms = [one.express(graph) for one in split_terms(form, course.scene)]
     except DerivationError:
         return
     for ops in ((Op.SIN, Op.COS), (Op.COS, Op.SIN)):
-        yield ("trig", express_form(_exchanged(form, {ops[0]: ops[1]}), graph))
-    both = express_form(_exchanged(form, {Op.SIN: Op.COS, Op.COS: Op.SIN}), graph)
+        yield ("trig", _exchanged(form, {ops[0]: ops[1]}).express(graph))
+    both = _exchanged(form, {Op.SIN: Op.COS, Op.COS: Op.SIN}).express(graph)
     yield ("trig", both)
     yield ("trig", -both)
     if len(terms) > MOST_TERMS:
         return
     rate = {x: k for k, x in enumerate(state.qdd)}
     for term in terms:
-        rest, own = right - term, form_of(term)
-        swapped = express_form(_exchanged(own, {Op.SIN: Op.COS, Op.COS: Op.SIN}), graph)
+        rest, own = right - term, Form.of(term)
+        swapped = _exchanged(own, {Op.SIN: Op.COS, Op.COS: Op.SIN}).express(graph)
         lost = _lost(course, key, term)
         if len(terms) > 1:
             yield (lost, rest)
             yield ("gravity" if lost == "weightless" else "cross" if lost == "cross" else "termsign", rest - term)
         yield ("trig", rest + swapped)
         yield ("trig", rest - swapped)
-        plain = express_form(_exchanged(own, {Op.SIN: None, Op.COS: None}), graph)
+        plain = _exchanged(own, {Op.SIN: None, Op.COS: None}).express(graph)
         yield ("trig", rest + plain)
         for times in FACTORS:
             yield lost if lost in ("cross", "velocities") else "termfactor", rest + graph.constant(times) * term
@@ -121,10 +121,10 @@ def _exchanged(form: Form, ops: Mapping[Op, Op | None]) -> Form:
     if isinstance(form, Product):
         return product_of(_exchanged(one, ops) for one in form.factors)
     if isinstance(form, Power):
-        return power_of(_exchanged(form.base, ops), form.exponent)
+        return _exchanged(form.base, ops).power(form.exponent)
     if isinstance(form, Function) and form.op in ops:
         other = ops[form.op]
-        return ONE if other is None else Function(other, form.args)
+        return Number.ONE if other is None else Function(other, form.args)
     return form
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra import Batches, Symbol, express_form, sum_of
+from symdyn.algebra import Batches, Symbol, sum_of
 from symdyn.draw import Array, lettered
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable, latex_symbols
@@ -116,7 +116,7 @@ def runs(lesson: Lesson, page: Printable, chosen: Chosen, left_out: Sequence[tup
     for kinds in (("k_C",), ("k_D",), ("k_G", "k_E")):
         parts += [
             graph.total(
-                node_of(lesson, coefficient_key(c)) * (express_form(c.rate, graph) if c.of else graph.one)
+                node_of(lesson, coefficient_key(c)) * (c.rate.express(graph) if c.of else graph.one)
                 for c in row
                 if c.kind in kinds and not c.vanishes
             )

@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from symdyn.algebra import Form, Number, Pi, Ratios, express_form, power_of, product_of, solved
+from symdyn.algebra import Form, Number, Pi, Ratios, product_of, solved
 from symdyn.draw import Array
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
@@ -216,7 +216,7 @@ class Rest:
             shifts = solved(field, stiffness, [[field.neg(x)] for x in known[n * n :]])
         except (ZeroDivisionError, OverflowError):
             return {}
-        return {q: express_form(field.form(x), self.lesson.graph) for q, (x,) in zip(slides, shifts, strict=True)}
+        return {q: field.form(x).express(self.lesson.graph) for q, (x,) in zip(slides, shifts, strict=True)}
 
     def searched(self) -> tuple[list[Array], Words]:
         """Return the places that were found in numbers, and the sentence that says how they were looked for."""
@@ -326,5 +326,5 @@ def _quarter(k: int) -> Form:
     value = Fraction(k, 2)
     if not value:
         return Number(value)
-    below = power_of(Number(Fraction(value.denominator)), -1)
+    below = Number(Fraction(value.denominator)).power(-1)
     return product_of((Number(Fraction(value.numerator)), Pi(), *((below,) if value.denominator > 1 else ())))

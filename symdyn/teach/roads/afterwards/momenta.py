@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.algebra import ZERO, Form, Symbol, sum_of
+from symdyn.algebra import Form, Number, Symbol, sum_of
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
@@ -34,7 +34,7 @@ def _cyclic(lesson: Lesson, page: Printable, k: int, first: bool) -> Step:
         key = "momentum.slide" if axis.slides else "momentum.turn"
         blocks.append(lesson.say(key, p=p, joint=axis.joint.name))
     right = page.right[k]
-    key = "momentum.kept" if right == ZERO else "momentum.driven"
+    key = "momentum.kept" if right == Number.ZERO else "momentum.driven"
     blocks.append(lesson.say(key, p=p, right=right, q=q, rate=lesson.rate(p.name, lesson.momentum_rates[k])))
     reason = lesson.say("momentum.noether") if first else Words(())
     claim = lesson.say("momentum.cyclic", q=q, p=p)

@@ -7,21 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    Form,
-    Ratios,
-    Symbol,
-    characteristic,
-    express_form,
-    factors,
-    power_of,
-    product_of,
-    solved,
-    split_sign,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra import Form, Number, Ratios, Symbol, characteristic, factors, product_of, solved, sum_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
@@ -131,27 +117,27 @@ def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> 
     left = dict(enumerate((square for square, _ in near.modes), 1))
     for monic, times in found:
         forms = [field.form(x) for x in monic[1:]]
-        roots = np.roots([1.0, *chosen.of(*(express_form(x, lesson.graph) for x in forms))]).real
+        roots = np.roots([1.0, *chosen.of(*(x.express(lesson.graph) for x in forms))]).real
         count, *_ = sorted(_taken(left, float(root)) for root in np.repeat(roots, times))
         key, index = f"near:{tag}:omega:{count}", (tag, str(count)) if len(found) > 1 else (tag,)
         if monic[-1].is_zero or len(monic) > 3 or max(map(length, forms)) > LONGEST:
             continue
         if len(monic) == 2:
             square = _negated(forms[0])
-            lesson.name(key, "omega", *index, node=express_form(square, lesson.graph), power=2)
+            lesson.name(key, "omega", *index, node=square.express(lesson.graph), power=2)
             shown[count] = [Formula(key, square)]
         else:
             sum_, product = _negated(forms[0]), forms[1]
             omega = lesson.name(key, "omega", *index, node=None)
-            b = lesson.name(f"{key}:b", "b", *index, node=express_form(sum_, lesson.graph))
-            d = lesson.name(f"{key}:d", "d", *index, node=express_form(product, lesson.graph))
-            whole = sum_of((power_of(omega, 4), product_of((MINUS_ONE, b, power_of(omega, 2))), d))
+            b = lesson.name(f"{key}:b", "b", *index, node=sum_.express(lesson.graph))
+            d = lesson.name(f"{key}:d", "d", *index, node=product.express(lesson.graph))
+            whole = sum_of((omega.power(4), product_of((Number.MINUS_ONE, b, omega.power(2))), d))
             shown[count] = [lesson.say("near.two", equation=whole), Formula(b.name, sum_), Formula(d.name, product)]
     blocks = [block for count in sorted(shown) for block in shown[count]]
     if blocks:
         symbol = lesson.name(f"near:{tag}:omega", "omega", tag, node=None)
         said = "near.frequency" if n == 1 else "near.frequencies"
-        blocks.insert(0, lesson.say(said, omega=symbol, square=power_of(symbol, 2)))
+        blocks.insert(0, lesson.say(said, omega=symbol, square=symbol.power(2)))
     return blocks
 
 
@@ -164,8 +150,8 @@ def _taken(left: dict[int, float], square: float) -> int:
 
 def _negated(form: Form) -> Form:
     """Return -form, a minus in front of a term taken off."""
-    signed = map(split_sign, terms_of(form))
-    return sum_of(product_of((MINUS_ONE, rest)) if sign > 0 else rest for sign, rest in signed)
+    signed = (term.split_sign() for term in form.terms)
+    return sum_of(product_of((Number.MINUS_ONE, rest)) if sign > 0 else rest for sign, rest in signed)
 
 
 # Numbers

@@ -10,26 +10,7 @@ import math
 from collections.abc import Set
 from fractions import Fraction
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    ZERO,
-    Form,
-    Function,
-    Number,
-    Power,
-    Ratios,
-    Symbol,
-    factors_of,
-    forms_in,
-    parts_of,
-    power_of,
-    product_of,
-    split_sign,
-    sum_of,
-    symbols_of,
-    terms_of,
-    with_parts,
-)
+from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol, product_of, sum_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, evaluate, gradient
 from symdyn.scene import SceneUnits
@@ -58,8 +39,8 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
         field = Ratios([slope])
         factored = field.form(evaluate([slope], field, field.values())[0])
     except (DerivationError, KeyError, OverflowError, ZeroDivisionError):
-        whole = factored = ZERO
-    if whole != ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
+        whole = factored = Number.ZERO
+    if whole != Number.ZERO and length(whole) <= LONGEST and length(factored) <= LONGEST:
         symbol = lesson.slope(W.name, r.name, slope)
         blocks += [Formula(W.name, whole), lesson.say("steady.level"), Formula(symbol.name, factored)]
         blocks += _solutions(lesson, factored, r, {str(lesson.state.qd[k].value) for k in left.cyclic})
@@ -73,16 +54,16 @@ def steady_step(lesson: Lesson, left: Reduced) -> Step | None:
 def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> list[Block]:
     """Return what each factor says: sin r = 0, cos r is a quotient, or, of rates that are free, r is any."""
     found: list[Block] = []
-    for factor in factors_of(factored):
+    for factor in factored.factors:
         inner = factor.base if isinstance(factor, Power) else factor
         if isinstance(factor, Power) and factor.exponent < 0:
             continue
-        names = set(symbols_of(inner))
+        names = set(inner.symbols)
         if r.name not in names and names & rates:
             found.append(lesson.say("steady.any", rates=inner, q=r))
             continue
-        waves = {one for one in forms_in(inner) if isinstance(one, Function) and r in one.args}
-        if not waves or any(one == r for one in forms_in(_without(inner, r))):
+        waves = {one for one in inner.walk() if isinstance(one, Function) and r in one.args}
+        if not waves or any(one == r for one in _without(inner, r).walk()):
             continue
         if len(waves) != 1 or not all(wave.op in (Op.SIN, Op.COS) for wave in waves):
             continue
@@ -90,15 +71,15 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> li
         if inner == wave:
             found.append(lesson.say("steady.zero", wave=wave))
             continue
-        over = [term for term in terms_of(inner) if wave not in set(forms_in(term))]
-        under = [_divided(term, wave) for term in terms_of(inner) if wave in set(forms_in(term))]
+        over = [term for term in inner.terms if wave not in set(term.walk())]
+        under = [_divided(term, wave) for term in inner.terms if wave in set(term.walk())]
         if any(one is None for one in under):
             continue
-        above = sum_of(product_of((MINUS_ONE, term)) for term in over)
+        above = sum_of(product_of((Number.MINUS_ONE, term)) for term in over)
         below = sum_of(one for one in under if one is not None)
-        if _negative(above) and above != ZERO:  # no sign in front that the other side could take
+        if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
             above, below = _turned(above), _turned(below)
-        value = product_of((above, power_of(_taken_out(below), -1)))
+        value = product_of((above, _taken_out(below).power(-1)))
         found.append(lesson.say("steady.wave", wave=wave, value=value))
     return found
 
@@ -106,25 +87,25 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> li
 def _without(form: Form, r: Symbol) -> Form:
     """Return a form with its waves of r taken as symbols of their own."""
     if isinstance(form, Function) and r in form.args:
-        return ZERO
-    return with_parts(form, (_without(part, r) for part in parts_of(form)))
+        return Number.ZERO
+    return form.with_parts(_without(part, r) for part in form.parts)
 
 
 def _divided(term: Form, wave: Form) -> Form | None:
     """Return a term divided by a wave that is one of its factors, None where it is a power of it."""
-    rest = [factor for factor in factors_of(term) if factor != wave]
-    return None if wave in {one for factor in rest for one in forms_in(factor)} else product_of(rest)
+    rest = [factor for factor in term.factors if factor != wave]
+    return None if wave in {one for factor in rest for one in factor.walk()} else product_of(rest)
 
 
 def _taken_out(form: Form) -> Form:
     """Return a sum as the factors that all of its terms have, times the rest."""
-    terms = [split_sign(term) for term in terms_of(form)]
-    shared = [one for one in factors_of(terms[0][1]) if all(one in factors_of(term) for _, term in terms)]
+    terms = [term.split_sign() for term in form.terms]
+    shared = [one for one in terms[0][1].factors if all(one in term.factors for _, term in terms)]
     if len(terms) < 2 or not shared:
         return form
     rest = []
     for sign, term in terms:
-        left = list(factors_of(term))
+        left = list(term.factors)
         for one in shared:
             left.remove(one)
         rest.append(product_of((Number(Fraction(sign)), *left)))
@@ -132,11 +113,11 @@ def _taken_out(form: Form) -> Form:
 
 
 def _negative(form: Form) -> bool:
-    return all(split_sign(term)[0] < 0 for term in terms_of(form))
+    return all(term.split_sign()[0] < 0 for term in form.terms)
 
 
 def _turned(form: Form) -> Form:
-    return sum_of(product_of((MINUS_ONE, term)) for term in terms_of(form))
+    return sum_of(product_of((Number.MINUS_ONE, term)) for term in form.terms)
 
 
 def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:

@@ -20,7 +20,6 @@ from symdyn.algebra import (
     Polynomial,
     Symbol,
     TrigonometricRing,
-    form_of,
     total_angles,
     with_added_angles,
     with_squares,
@@ -295,13 +294,13 @@ def _forms(
             continue
         write = _writer(Compactor(ring, parallel), values, order)
         return lambda node: write(placed([node])[0])
-    return lambda node: form_of(placed([node])[0])
+    return lambda node: Form.of(placed([node])[0])
 
 
 def _writer(
     compact: Compactor, values: Mapping[Expr, Polynomial], order: Callable[[Form], Form]
 ) -> Callable[[Expr], Form]:
     def write(node: Expr) -> Form:
-        return order(with_squares(with_added_angles(compact(values[node])))) if node in values else form_of(node)
+        return order(with_squares(with_added_angles(compact(values[node])))) if node in values else Form.of(node)
 
     return write

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import MINUS_ONE, ZERO, Form, Symbol, form_of, product_of, sum_of
+from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.draw import Wrench, free_body
 from symdyn.dynamics.reactions import frames
 from symdyn.emit.print import body_number, head, latex_symbols, text_of
@@ -164,8 +164,8 @@ def _weighed(lesson: Balance, j: int, one: Cut) -> list[Form]:
     """Return -m r̈ by the names that the step before gave to the acceleration of T_j."""
     names = (f"ddr:0,T{body_number(j)}:{axis}" for axis in "xyz")
     pairs = zip(names, one.F, strict=True)
-    minus = (MINUS_ONE, lesson.short(one.m))
-    return [ZERO if force.is_zero else product_of((*minus, Symbol(name))) for name, force in pairs]
+    minus = (Number.MINUS_ONE, lesson.short(one.m))
+    return [Number.ZERO if force.is_zero else product_of((*minus, Symbol(name))) for name, force in pairs]
 
 
 def _matrix(
@@ -210,7 +210,9 @@ def _misprint(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
     wrong, right = _moments(lesson, j, chosen)
     blocks: list[Block] = [
         lesson.say("erratum.5.16"),
-        lesson.say("erratum.reads", left=Symbol(f"F*D:{here}"), form=product_of((MINUS_ONE, form_of(one.m), place))),
+        lesson.say(
+            "erratum.reads", left=Symbol(f"F*D:{here}"), form=product_of((Number.MINUS_ONE, Form.of(one.m), place))
+        ),
     ]
     if wrong != right:
         moment = Symbol(f"{head}D:{here}:{axis}")
@@ -238,9 +240,9 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
             columns.append(_bivector(lesson, kind, index, _exerted(lesson, j, present), number))
     balance: list[Block] = []
     for row in range(len(lesson.axes)):
-        parts = [Symbol(column.names[row]) for column in columns if column.entries[row] != ZERO]
+        parts = [Symbol(column.names[row]) for column in columns if column.entries[row] != Number.ZERO]
         if parts:
-            balance.append(Formula("", sum_of(parts), "5.18" if row == 0 else "", ZERO))
+            balance.append(Formula("", sum_of(parts), "5.18" if row == 0 else "", Number.ZERO))
     shown = tuple(_folded(lesson, column) for column in columns)
     claim, reason = lesson.say("bivectors", body=body), _once(lesson, j, "bivectors.reason")
     bivectors = Step(f"bivectors:{body}", claim, shown, reason, "(5.1)-(5.17)")

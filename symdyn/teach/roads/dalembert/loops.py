@@ -12,19 +12,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import (
-    MINUS_ONE,
-    ZERO,
     Compactor,
     Form,
+    Number,
     Symbol,
     TrigonometricRing,
-    form_of,
-    power_of,
     product_of,
-    signed_product,
-    split_sign,
     sum_of,
-    terms_of,
     total_angles,
     with_added_angles,
     with_squares,
@@ -71,7 +65,7 @@ def loop_steps(lesson: Balance, chosen: Chosen) -> list[Step]:
     try:
         write = loop_writer(lesson, [x for level in levels for x in level])
     except DerivationError:
-        write = form_of
+        write = Form.of
     written = [[write(x) for x in level if not x.is_zero] for level in levels]
     for row in _other_rows(lesson, {hinge.joint.name for hinge in together}):
         for level, form in zip(written, _forms_of(lesson, row), strict=True):
@@ -105,12 +99,12 @@ def _forms_of(lesson: Balance, row: ClosedRow) -> tuple[Form | None, Form, Form]
     """Return r, G q̇ and G q̈ + Ġ q̇ of a row; None for r of a row between rates."""
     names = [Symbol(name) for name in lesson.scene.velocities]
     pushed = [Symbol(acceleration_name(name)) for name in lesson.scene.velocities]
-    rate = sum_of(signed_product(entry, u) for entry, u in zip(row.G, names, strict=True))
+    rate = sum_of(entry.signed_product(u) for entry, u in zip(row.G, names, strict=True))
     bias = (
-        signed_product(form, power_of(names[i], 2) if i == j else product_of((names[i], names[j])))
+        form.signed_product(names[i].power(2) if i == j else product_of((names[i], names[j])))
         for i, j, form in row.bias
     )
-    push = sum_of([*(signed_product(entry, a) for entry, a in zip(row.G, pushed, strict=True)), *bias])
+    push = sum_of([*(entry.signed_product(a) for entry, a in zip(row.G, pushed, strict=True)), *bias])
     return row.residual if row.closes else None, rate, push
 
 
@@ -138,6 +132,6 @@ def loop_writer(lesson: Balance, nodes: Sequence[Expr]) -> Callable[[Expr], Form
 
 def _vanishing(lesson: Balance, form: Form) -> Block:
     """Return that a form is zero; without minus signs in front of all of its terms."""
-    if all(split_sign(term)[0] < 0 for term in terms_of(form)):
-        form = sum_of(product_of((MINUS_ONE, term)) for term in terms_of(form))
-    return folded(lesson, Formula("", form, right=ZERO))
+    if all(term.split_sign()[0] < 0 for term in form.terms):
+        form = sum_of(product_of((Number.MINUS_ONE, term)) for term in form.terms)
+    return folded(lesson, Formula("", form, right=Number.ZERO))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import ONE, ZERO, Form, Number, Power, factors_of, power_of, product_of, sum_of, terms_of
+from symdyn.algebra import Form, Number, Power, product_of, sum_of
 
 
 def quotient(above: Form, below: Form) -> Form:
@@ -12,29 +12,29 @@ def quotient(above: Form, below: Form) -> Form:
     above, below = _laid_open(above), _factored(below)
     whole: list[tuple[Form, Form]] = []
     rest: list[tuple[Form, Form]] = []
-    for term in terms_of(above):
+    for term in above.terms:
         divided = _divided(term, below)
-        (whole if divided[1] == ONE else rest).append((term, divided[0]))
+        (whole if divided[1] == Number.ONE else rest).append((term, divided[0]))
     if not whole:
         top, bottom = _divided(above, below)
-        return top if bottom == ONE else product_of((top, Power(bottom, -1)))
-    left = quotient(sum_of(term for term, _ in rest), below) if rest else ZERO
+        return top if bottom == Number.ONE else product_of((top, Power(bottom, -1)))
+    left = quotient(sum_of(term for term, _ in rest), below) if rest else Number.ZERO
     return sum_of([*(one for _, one in whole), left])
 
 
 def _laid_open(form: Form) -> Form:
     """Return a product with one sum among its factors as a sum."""
-    factors = factors_of(form)
-    sums = [k for k, one in enumerate(factors) if len(terms_of(one)) > 1]
+    factors = form.factors
+    sums = [k for k, one in enumerate(factors) if len(one.terms) > 1]
     if len(sums) != 1:
         return form
     others = [one for k, one in enumerate(factors) if k != sums[0]]
-    return sum_of(product_of([*others, term]) for term in terms_of(factors[sums[0]]))
+    return sum_of(product_of([*others, term]) for term in factors[sums[0]].terms)
 
 
 def _factored(form: Form) -> Form:
     """Return a sum with the factors that all of its terms have in front."""
-    terms = [list(factors_of(term)) for term in terms_of(form)]
+    terms = [list(term.factors) for term in form.terms]
     common: list[Form] = []
     for factor in terms[0] if len(terms) > 1 else []:
         base = factor.base if isinstance(factor, Power) else factor
@@ -46,9 +46,9 @@ def _factored(form: Form) -> Form:
 
 def _divided(above: Form, below: Form) -> tuple[Form, Form]:
     """Return numerator and denominator without the factors that both have; for a sum, those of all its terms."""
-    terms = [list(factors_of(term)) for term in terms_of(above)]
+    terms = [list(term.factors) for term in above.terms]
     bottom: list[Form] = []
-    for factor in factors_of(below):
+    for factor in below.factors:
         base, times = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
         for _ in range(times):
             if isinstance(base, Number):
@@ -70,5 +70,5 @@ def less(base: Form, factors: Sequence[Form]) -> list[Form]:
     left = list(factors)
     place = next(k for k, one in enumerate(left) if has(base, [one]))
     found = left[place]
-    left[place] = power_of(base, found.exponent - 1) if isinstance(found, Power) and found != base else ONE
+    left[place] = base.power(found.exponent - 1) if isinstance(found, Power) and found != base else Number.ONE
     return left

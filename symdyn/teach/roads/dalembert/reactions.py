@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Number, power_of
+from symdyn.algebra import Number
 from symdyn.dynamics import Workspace, derive_one, driving_forces
 from symdyn.dynamics.reactions import DRIVE, Unknown, equations
 from symdyn.errors import DerivationError
@@ -77,7 +77,7 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
         "roads.proved",
         points=str(fields.points),
         primes=str(len(fields.primes)),
-        chance=power_of(Number(Fraction(10)), int(max(one.error_log10 for one in proved.values()))),
+        chance=Number(Fraction(10)).power(int(max(one.error_log10 for one in proved.values()))),
     )
     blocks: list[Block] = [*map(lesson.say, said)]
     if not other:

@@ -15,18 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.algebra import (
-    ONE,
-    ZERO,
-    Compactor,
-    Form,
-    Symbol,
-    TrigonometricRing,
-    power_of,
-    product_of,
-    total_angles,
-    with_squares,
-)
+from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, product_of, total_angles, with_squares
 from symdyn.dynamics import Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import centre_of_mass, vector
 from symdyn.dynamics.reactions import frames, known_bivectors
@@ -90,12 +79,14 @@ def terms_of_both(scene: Scene) -> list[Term]:
             found.append((i, product_of((names[j], names[k])), closed.form("k_C", i, place), second))
         for k in range(n):
             half = [gradient(slope[k], (u[k],))[0] / 2 for slope in slopes]
-            found.append((i, power_of(names[k], 2), closed.form("k_D", i, k), half))
-        found.append((i, ONE, closed.form("k_G", i), weights))
+            found.append((i, names[k].power(2), closed.form("k_D", i, k), half))
+        found.append((i, Number.ONE, closed.form("k_G", i), weights))
     write = _writer(scene, w, [x for *_, shares in found for x in shares])
     order = order_of(scene)
     written = [Term(i, rates, order(form), tuple(map(write, shares))) for i, rates, form, shares in found]
-    return [one for one in written if one.coefficient != ZERO or any(share != ZERO for share in one.shares)]
+    return [
+        one for one in written if one.coefficient != Number.ZERO or any(share != Number.ZERO for share in one.shares)
+    ]
 
 
 def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
@@ -149,11 +140,11 @@ def side_by_side(lesson: Prose) -> Step | None:
 
 
 def _row(lesson: Prose, term: Term) -> tuple[Form | Words | str, ...]:
-    shares = [(k, form) for k, form in enumerate(term.shares, 1) if form != ZERO]
+    shares = [(k, form) for k, form in enumerate(term.shares, 1) if form != Number.ZERO]
     said: list[Words] = []
     for k, form in shares:
         said.append(lesson.say("side.share", number=str(k), form=form))
-    rates: Form | str = lesson.text("side.weights") if term.rates == ONE else term.rates
+    rates: Form | str = lesson.text("side.weights") if term.rates == Number.ONE else term.rates
     return rates, term.coefficient, _joined(said)
 
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi, remainder
 
-from symdyn.algebra import MINUS_ONE, ZERO, Form, Function, Power, Symbol, factors_of, product_of, sum_of, terms_of
+from symdyn.algebra import Form, Function, Number, Power, Symbol, product_of, sum_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import SceneUnits
@@ -99,7 +99,7 @@ def _left_over(solving: Solving) -> tuple[Formula, ...]:
         found = [one for rows, names in levels for one in _linear(solving, rows, [names[k] for k in left])]
     except DerivationError:  # no polynomials
         return ()
-    return tuple(found) if max(length(one.right or ZERO) for one in found) <= PAGE else ()
+    return tuple(found) if max(length(one.right or Number.ZERO) for one in found) <= PAGE else ()
 
 
 def _tried(solving: Solving, gap: Sequence[Expr]) -> list[Step] | None:
@@ -127,7 +127,7 @@ def _loop(solving: Solving, gap: Sequence[Expr]) -> list[Step] | None:
     names = [lesson.scene.velocities[k] for k in pair]
     moved = _linear(solving, rates, [state.qd[k] for k in pair])
     pushed = _linear(solving, pushes, [state.qdd[k] for k in pair])
-    if max(length(x.form) + length(x.right or ZERO) for x in (*moved, *pushed)) > 2 * PAGE:
+    if max(length(x.form) + length(x.right or Number.ZERO) for x in (*moved, *pushed)) > 2 * PAGE:
         return None
     solving.left = [k for k in solving.left if k not in pair]
     solving.count += 1
@@ -206,7 +206,7 @@ def _placed(solving: Solving, gap: Sequence[Expr], u: int, v: int) -> tuple[tupl
         return None
     first, gone = named(x), named(y)
     middle, way = root.forms
-    solution = lesson.order(sum_of((middle, way if sign > 0 else product_of((MINUS_ONE, way)))))
+    solution = lesson.order(sum_of((middle, way if sign > 0 else product_of((Number.MINUS_ONE, way)))))
     above, beside = solving.write(*down)
     blocks = (
         lesson.say("solved.without", gone=gone),
@@ -232,12 +232,12 @@ def _angle(solving: Solving, g0: Sequence[Expr], x: Expr, radius: Expr) -> Root 
     )
     a, b, c = nodes
     way = graph.function(Op.ATAN2, graph.function(Op.SQRT, a * a + b * b - c * c), -c)
-    opposite = product_of((MINUS_ONE, C))
-    under = sum_of((Power(A, 2), Power(B, 2), product_of((MINUS_ONE, Power(C, 2)))))
+    opposite = product_of((Number.MINUS_ONE, C))
+    under = sum_of((Power(A, 2), Power(B, 2), product_of((Number.MINUS_ONE, Power(C, 2)))))
     shown = Function(Op.ATAN2, (B, A)), Function(Op.ATAN2, (Function(Op.SQRT, (under,)), opposite))
     terms = (product_of((A, Function(Op.COS, (named(x),)))), product_of((B, Function(Op.SIN, (named(x),)))), C)
     written = (Formula(one.name, form) for one, form in zip((A, B, C), solving.write(*nodes), strict=True))
-    blocks = (Formula("", sum_of(terms), right=ZERO), *written)
+    blocks = (Formula("", sum_of(terms), right=Number.ZERO), *written)
     return Root((graph.function(Op.ATAN2, b, a), way), shown, blocks)
 
 
@@ -286,11 +286,11 @@ def _dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
 def _without_lengths(lesson: Balance, above: Form, beside: Form) -> tuple[Form, Form]:
     """Return both arguments of an atan2 without the positive parameters that all of their terms are multiplied by."""
     positive = {Symbol(one.name) for one in lesson.scene.parameters if one.positive}
-    terms = [*terms_of(above), *terms_of(beside)]
-    for factor in [one for one in factors_of(terms[0]) if one in positive]:
-        if all(has(factor, factors_of(term)) for term in terms):
-            terms = [product_of(less(factor, factors_of(term))) for term in terms]
-    count = len(terms_of(above))
+    terms = [*above.terms, *beside.terms]
+    for factor in [one for one in terms[0].factors if one in positive]:
+        if all(has(factor, term.factors) for term in terms):
+            terms = [product_of(less(factor, term.factors)) for term in terms]
+    count = len(above.terms)
     return sum_of(terms[:count]), sum_of(terms[count:])
 
 
@@ -315,7 +315,7 @@ def _in_numbers(solving: Solving, independent: Sequence[Symbol], solved: bool) -
         "step": Letter(r"\Delta q", ("d",)),
     }
     s = {key: lesson.called(f"law:loop:{key}", one) for key, one in look.items()}
-    minus = (MINUS_ONE, s["G"])
+    minus = (Number.MINUS_ONE, s["G"])
     blocks: list[Block] = []
     if lesson.scene.loops:
         blocks.append(Formula("law:loop:step", product_of((*minus, s["r"]))))

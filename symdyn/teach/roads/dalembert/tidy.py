@@ -10,23 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    Form,
-    Function,
-    Power,
-    Product,
-    Sum,
-    factors_of,
-    parts_of,
-    power_of,
-    product_of,
-    split_sign,
-    sum_of,
-    symbols_of,
-    terms_of,
-    with_parts,
-)
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum, product_of, sum_of
 from symdyn.graph import Op
 from symdyn.scene import Scene, acceleration_name
 
@@ -43,25 +27,25 @@ class Order:
     def __call__(self, form: Form) -> Form:
         """Return the same formula in this order."""
         if isinstance(form, Function):
-            return self._angle(with_parts(form, map(self, parts_of(form))))
-        parts = [self(part) for part in parts_of(form)]
+            return self._angle(form.with_parts(map(self, form.parts)))
+        parts = [self(part) for part in form.parts]
         if isinstance(form, Power):
-            sign, base = split_sign(parts[0])
-            turned = power_of(base, form.exponent)
-            return product_of((MINUS_ONE, turned)) if sign < 0 and form.exponent % 2 else turned
+            sign, base = parts[0].split_sign()
+            turned = base.power(form.exponent)
+            return product_of((Number.MINUS_ONE, turned)) if sign < 0 and form.exponent % 2 else turned
         if isinstance(form, Product):
             return self._product(product_of(parts))
         if isinstance(form, Sum):
-            return _signed(list(terms_of(sum_of(parts))))
-        return with_parts(form, parts)
+            return _signed(list(sum_of(parts).terms))
+        return form.with_parts(parts)
 
     def _product(self, form: Form) -> Form:
         if not isinstance(form, Product):
             return form
-        return product_of(sorted(factors_of(form), key=self._of_factor))
+        return product_of(sorted(form.factors, key=self._of_factor))
 
     def _of_factor(self, factor: Form) -> tuple[int, int]:
-        used = symbols_of(factor)
+        used = factor.symbols
         kind = 3 if self.moving.intersection(used) else 2 if _has_function(factor) else 0 if used else -1
         last = len(self.place)
         return kind, self.place.get(used[0], last) if kind == 0 else 0
@@ -72,14 +56,14 @@ class Order:
             return form
         last = len(self.place)
         terms = sorted(
-            terms_of(form.args[0]),
-            key=lambda term: min((self.place.get(x, last) for x in symbols_of(term)), default=-1),
+            form.args[0].terms,
+            key=lambda term: min((self.place.get(x, last) for x in term.symbols), default=-1),
         )
-        leading = next((term for term in terms if symbols_of(term)), None)
-        if leading is None or split_sign(leading)[0] > 0:
+        leading = next((term for term in terms if term.symbols), None)
+        if leading is None or leading.split_sign()[0] > 0:
             return Function(form.op, (sum_of(terms),)) if terms else form
-        turned = Function(form.op, (sum_of(product_of((MINUS_ONE, term)) for term in terms),))
-        return turned if form.op is Op.COS else product_of((MINUS_ONE, turned))
+        turned = Function(form.op, (sum_of(product_of((Number.MINUS_ONE, term)) for term in terms),))
+        return turned if form.op is Op.COS else product_of((Number.MINUS_ONE, turned))
 
 
 def order_of(scene: Scene) -> Callable[[Form], Form]:
@@ -90,11 +74,11 @@ def order_of(scene: Scene) -> Callable[[Form], Form]:
 
 
 def _has_function(form: Form) -> bool:
-    return isinstance(form, Function) or any(map(_has_function, parts_of(form)))
+    return isinstance(form, Function) or any(map(_has_function, form.parts))
 
 
 def _signed(terms: list[Form]) -> Form:
     """Return a sum that begins without a minus where it can: then those with one stand behind the others."""
-    if split_sign(terms[0])[0] > 0:
+    if terms[0].split_sign()[0] > 0:
         return sum_of(terms)
-    return sum_of(sorted(terms, key=lambda term: split_sign(term)[0] < 0))
+    return sum_of(sorted(terms, key=lambda term: term.split_sign()[0] < 0))

@@ -4,23 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    ONE,
-    ZERO,
-    Form,
-    Function,
-    Number,
-    Symbol,
-    express_form,
-    factors_of,
-    forms_in,
-    power_of,
-    product_of,
-    split_sign,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra import Form, Function, Number, Symbol, product_of, sum_of
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, tangents
@@ -101,8 +85,8 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     state = lesson.state
     rates: dict[str, Form] = {str(q.value): named(u) for q, u in zip(state.q, state.rates, strict=True)}
     components = {axis: rate_of(lesson.short(node), rates) for axis, node in zip(AXES, mass.place, strict=True)}
-    components = {axis: form for axis, form in components.items() if terms_of(form)}
-    squares = sum_of(power_of(Symbol(f"d{axis}:{tag}"), 2) for axis in components)
+    components = {axis: form for axis, form in components.items() if form.terms}
+    squares = sum_of(Symbol(f"d{axis}:{tag}").power(2) for axis in components)
     blocks: list[Block] = [Formula(key, squares, lesson.number(f"v2.definition:{tag}"))]
     groups = expanded_squares(components.values())
     if groups is None:
@@ -112,10 +96,10 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     identities: list[Block] = []
     for group in groups:
         sines = sum_of(group.sines)
-        short = lesson.short(express_form(sines, lesson.graph))
-        if set(terms_of(short)) != set(terms_of(sines)):
+        short = lesson.short(sines.express(lesson.graph))
+        if set(short.terms) != set(sines.terms):
             identities += [_identity(lesson, sines, short), Formula("", sines, right=short)]
-        if terms_of(short):
+        if short.terms:
             simple.append(product_of((group.outer, short)))
     if identities:
         expanded = Formula(key, sum_of(group.form for group in groups))
@@ -130,7 +114,7 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
 
 def _rates_last(term: Form) -> Form:
     """Return a product with rates behind sines."""
-    factors = factors_of(term)
+    factors = term.factors
     moving = [f for f in factors if is_rate(f)]
     return product_of([*(f for f in factors if not is_rate(f)), *moving])
 
@@ -143,7 +127,7 @@ def _identity(lesson: Lesson, sines: Form, short: Form) -> Words:
 
 
 def _angles(form: Form) -> set[Form]:
-    return {one.args[0] for one in forms_in(form) if isinstance(one, Function)}
+    return {one.args[0] for one in form.walk() if isinstance(one, Function)}
 
 
 def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
@@ -154,8 +138,8 @@ def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
     for a in range(3):
         for b in range(a, 3):
             if not mass.inertia[a][b].is_zero and not still[a] and not still[b]:
-                rates: list[Form] = [power_of(w[a], 2)] if a == b else [w[a], w[b]]
-                terms.append(product_of((HALF if a == b else ONE, lesson.short(mass.inertia[a][b]), *rates)))
+                rates: list[Form] = [w[a].power(2)] if a == b else [w[a], w[b]]
+                terms.append(product_of((HALF if a == b else Number.ONE, lesson.short(mass.inertia[a][b]), *rates)))
     key = f"Kw:{tag}"
     blocks: list[Block] = [Formula(key, sum_of(terms)), folded(lesson, Formula(key, kinetic_form(lesson, spin)))]
     claim = lesson.say("spin", body=mass.body.name)
@@ -184,9 +168,9 @@ def kinetic_form(lesson: Lesson, node: Expr) -> Form:
         for j in range(i, len(qd)):
             second = tangents([slope], {qd[j]: lesson.graph.one})[0]
             short = lesson.short(second / 2 if i == j else second)
-            if terms_of(short):
+            if short.terms:
                 a, b = named(u), named(qd[j])
-                terms.append(product_of((short, power_of(a, 2)) if i == j else (short, a, b)))
+                terms.append(product_of((short, a.power(2)) if i == j else (short, a, b)))
     return sum_of(terms)
 
 
@@ -207,7 +191,7 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
     potential.append(key)
     blocks: list[Block] = []
     places = [
-        product_of((MINUS_ONE, lesson.short(mass.m), lesson.short(one), Symbol(f"{axis}:{tag}")))
+        product_of((Number.MINUS_ONE, lesson.short(mass.m), lesson.short(one), Symbol(f"{axis}:{tag}")))
         for axis, one in zip(AXES, gravity, strict=True)
         if not lesson.vanishes(one)
     ]
@@ -237,12 +221,12 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
     total: list[Block] = []
     for name, keys, form in (("K", kinetic, page.K), ("P", potential, page.P)):
         parts = sum_of(Symbol(key) for key in keys)
-        if parts != ZERO:
+        if parts != Number.ZERO:
             total.append(Formula(f"{name}:", parts))
         if len(keys) != 1 or name == "K":
             total.append(folded(lesson, Formula(f"{name}:", form, lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
-    negative = sum_of(_negated(term) for term in terms_of(page.P))
+    negative = sum_of(_negated(term) for term in page.P.terms)
     blocks: list[Block] = [
         folded(lesson, Formula("L:", sum_of((page.K, negative)), lesson.number("L"))),
     ]
@@ -251,8 +235,8 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
 
 
 def _negated(term: Form) -> Form:
-    sign, rest = split_sign(term)
-    return rest if sign < 0 else product_of((MINUS_ONE, term))
+    sign, rest = term.split_sign()
+    return rest if sign < 0 else product_of((Number.MINUS_ONE, term))
 
 
 def _reference(lesson: Lesson, key: str) -> str:

@@ -6,18 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, groupby
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    ZERO,
-    Form,
-    Symbol,
-    factors_of,
-    power_of,
-    product_of,
-    signed_product,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.dynamics import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.mechanism import christoffel, generalized_forces
 from symdyn.emit.print import Coefficient, Printable, text_of
@@ -93,7 +82,7 @@ def _momentum(lesson: Lesson, i: int) -> Step:
 def momentum_form(lesson: Lesson, i: int) -> Form:
     """Return Σ k_z,ij q̇_j, which costs nothing, where the derivative of K multiplied out may be too long."""
     terms = [product_of((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
-    return sum_of(term for term in terms if term != ZERO)
+    return sum_of(term for term in terms if term != Number.ZERO)
 
 
 def _rate(lesson: Lesson, i: int) -> Step:
@@ -126,8 +115,8 @@ def _products(lesson: Lesson, i: int) -> Values:
     rates: dict[str, Form] = {str(q.value): named(u) for q, u in zip(lesson.state.q, lesson.state.rates, strict=True)}
     rows: list[tuple[Form, Form, Form]] = []
     for j in range(lesson.state.n):
-        for term in terms_of(_M(lesson, i, j)):
-            changing = sum_of(_with_rate(part, _qd(lesson, j)) for part in terms_of(rate_of(term, rates)))
+        for term in _M(lesson, i, j).terms:
+            changing = sum_of(_with_rate(part, _qd(lesson, j)) for part in rate_of(term, rates).terms)
             rows.append((product_of((term, _qd(lesson, j))), changing, product_of((term, _qdd(lesson, j)))))
     return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
 
@@ -148,15 +137,15 @@ def _products_by_name(lesson: Lesson, i: int) -> Values:
 
 def _with_rate(term: Form, rate: Symbol) -> Form:
     """Return a term with one rate more, squares as squares and the rates in order."""
-    factors = [*factors_of(term), rate]
+    factors = [*term.factors, rate]
     rates = sorted((x for x in factors if isinstance(x, Symbol) and is_rate(x)), key=lambda x: x.name)
     others = [x for x in factors if x not in rates]
-    return product_of((*others, *(power_of(x, rates.count(x)) for x in dict.fromkeys(rates))))
+    return product_of((*others, *(x.power(rates.count(x)) for x in dict.fromkeys(rates))))
 
 
 def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
     """Return the factors of q̇_j q̇_k."""
-    return [power_of(_qd(lesson, j), 2)] if j == k else [_qd(lesson, x) for x in sorted((j, k))]
+    return [_qd(lesson, j).power(2)] if j == k else [_qd(lesson, x) for x in sorted((j, k))]
 
 
 def _slope(lesson: Lesson, page: Printable, i: int) -> Step:
@@ -170,7 +159,7 @@ def _slope(lesson: Lesson, page: Printable, i: int) -> Step:
             if slope:
                 shown = forms.compactor(slope / 2 if j == k else slope)
                 terms.append(_signed(shown, *_rates(lesson, j, k)))
-    terms += [_signed(MINUS_ONE, term) for c in page.rows[i] if not c.of for term in terms_of(c.form)]
+    terms += [_signed(Number.MINUS_ONE, term) for c in page.rows[i] if not c.of for term in c.form.terms]
     key = f"slope:{i + 1}"
     block = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
@@ -188,7 +177,7 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
         form = c.form if short else Symbol(coefficient_key(c))
         terms.append(Brace(form, coefficient_key(c) if short else "", c.rate))
     q, qd = lesson.state.q[i].value, lesson.state.qd[i].value
-    left = sum_of((Symbol(f"d/dt dL:/d{qd}"), _signed(MINUS_ONE, Symbol(f"dL:/d{q}"))))
+    left = sum_of((Symbol(f"d/dt dL:/d{qd}"), _signed(Number.MINUS_ONE, Symbol(f"dL:/d{q}"))))
     claim = lesson.say("equation", left=left, right=page.right[i])
     key, motion = f"equation:{i + 1}", f"motion:{i + 1}"
     blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", lesson.number(key))]
@@ -203,7 +192,7 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
 def supplied(lesson: Prose, drive: str | None, right: Form, q: Form) -> Words:
     """Return who has to supply the terms of an equation: its drive, what else stands on the right, or nobody."""
     if drive is None:
-        key = "equation.free" if right == ZERO else "equation.passive"
+        key = "equation.free" if right == Number.ZERO else "equation.passive"
     else:
         key = "equation.reason" if right == Symbol(drive) else "equation.shared"
     return lesson.say(key, q=q)
@@ -223,7 +212,7 @@ def _qdd(lesson: Lesson, j: int) -> Symbol:
 
 def _signed(form: Form, *rate: Form) -> Form:
     """Return form · rate; a sum of negative terms takes its sign in front."""
-    return signed_product(form, product_of(rate))
+    return form.signed_product(product_of(rate))
 
 
 # Coefficients

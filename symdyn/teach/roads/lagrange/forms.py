@@ -9,25 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    ONE,
-    ZERO,
-    Form,
-    Function,
-    Number,
-    Power,
-    Product,
-    Sum,
-    Symbol,
-    factors_of,
-    forms_in,
-    parts_of,
-    power_of,
-    product_of,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol, product_of, sum_of
 from symdyn.graph import Op
 
 Monomial = tuple[tuple[Form, int], ...]  # (atom, exponent), in order of appearance
@@ -39,30 +21,30 @@ def rate_of(form: Form, rates: Mapping[str, Form]) -> Form:
     sin(q1 + q2) gives cos(q1 + q2) (q̇1 + q̇2), the angle's rate last.
     """
     if isinstance(form, Symbol):
-        return rates.get(form.name, ZERO)
+        return rates.get(form.name, Number.ZERO)
     if isinstance(form, Sum):
         return sum_of(rate_of(term, rates) for term in form.terms)
     if isinstance(form, Power):
         inner = rate_of(form.base, rates)
-        if inner == ZERO:
-            return ZERO
-        outer = product_of((Number(Fraction(form.exponent)), power_of(form.base, form.exponent - 1)))
+        if inner == Number.ZERO:
+            return Number.ZERO
+        outer = product_of((Number(Fraction(form.exponent)), form.base.power(form.exponent - 1)))
         return _spread(outer, inner)
     if isinstance(form, Product):
         terms = []
         for k, factor in enumerate(form.factors):
             inner = rate_of(factor, rates)
-            if inner != ZERO:
+            if inner != Number.ZERO:
                 others = product_of((*form.factors[:k], *form.factors[k + 1 :]))
                 terms.append(_spread(others, inner))
         return sum_of(terms)
     if isinstance(form, Function) and form.op in (Op.SIN, Op.COS):
         inner = rate_of(form.args[0], rates)
-        if inner == ZERO:
-            return ZERO
-        sign, op = (ONE, Op.COS) if form.op is Op.SIN else (MINUS_ONE, Op.SIN)
+        if inner == Number.ZERO:
+            return Number.ZERO
+        sign, op = (Number.ONE, Op.COS) if form.op is Op.SIN else (Number.MINUS_ONE, Op.SIN)
         return product_of((sign, Function(op, form.args), inner))
-    return ZERO
+    return Number.ZERO
 
 
 def _spread(outer: Form, inner: Form) -> Form:
@@ -74,7 +56,7 @@ def _spread(outer: Form, inner: Form) -> Form:
 
 def has_sine(form: Form) -> bool:
     """Tell whether a sine or cosine stands in a form."""
-    return any(isinstance(one, Function) and one.op in (Op.SIN, Op.COS) for one in forms_in(form))
+    return any(isinstance(one, Function) and one.op in (Op.SIN, Op.COS) for one in form.walk())
 
 
 MOST_PRODUCTS = 20_000
@@ -126,7 +108,7 @@ def expanded_squares(forms: Iterable[Form]) -> list[Group] | None:
 def _expand(form: Form) -> dict[Monomial, Fraction]:
     """Return a form as Σ number · monomial; sums without sines are atoms."""
     total: dict[Monomial, Fraction] = {}
-    for term in terms_of(form):
+    for term in form.terms:
         for monomial, number in _expand_term(term).items():
             total[monomial] = total.get(monomial, Fraction(0)) + number
     return total
@@ -134,7 +116,7 @@ def _expand(form: Form) -> dict[Monomial, Fraction]:
 
 def _expand_term(term: Form) -> dict[Monomial, Fraction]:
     product: dict[Monomial, Fraction] = {(): Fraction(1)}
-    for factor in factors_of(term):
+    for factor in term.factors:
         if isinstance(factor, Number):
             parts: dict[Monomial, Fraction] = {(): factor.value}
         elif isinstance(factor, Sum) and has_sine(factor):
@@ -176,11 +158,11 @@ def _place(item: tuple[Form, int]) -> tuple[int, str]:
 def is_rate(form: Form) -> bool:
     """Tell whether a form is a velocity, or a power, a product or a sum of such."""
     if isinstance(form, (Sum, Power)):
-        return all(map(is_rate, parts_of(form)))
+        return all(map(is_rate, form.parts))
     if isinstance(form, Product):
         return any(map(is_rate, form.factors))
     return isinstance(form, Symbol) and form.name.endswith("_dot")
 
 
 def _product(monomial: Monomial) -> Form:
-    return product_of(power_of(atom, exponent) for atom, exponent in monomial)
+    return product_of(atom.power(exponent) for atom, exponent in monomial)

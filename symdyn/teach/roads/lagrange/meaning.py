@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.algebra import Form, Symbol, power_of, product_of, sum_of
+from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import placement, vector
 from symdyn.emit.print import Printable
 from symdyn.graph import Expr
@@ -174,7 +174,7 @@ def _sides(lesson: Lesson, axis: Axis, mass: Mass) -> Form | None:
     if len(along) != 1:
         return None
     across = [k for k in range(3) if k != along[0] and not lesson.vanishes(mass.place[k])]
-    return sum_of(power_of(Symbol(f"{AXES[k]}:{mass.tag}"), 2) for k in across)
+    return sum_of(Symbol(f"{AXES[k]}:{mass.tag}").power(2) for k in across)
 
 
 def _check(lesson: Lesson, a: str, b: str) -> Box:

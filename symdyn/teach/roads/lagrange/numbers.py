@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import MINUS_ONE, Form, Symbol, express_form, product_of, signed_product, sum_of, terms_of
+from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.draw import Lettered, Wrench, picture
 from symdyn.dynamics.mechanism import TIME, vector
 from symdyn.emit.print import Printable, head
@@ -64,11 +64,11 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     for c in page.rows[i]:
         if not c.vanishes:
             key = coefficient_key(c)
-            value = node_of(lesson, key) * express_form(c.rate, lesson.graph)
+            value = node_of(lesson, key) * c.rate.express(lesson.graph)
             terms.append((product_of((Symbol(key), c.rate)), value))
     for force in _others(lesson, page, i):
-        node = express_form(page.lengths.written_out(force), lesson.graph)
-        terms.append((product_of((MINUS_ONE, force)), -node))
+        node = page.lengths.written_out(force).express(lesson.graph)
+        terms.append((product_of((Number.MINUS_ONE, force)), -node))
     labels, values = [label for label, _ in terms], chosen.of(*(value for _, value in terms))
     whole, sum_ = sum(map(abs, values)) or 1.0, sum(values)
     sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
@@ -93,7 +93,7 @@ def _drive(lesson: Lesson, i: int) -> Symbol:
 def _others(lesson: Lesson, page: Printable, i: int) -> list[Form]:
     """Return what acts beside the drive: friction, damping, loads; terms of Q_i."""
     drive = lesson.scene.drives[i]
-    return [term for term in terms_of(page.right[i]) if drive is None or term != Symbol(drive)]
+    return [term for term in page.right[i].terms if drive is None or term != Symbol(drive)]
 
 
 def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
@@ -104,9 +104,9 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     lesson.name("E:", "E", node=total)
     symbol = lesson.rate("E:", rate)
     forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
-    power = [signed_product(sum_of(forces[i]), named(state.qd[i])) for i in n]
+    power = [sum_of(forces[i]).signed_product(named(state.qd[i])) for i in n]
     others = [page.lengths.written_out(sum_of(some[1:])) for some in forces]
-    acting = [lesson.drives[i] + express_form(others[i], lesson.graph) for i in n]
+    acting = [lesson.drives[i] + others[i].express(lesson.graph) for i in n]
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)
     parts = [0.0 if abs(x) <= NONE * max(map(abs, parts)) else x for x in parts]

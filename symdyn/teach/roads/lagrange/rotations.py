@@ -6,7 +6,7 @@ From C_0b = C_0p C_pb and the skew matrix ω̃ = Cᵀ Ċ follows ω_b = C_pbᵀ 
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Symbol, product_of, sum_of, terms_of
+from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import joint_placement
 from symdyn.emit.print import body_number
 from symdyn.graph import Expr, tangents
@@ -54,7 +54,7 @@ def _rotation(lesson: Lesson, joint: Joint) -> Step:
             lesson.called(names[-1], Letter("C", (here + there, AXES[a] + AXES[b])), R[a][b])
             entries.append(lesson.short(R[a][b]))
     matrix: Block = Matrix(left, tuple(entries), tuple(names), width=3)
-    if max(len(terms_of(entry)) for entry in entries) > WIDEST:
+    if max(len(entry.terms) for entry in entries) > WIDEST:
         matrix = Fold(lesson.say("rotation.fold", name=Symbol(left)), (matrix,))
     blocks = [matrix]
     if joint.parent != GROUND:
@@ -111,7 +111,7 @@ def read_from(lesson: Lesson, body: Body, found: list[Mass]) -> list[Form] | Non
             if not lesson.vanishes(above[k]) and not lesson.vanishes(R[k][a]):
                 rate: Form = Symbol(f"omega:{tags[0]}{AXES[k]}") if tags else lesson.short(above[k])
                 terms.append(product_of((lesson.short(R[k][a]), rate)))
-        terms += terms_of(lesson.short(own - handed[a]))
+        terms += lesson.short(own - handed[a]).terms
         components.append(sum_of(terms))
     return components
 

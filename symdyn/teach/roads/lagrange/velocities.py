@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from symdyn.algebra import ZERO, Form, Function, Power, Product, Sum, Symbol, parts_of, terms_of
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND
 from symdyn.spatial import Vec
@@ -48,9 +48,9 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
             lesson.name(key, axis, mass.tag, node=velocity, dots=1)
             form = lesson.short(node)
             rate = rate_of(form, rates)
-            if not terms_of(rate):
+            if not rate.terms:
                 continue
-            rows = [(term, rate_of(term, rates)) for term in terms_of(form)]
+            rows = [(term, rate_of(term, rates)) for term in form.terms]
             details.append(lesson.table(("velocity.term", "velocity.rate"), rows))
             blocks.append(folded(lesson, Formula(key, rate, lesson.number(key))))
         if not blocks:
@@ -75,7 +75,7 @@ def _turning(lesson: Lesson, mass: Mass, found: list[Mass]) -> Step:
     claim, read = lesson.say("turning", body=mass.body.name), read_from(lesson, mass.body, found)
     key = "turning.plane" if read is None else "turning.sum" if mass.body.name in _carried(lesson) else "turning.reason"
     key = "turning.still" if all(map(lesson.vanishes, w)) else key
-    blocks = _components(lesson, names, w, read or [ZERO] * 3)
+    blocks = _components(lesson, names, w, read or [Number.ZERO] * 3)
     return Step(f"turning:{tag}", claim, tuple(blocks), lesson.once(key, mass.body.name))
 
 
@@ -88,28 +88,28 @@ def _along(v: Vec) -> Iterator[tuple[str, Expr]]:
     return zip(AXES, v, strict=True)
 
 
-def _components(lesson: Lesson, names: list[Symbol], v: Vec, found: Sequence[Form] = (ZERO,) * 3) -> list[Block]:
+def _components(lesson: Lesson, names: list[Symbol], v: Vec, found: Sequence[Form] = (Number.ZERO,) * 3) -> list[Block]:
     """Return the components of a vector, each as it was found where that is not its short form; zeros last."""
     blocks: list[Block] = []
     absent = []
     for name, node, read in zip(names, v, found, strict=True):
         form = lesson.short(node)
-        if terms_of(form) and terms_of(read) and set(terms_of(read)) != set(terms_of(form)):
+        if form.terms and read.terms and set(read.terms) != set(form.terms):
             blocks.append(folded(lesson, Formula(name.name, read, lesson.number(name.name), form)))
-        elif terms_of(form):
+        elif form.terms:
             blocks.append(folded(lesson, Formula(name.name, form, lesson.number(name.name))))
         else:
             absent.append(name)
     if len(absent) > 1:
         first, second, *absent = absent
-        blocks.append(Formula(first.name, second, right=ZERO))
-    return [*blocks, *(Formula(one.name, ZERO) for one in absent)]
+        blocks.append(Formula(first.name, second, right=Number.ZERO))
+    return [*blocks, *(Formula(one.name, Number.ZERO) for one in absent)]
 
 
 def folded(lesson: Prose, formula: Formula) -> Block:
     """Return a formula, folded under its name where it is long, and told of where nobody could read it."""
     terms = length(formula.form)
-    left = Symbol(formula.left) if formula.left else formula.right or ZERO
+    left = Symbol(formula.left) if formula.left else formula.right or Number.ZERO
     if terms > MOST:
         return lesson.say("longer", name=left, terms=str(terms))
     if terms <= (PAGE if len(lesson.scene.velocities) <= SMALL_SCENE else MOST_TERMS):
@@ -125,7 +125,7 @@ def length(form: Form) -> int:
 def _length(form: Form, known: dict[int, int]) -> int:
     """Return the same; `known` holds it by identity, since long forms have most of their parts in common."""
     if id(form) not in known:
-        parts = () if isinstance(form, Function) else parts_of(form)
+        parts = () if isinstance(form, Function) else form.parts
         if isinstance(form, Product):
             parts = tuple(part for part in parts if isinstance(part, (Sum, Power)))
         least = 0 if isinstance(form, Sum) else 1

@@ -4,22 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    ONE,
-    ZERO,
-    Form,
-    Polynomial,
-    Power,
-    Symbol,
-    express_form,
-    forms_in,
-    power_of,
-    product_of,
-    signed_product,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra import Form, Number, Polynomial, Power, Symbol, product_of, sum_of
 from symdyn.dynamics.loops import solve_transposed
 from symdyn.emit.print import Printable, head, latex_symbols, text_of
 from symdyn.graph import Expr, substitute
@@ -57,8 +42,8 @@ def name_forces(lesson: Constrained, right: Sequence[Form]) -> tuple[Form, ...]:
         lesson.name(multiplier(tie).name, "lambda", tie.number, node=node)
     for i, force in enumerate(right):
         carried = [(tie, node) for tie, node in zip(lesson.ties, found, strict=True) if not tie.slopes[i].is_zero]
-        terms = (signed_product(_long(lesson, tie, i), multiplier(tie)) for tie, _ in carried)
-        whole.append(sum_of([force, *(term for term in terms if terms_of(term))]))
+        terms = (_long(lesson, tie, i).signed_product(multiplier(tie)) for tie, _ in carried)
+        whole.append(sum_of([force, *(term for term in terms if term.terms)]))
         if own := lesson.scene.drives[i]:
             held = graph.total(tie.slopes[i] * node for tie, node in carried)
             node = graph.symbol(own) if i in parts.dependent else lesson.plain(lesson.drives[i] - held)
@@ -80,7 +65,7 @@ def principle_steps(lesson: Constrained, page: Printable) -> list[Step]:
 def _principle(lesson: Constrained, page: Printable) -> Step:
     """Return the virtual work δW of everything, and the virtual displacements that the conditions allow."""
     graph, ways = lesson.graph, _ways(lesson)
-    terms = [signed_product(_rest(lesson, page, i), way) for i, way in enumerate(ways)]
+    terms = [_rest(lesson, page, i).signed_product(way) for i, way in enumerate(ways)]
     node = graph.total(force * graph.symbol(way.name) for force, way in zip(lesson.drives, ways, strict=True))
     node = node - graph.total(_driven(lesson, i) * graph.symbol(way.name) for i, way in enumerate(ways))
     lesson.called("delta:W", Letter(r"\delta W"), node)
@@ -89,7 +74,7 @@ def _principle(lesson: Constrained, page: Printable) -> Step:
         letter = head(lesson.letters["c" if tie.residual is None else "f"])
         moved = graph.total(a * graph.symbol(way.name) for a, way in zip(tie.slopes, ways, strict=True))
         key = lesson.called(f"delta:f{tie.number}", Letter(rf"\delta {letter}", (tie.number,)), moved).name
-        form = sum_of(signed_product(_long(lesson, tie, i), way) for i, way in enumerate(ways))
+        form = sum_of(_long(lesson, tie, i).signed_product(way) for i, way in enumerate(ways))
         blocks.append(folded(lesson, Formula(key, form)))
     names = together([Symbol(f"delta:f{tie.number}") for tie in lesson.ties])
     blocks.append(lesson.say("principle.zero", names=names))
@@ -117,15 +102,17 @@ def _driven(lesson: Constrained, i: int) -> Expr:
 def _rest(lesson: Constrained, page: Printable, i: int, without: str | None = None) -> Form:
     """Return d/dt ∂L/∂q̇_i - ∂L/∂q_i - drive - Q_i, in print, without the drive of a name."""
     rate, q = lesson.state.qd[i].value, lesson.state.q[i].value
-    acting = (product_of((MINUS_ONE, term)) for term in terms_of(page.right[i]) if term != Symbol(without or ""))
-    return sum_of((Symbol(f"d/dt dL:/d{rate}"), product_of((MINUS_ONE, Symbol(f"dL:/d{q}"))), *acting))
+    acting = (product_of((Number.MINUS_ONE, term)) for term in page.right[i].terms if term != Symbol(without or ""))
+    return sum_of((Symbol(f"d/dt dL:/d{rate}"), product_of((Number.MINUS_ONE, Symbol(f"dL:/d{q}"))), *acting))
 
 
 def _added(lesson: Constrained) -> Step:
     """Return why the multipliers may be chosen so that every bracket vanishes."""
     parts, u = lesson.partition, lesson.state.qd
     work = [Symbol(f"delta:f{tie.number}") for tie in lesson.ties]
-    added = sum_of(product_of((MINUS_ONE, multiplier(tie), way)) for tie, way in zip(lesson.ties, work, strict=True))
+    added = sum_of(
+        product_of((Number.MINUS_ONE, multiplier(tie), way)) for tie, way in zip(lesson.ties, work, strict=True)
+    )
     places: dict[str, str | Form | Words] = {
         "sum": sum_of((Symbol("delta:W"), added)),
         "dependent": together([Symbol(f"delta:{k + 1}") for k in parts.dependent]),
@@ -160,7 +147,10 @@ def unit_of(tie: Tie, scene: Scene) -> str:
 def system_step(lesson: Constrained) -> Step:
     """Return the equations of motion and the accelerations of the conditions as one linear system."""
     n, m = lesson.state.n, len(lesson.ties)
-    unknowns = [*map(named, lesson.state.qdd), *(product_of((MINUS_ONE, multiplier(tie))) for tie in lesson.ties)]
+    unknowns = [
+        *map(named, lesson.state.qdd),
+        *(product_of((Number.MINUS_ONE, multiplier(tie))) for tie in lesson.ties),
+    ]
     places: dict[str, str | Form | Words] = {
         "equations": str(n + m),
         "moving": str(n),
@@ -178,7 +168,7 @@ def system_step(lesson: Constrained) -> Step:
             cells += [(_cell(lesson, tie, i), f"A:{tie.number},{i + 1}") for tie in lesson.ties]
         for tie in lesson.ties:
             cells += [(_cell(lesson, tie, i), f"A:{tie.number},{i + 1}") for i in range(n)]
-            cells += [(ZERO, "0:")] * m
+            cells += [(Number.ZERO, "0:")] * m
         forms, names = zip(*cells, strict=True)
         blocks.append(Matrix("B:", tuple(forms), tuple(names), width=n + m))
     return Step("system", lesson.say("tied.system"), tuple(blocks), lesson.say("system.reason"))
@@ -187,7 +177,7 @@ def system_step(lesson: Constrained) -> Step:
 def _inertia(lesson: Constrained, i: int, j: int) -> tuple[Form, str]:
     """Return k_z,ij by its name, and the key of its value."""
     if lesson.without_inertia(i, j):
-        return ZERO, "0:"
+        return Number.ZERO, "0:"
     return Symbol(key := f"k_z:{i + 1},{j + 1}"), key
 
 
@@ -214,7 +204,7 @@ def reduced_steps(lesson: Constrained, page: Printable) -> list[Step]:
             node, form = _ratio(lesson, parts.dependent, j, k)
             if length(form) > LONGEST:
                 return []
-            if terms_of(form):
+            if form.terms:
                 index = (f"{j + 1}{k + 1}",) if len(u) < 10 else (str(j + 1), str(k + 1))
                 ratios[j, k] = lesson.name(f"Y:{j + 1},{k + 1}", "Y", *index, node=node)
                 blocks.append(Formula(ratios[j, k].name, form))
@@ -246,12 +236,12 @@ def reduced_steps(lesson: Constrained, page: Printable) -> list[Step]:
 def valued(lesson: Constrained, form: Form) -> Expr:
     """Return what a form in names of the lesson is worth."""
     known = {lesson.graph.symbol(key): name.node for key, name in lesson.names.items() if name.node is not None}
-    return substitute([express_form(form, lesson.graph)], known)[0]
+    return substitute([form.express(lesson.graph)], known)[0]
 
 
 def _divides(form: Form) -> bool:
     """Tell whether a quotient stands in a form."""
-    return any(isinstance(part, Power) and part.exponent < 0 for part in forms_in(form))
+    return any(isinstance(part, Power) and part.exponent < 0 for part in form.walk())
 
 
 def _ratio(lesson: Constrained, dependent: Sequence[int], j: int, k: int) -> tuple[Expr, Form]:
@@ -267,14 +257,14 @@ def _ratio(lesson: Constrained, dependent: Sequence[int], j: int, k: int) -> tup
         for rows in (other, nodes)
     )
     if not above:
-        return node, ZERO
+        return node, Number.ZERO
     shared = above.gcd(below)
     above, below = -above / shared, below / shared
     shapes = [(write.short(sign * above), write.short(sign * below)) for sign in (1, -1)]
     over, under = min(shapes, key=lambda pair: sum(len(text_of(x)) for x in pair))
-    if under == ONE:
+    if under == Number.ONE:
         return node, over
-    return node, product_of((over, power_of(under, -1)))
+    return node, product_of((over, under.power(-1)))
 
 
 def _determinant(rows: Sequence[Sequence[Polynomial]], zero: Polynomial) -> Polynomial:

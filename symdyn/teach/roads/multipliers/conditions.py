@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Power, Symbol, product_of, signed_product, sum_of
+from symdyn.algebra import Form, Power, Symbol, product_of, sum_of
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Formula, Matrix, Step, Words
 from symdyn.teach.lesson import named, together
@@ -73,7 +73,7 @@ def _owner(lesson: Constrained, ties: list[Tie]) -> Step:
         blocks.append(lesson.say("ties.zero", names=_all([Symbol(tie.key) for tie in held])))
     u = list(map(named, lesson.state.qd))
     for tie in ties:
-        terms = (signed_product(slope(lesson, tie, i), rate) for i, rate in enumerate(u))
+        terms = (slope(lesson, tie, i).signed_product(rate) for i, rate in enumerate(u))
         blocks.append(folded(lesson, Formula(tie.rate, sum_of(terms))))
     blocks.append(lesson.say("ties.still", names=_all([Symbol(tie.rate) for tie in ties])))
     first = ties[0]
@@ -97,10 +97,10 @@ def _accelerations(lesson: Constrained) -> Step:
     u, a = list(map(named, lesson.state.qd)), list(map(named, lesson.state.qdd))
     blocks: list[Block] = []
     for tie in lesson.ties:
-        terms = [signed_product(slope(lesson, tie, i), rate) for i, rate in enumerate(a)]
+        terms = [slope(lesson, tie, i).signed_product(rate) for i, rate in enumerate(a)]
         for j, k, node in lesson.turning[tie.number]:
             rates: list[Form] = [Power(u[j], 2)] if j == k else [u[j], u[k]]
-            terms.append(signed_product(lesson.tie_form(node), product_of(rates)))
+            terms.append(lesson.tie_form(node).signed_product(product_of(rates)))
         blocks.append(folded(lesson, Formula(tie.acceleration, sum_of(terms))))
     blocks.append(lesson.say("ties.still", names=_all([Symbol(tie.acceleration) for tie in lesson.ties])))
     return Step("ties.accelerations", lesson.say("ties.accelerations"), tuple(blocks), show=("accelerations",))

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra import Compactor, Floats, Form, Function, Symbol, TrigonometricRing, express_form, form_of, terms_of
+from symdyn.algebra import Compactor, Floats, Form, Function, Symbol, TrigonometricRing
 from symdyn.dynamics.loops import Cut, Label, Partition, cuts, differentiated
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError
@@ -94,7 +94,7 @@ class Constrained(Lesson):
             p = ring.square_root(evaluate([root.args[0]], ring, ring.values([root.args[0]]))[0])
             if p is None:
                 continue
-            node = express_form(Compactor(ring, ())(p), self.graph)
+            node = Compactor(ring, ())(p).express(self.graph)
             (value,) = evaluate([node], Floats(), self.assembled(0))
             found[root] = node if value > 0 else -node
         return found
@@ -185,7 +185,7 @@ class Constrained(Lesson):
 
     def without_inertia(self, i: int, j: int) -> bool:
         """Tell whether entry ij of the mass matrix vanishes."""
-        return not terms_of(self.forms.form("k_z", i, j))
+        return not self.forms.form("k_z", i, j).terms
 
     @property
     def directions(self) -> list[list[Expr]]:
@@ -238,7 +238,7 @@ class Constrained(Lesson):
 
     def root_form(self, root: Expr) -> Form:
         """Return what a root is of, as short as can be."""
-        return Function(Op.SQRT, (self.writer.radicands.get(root, form_of(root.args[0])),))
+        return Function(Op.SQRT, (self.writer.radicands.get(root, Form.of(root.args[0])),))
 
     @cached_property
     def writer(self) -> Writer:

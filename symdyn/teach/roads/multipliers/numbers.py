@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Symbol, product_of, signed_product, sum_of, terms_of
+from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.graph import tangents
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
@@ -44,7 +44,7 @@ def tied_power_step(lesson: Constrained, right: Sequence[Form], chosen: Chosen) 
     (rate,) = tangents([total], state.acceleration)
     lesson.name("E:", "E", node=total)
     symbol = lesson.rate("E:", rate)
-    power = [signed_product(force, named(u)) for force, u in zip(right, state.qd, strict=True) if terms_of(force)]
+    power = [force.signed_product(named(u)) for force, u in zip(right, state.qd, strict=True) if force.terms]
     held = [product_of((multiplier(tie), Symbol(tie.rate))) for tie in lesson.ties]
     left, *parts = chosen.of(rate, *(valued(lesson, form) for form in (*power, *held)))
     size = SMALL * (1 + sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen)))))

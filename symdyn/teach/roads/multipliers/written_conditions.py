@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from symdyn.algebra import Compactor, Form, Polynomial, TrigonometricRing, form_of, total_angles, with_added_angles
+from symdyn.algebra import Compactor, Form, Polynomial, TrigonometricRing, total_angles, with_added_angles
 from symdyn.dynamics import angle_groups
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
@@ -54,7 +54,7 @@ class Writer:
 
     def __call__(self, node: Expr) -> Form:
         """Return the form of a node."""
-        return form_of(node) if self.ring is None else self.short(self.polynomial(node))
+        return Form.of(node) if self.ring is None else self.short(self.polynomial(node))
 
     def short(self, polynomial: Polynomial) -> Form:
         """Return the form of an element of the ring."""

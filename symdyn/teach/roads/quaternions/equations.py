@@ -6,19 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
 
-from symdyn.algebra import (
-    MINUS_ONE,
-    ONE,
-    Form,
-    Number,
-    Power,
-    Symbol,
-    power_of,
-    product_of,
-    signed_product,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra import Form, Number, Power, Symbol, product_of, sum_of
 from symdyn.dynamics import mass_matrix
 from symdyn.emit.print import text_of
 from symdyn.graph import Expr, gradient, substitute
@@ -64,13 +52,13 @@ def _kinetic(lesson: Turning, mass: Mass) -> tuple[Block, ...]:
     """Return K of one mass: ½ m v², ½ ω·I ω, and the mixed term of a first moment."""
     tag, terms, blocks = mass.tag, list[Form](), list[Block]()
     v, w = ([Symbol(f"{letter}:{tag}{axis}") for axis in AXES] for letter in ("v", "omega"))
-    squares = sum_of(power_of(one, 2) for one in v if terms_of(lesson.shape(lesson.node(one.name))))
-    if not mass.m.is_zero and terms_of(squares):
+    squares = sum_of(one.power(2) for one in v if lesson.shape(lesson.node(one.name)).terms)
+    if not mass.m.is_zero and squares.terms:
         terms.append(product_of((HALF, lesson.short(mass.m), squares)))
     for a in range(3):
         for b in range(a, 3):
             if not mass.inertia[a][b].is_zero:
-                pair: list[Form] = [HALF, power_of(w[a], 2)] if a == b else [w[a], w[b]]
+                pair: list[Form] = [HALF, w[a].power(2)] if a == b else [w[a], w[b]]
                 terms.append(product_of((lesson.short(mass.inertia[a][b]), *pair)))
     if mass.h is not None:
         x, y, z = (lesson.node(one.name) for one in v)
@@ -117,7 +105,7 @@ def momentum_steps(lesson: Turning) -> list[Step]:
 
 def _cross(a: Sequence[Symbol], b: Sequence[Symbol]) -> list[Form]:
     pairs = ((1, 2), (2, 0), (0, 1))
-    return [sum_of((product_of((a[i], b[j])), product_of((MINUS_ONE, a[j], b[i])))) for i, j in pairs]
+    return [sum_of((product_of((a[i], b[j])), product_of((Number.MINUS_ONE, a[j], b[i])))) for i, j in pairs]
 
 
 def _velocities(lesson: Turning, joint: Joint) -> range:
@@ -128,7 +116,7 @@ def _velocities(lesson: Turning, joint: Joint) -> range:
 def _linear(lesson: Turning, node: Expr) -> Form:
     """Return Σ coefficient · u_j."""
     slopes = zip(gradient(node, lesson.state.qd), lesson.state.qd, strict=True)
-    return sum_of(signed_product(lesson.shape(slope), named(u)) for slope, u in slopes if not slope.is_zero)
+    return sum_of(lesson.shape(slope).signed_product(named(u)) for slope, u in slopes if not slope.is_zero)
 
 
 # Equations
@@ -152,7 +140,7 @@ def weight_step(lesson: Turning) -> Step | None:
     for kind, nodes in (("k_G", lesson.weights), ("k_E", lesson.springs)):
         for i, node in enumerate(nodes, 1):
             key, form = f"{kind}:{i}", lesson.shape(node)
-            if terms_of(form):
+            if form.terms:
                 blocks.append(folded(lesson, Formula(key, form)))
             elif kind == "k_G":
                 zero.append(Symbol(key))
@@ -179,11 +167,11 @@ def equation_steps(lesson: Turning, right: Sequence[Form]) -> list[Step]:
         parts: list[Form] = [Symbol(f"d/dt p:{number}")]
         for (j, k), terms in lesson.energy.directions.brackets.items():
             for m, value in terms if k == i else ():
-                if terms_of(lesson.shape(lesson.p[m])):
+                if lesson.shape(lesson.p[m]).terms:
                     parts.append(product_of((Number(Fraction(-value)), named(u[j]), Symbol(f"p:{m + 1}"))))
-        if terms_of(lesson.shape(lesson.along_K[i])):
-            parts.append(product_of((MINUS_ONE, Symbol(f"XK:{number}"))))
-        parts += [Symbol(key) for key, node in _along(lesson, i) if terms_of(lesson.shape(node))]
+        if lesson.shape(lesson.along_K[i]).terms:
+            parts.append(product_of((Number.MINUS_ONE, Symbol(f"XK:{number}"))))
+        parts += [Symbol(key) for key, node in _along(lesson, i) if lesson.shape(node).terms]
         blocks: list[Block] = [Formula("", right[i], right=sum_of(parts))]
         braces, long = _terms(lesson, i)
         blocks.append(Braced(right[i], tuple(braces), f"tau:{number}"))
@@ -223,15 +211,15 @@ def _terms(lesson: Turning, i: int) -> tuple[list[Brace], dict[str, Form]]:
     long: dict[str, Form] = {}
     for key, below, value, rate in found:
         form = lesson.shape(value)
-        if not terms_of(form):
+        if not form.terms:
             continue
         lesson.name(key, "k", *below, node=value)
         braces.append(_brace(form, key, rate))
         if not braces[-1].under:
             long[key] = form
     for key, node in _along(lesson, i):  # written out above, where weights and springs are
-        if terms_of(form := lesson.shape(node)):
-            braces.append(_brace(form, key, ONE))
+        if (form := lesson.shape(node)).terms:
+            braces.append(_brace(form, key, Number.ONE))
     return braces, long
 
 

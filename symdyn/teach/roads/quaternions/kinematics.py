@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.algebra import Number, Symbol, power_of, product_of, sum_of
+from symdyn.algebra import Number, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import joint_motion
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, tangents
@@ -64,7 +64,7 @@ def _quaternion(lesson: Turning, joint: Joint, first: bool) -> list[Step]:
         lesson.called(f"rate:{x.value}", Letter(rf"\dot{{{spelled[str(x.value)]}}}"), node)
         for x, node in zip(e, rates, strict=True)
     ]
-    square = sum_of(power_of(x, 2) for x in forms)
+    square = sum_of(x.power(2) for x in forms)
     steps: list[Step] = []
     if first:
         said = lesson.say("quaternion.unit", scalar=e0, vector=together([e1, e2, e3]), square=square)

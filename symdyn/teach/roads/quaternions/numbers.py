@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import sqrt
 
-from symdyn.algebra import Form, Symbol, power_of, sum_of, terms_of
+from symdyn.algebra import Form, Symbol, sum_of
 from symdyn.teach.document import Step
 from symdyn.teach.lesson import together
 from symdyn.teach.roads.quaternions.turning import Turning
@@ -39,8 +39,8 @@ def conserved_steps(lesson: Turning) -> list[Step]:
         turning = graph.total(lesson.p[i] * (lesson.p_rates[i] - lesson.needed[i]) for i in own)
         if not free or not lesson.vanishes(turning):
             continue
-        square: Form = sum_of(power_of(Symbol(f"p:{i + 1}"), 2) for i in own)
-        assert terms_of(square), "a sum of squares has terms"
+        square: Form = sum_of(Symbol(f"p:{i + 1}").power(2) for i in own)
+        assert square.terms, "a sum of squares has terms"
         momenta = together([Symbol(f"p:{i + 1}") for i in own])
         said = lesson.say("conserved", joint=joint.name, square=square)
         steps.append(Step(f"conserved:{joint.name}", said, (), lesson.say("conserved.reason", momenta=momenta)))

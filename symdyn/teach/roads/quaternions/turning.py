@@ -10,7 +10,7 @@ X_i          derivative along velocity i alone                  p_i    momentum 
 
 from __future__ import annotations
 
-from symdyn.algebra import Compactor, Form, Symbol, TrigonometricRing, express_form, form_of, total_angles
+from symdyn.algebra import Compactor, Form, Symbol, TrigonometricRing, total_angles
 from symdyn.dynamics import angle_groups, elastic_forces, gravity_forces
 from symdyn.dynamics.mechanism import generalized_forces, vector
 from symdyn.errors import DerivationError
@@ -103,7 +103,7 @@ class Turning(Constrained):
         return self._cleaned(v), self._cleaned(omega)
 
     def _cleaned(self, v: Vec) -> Vec:
-        x, y, z = (express_form(self.shape(one), self.graph) for one in v)
+        x, y, z = (self.shape(one).express(self.graph) for one in v)
         return x, y, z
 
     # Derived once
@@ -175,4 +175,4 @@ class Turning(Constrained):
         try:
             return self.short(node)
         except (DerivationError, KeyError):
-            return form_of(node)
+            return Form.of(node)
