@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import ClassVar
 
-from symdyn.graph import ARITY, Arithmetic, Expr, Graph, Op
+from symdyn.graph import Arithmetic, Expr, Graph, Op
+from symdyn.graph.ops import ARITY
 
 LEAVES = frozenset({Op.CONSTANT, Op.PI, Op.SYMBOL})
 

@@ -8,7 +8,6 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from symdyn.algebra.elimination import eliminate
 from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.reactions.least import elements, equations
@@ -16,6 +15,7 @@ from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene
 from symdyn.spatial import plus, times
+from symdyn.verify.elimination import eliminate
 from symdyn.verify.equality import Claim
 
 

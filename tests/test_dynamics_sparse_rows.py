@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from closed_mechanisms import bricard, crank_rocker, n_four_bar, rssr, slider_crank
 
-from symdyn.algebra.levels import Levels
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.loops import sparse_rows
-from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.loops.levels import Levels
+from symdyn.dynamics.loops.loop_numbers import Numbers, jacobian
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless
 from symdyn.dynamics.loops.partition import blocks
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import NoValueError
-from symdyn.graph import Graph, evaluate, jacobian, tangents
+from symdyn.graph import Graph, evaluate, tangents
 
 
 def banded(rng: np.random.Generator, rows: int, columns: int, depend: int = 0) -> np.ndarray:

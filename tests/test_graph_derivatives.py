@@ -9,9 +9,8 @@ from graphs import LEAVES
 from hypothesis import given, settings, strategies as st
 
 from symdyn.algebra.big import BigFloats
+from symdyn.dynamics.roads.turns import turns
 from symdyn.graph import (
-    ARITY,
-    FUNCTIONS,
     Graph,
     Op,
     evaluate,
@@ -20,9 +19,9 @@ from symdyn.graph import (
     reachable,
     substitute,
     tangents,
-    turns,
 )
 from symdyn.graph.differentiate import PARTIALS
+from symdyn.graph.ops import ARITY, FUNCTIONS
 
 BIG = BigFloats(60)
 STEP = BIG.number("1e-20")

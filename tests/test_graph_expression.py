@@ -8,9 +8,11 @@ import pytest
 from graphs import LEAVES
 from oracles import BIG
 
-from symdyn.graph import ARITY, Graph, LinearForm, Op, as_number, evaluate, linear_form, reachable
-from symdyn.graph.ops import FUNCTIONS
+from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.graph.identities import LinearForm
+from symdyn.graph.ops import ARITY, FUNCTIONS
 from symdyn.scene import parse
+from symdyn.scene.joints.pythagoras import as_number
 
 
 @pytest.fixture
@@ -159,7 +161,7 @@ def test_sines_of_multiples_of_15_degrees_are_free_of_pi_where_they_can_be(g, k)
 def test_linear_form_reads_an_angle(g, x, y):
     angle = 2 * (x - y / 3) + g.pi * Fraction(5, 4) - Fraction(3, 10) - (x - x * y)
 
-    form = linear_form(angle)
+    form = angle.linear_form()
 
     terms = ((x, Fraction(1)), (y, Fraction(-2, 3)), (x * y, Fraction(1)))
     assert form == LinearForm(Fraction(5, 4), Fraction(-3, 10), tuple(sorted(terms, key=lambda term: term[0].index)))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.algebra.sympy_algebra import form_to_sympy
 from symdyn.identification import gains as gains_of
 from symdyn.identification.gains import first
 from symdyn.identification.regression import Rows
@@ -115,4 +114,4 @@ def test_outputs_that_drives_and_inputs_act_on_at_once_have_formulas(tmp_path: A
     assert np.count_nonzero(found.D) == 4
     assert formulas is not None, "what is given up because formulas and numbers differ is not told"
     for exact, numbers in ((formulas.A, found.A), (formulas.B, found.B), (formulas.C, found.C), (formulas.D, found.D)):
-        np.testing.assert_allclose([[float(form_to_sympy(x)) for x in row] for row in exact], numbers, atol=1e-12)
+        np.testing.assert_allclose([[float(x.to_sympy()) for x in row] for row in exact], numbers, atol=1e-12)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import symdyn
-from symdyn.algebra.finite_field import FiniteField, draw_prime, evaluate_over_field, needs
+from symdyn.algebra.finite_field import FiniteField, Needs
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.roads.base_columns import base_columns
 from symdyn.dynamics.roads.derive import derive_one
@@ -32,14 +32,14 @@ def exact_rank(scene: Scene) -> tuple[int, int]:
     w = Workspace(scene)
     entries = derive_one(w, "base_regressor").entries
     count = len(base_columns(w))
-    wanted = needs(entries)
-    field = FiniteField(draw_prime(1, wanted), 1, wanted)
+    wanted = Needs.of(reachable(entries))
+    field = FiniteField(wanted.prime(1), 1, wanted)
     symbols = [x for x in reachable(list(entries)) if x.op is Op.SYMBOL]
     draw = np.random.default_rng(0)
     rows: list[list[int]] = []
     for _ in range(count + 2):
         values = {x: int(draw.integers(1, 2**62)) % field.p for x in symbols}
-        found = evaluate_over_field(entries, field, values)
+        found = field.evaluate(entries, values)
         rows += [found[k : k + count] for k in range(0, len(found), count)]
     return rank(rows, field.p), count
 

@@ -20,8 +20,9 @@ from symdyn.dynamics.mechanism.cost import CATEGORY
 from symdyn.emit import TARGETS
 from symdyn.emit.code.operators import Spelling
 from symdyn.emit.code.real import REALS
-from symdyn.graph import ARITY, FUNCTIONS, Op
+from symdyn.graph import Op
 from symdyn.graph.differentiate import PARTIALS
+from symdyn.graph.ops import ARITY, FUNCTIONS
 from symdyn.scene import FORCES, JOINTS
 from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.declaration.spanning import turned

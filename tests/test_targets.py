@@ -17,7 +17,8 @@ from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import TARGETS, Target, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError
-from symdyn.graph import ARITY, Graph, Op
+from symdyn.graph import Graph, Op
+from symdyn.graph.ops import ARITY
 from symdyn.program import Program, lower
 from symdyn.scene import Scene
 

@@ -9,9 +9,9 @@ import pytest
 
 from symdyn.algebra.big import BigFloats, RunningErrors
 from symdyn.algebra.degree import Bounds, bound
-from symdyn.algebra.finite_field import FiniteField, Redraw, draw_prime, evaluate_over_field, needs
-from symdyn.algebra.midpoints import Midpoints, RealBalls, bits_of
-from symdyn.graph import Graph, Op, evaluate
+from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
+from symdyn.algebra.midpoints import Midpoints, RealBalls
+from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.verify.points import FirstPoints
 
 SEEDS = [[11, 12], [21, 22]]
@@ -28,8 +28,8 @@ def scene_like():
 
 def test_points_together_are_the_points_one_by_one() -> None:
     x, y, nodes = scene_like()
-    wanted = needs(nodes)
-    primes = [draw_prime(seed, wanted) for seed in (1, 2)]
+    wanted = Needs.of(reachable(nodes))
+    primes = [wanted.prime(seed) for seed in (1, 2)]
     first = FirstPoints(wanted, primes, SEEDS)
     found = first.values(nodes)
 
@@ -37,15 +37,15 @@ def test_points_together_are_the_points_one_by_one() -> None:
         one = FiniteField(primes[k], SEEDS[j][k], wanted)
         point = {s: random.Random(f"{one.seed}:{s.value}").randrange(one.p) for s in (x, y)}
         assert field.p == primes[k]
-        assert first.at(found, j, k) == evaluate_over_field(nodes, one, point)
+        assert first.at(found, j, k) == one.evaluate(nodes, point)
     assert [(j, k) for _, j, k in first.places] == [(0, 0), (1, 0), (0, 1), (1, 1)]
 
 
 def test_a_zero_below_at_one_point_is_unlucky_for_all() -> None:
     g = Graph()
     x = g.symbol("x")
-    wanted = needs([x])
-    primes = [draw_prime(seed, wanted) for seed in (1, 2)]
+    wanted = Needs.of(reachable([x]))
+    primes = [wanted.prime(seed) for seed in (1, 2)]
     place = random.Random(f"{SEEDS[1][1]}:x").randrange(primes[1])
 
     with pytest.raises(Redraw):
@@ -56,7 +56,7 @@ def test_bounds_of_several_claims_are_those_of_each_where_nothing_is_divided() -
     g = Graph()
     x, y = g.symbol("x"), g.symbol("y")
     claims = [([g.sin(x) * y], [x * x]), ([g.cos(x) + g.sin(y)], [g.sin(x) * y * y]), ([y], [x])]
-    wanted = needs([node for sides in claims for side in sides for node in side])
+    wanted = Needs.of(reachable([node for sides in claims for side in sides for node in side]))
     bounds = Bounds(wanted)
 
     assert [bounds.of(*claim) for claim in claims] == [bound(*claim, wanted) for claim in claims]
@@ -66,7 +66,7 @@ def test_a_divisor_of_several_nodes_counts_as_one() -> None:
     g = Graph()
     x, y = g.symbol("x"), g.symbol("y")
     quotient = y / (x * x * x + 1)
-    wanted = needs([quotient])
+    wanted = Needs.of(reachable([quotient]))
 
     assert bound([quotient], [quotient], wanted).degree <= bound([quotient], [2 * y / (x * x * x + 1)], wanted).degree
 
@@ -93,7 +93,7 @@ def test_running_errors_over_flint_are_those_over_mpmath(op: Op) -> None:
         assert error == pytest.approx(float(other.error), rel=1e-12)
 
 
-@pytest.mark.parametrize("numbers", [Midpoints(50), RealBalls(bits_of(50))], ids=["midpoints", "balls"])
+@pytest.mark.parametrize("numbers", [Midpoints(50), RealBalls(50)], ids=["midpoints", "balls"])
 def test_what_is_not_real_raises(numbers) -> None:
     g = Graph()
     x = g.symbol("x")
@@ -106,7 +106,7 @@ def test_what_is_not_real_raises(numbers) -> None:
 
 
 def test_balls_divide_by_nothing_that_may_be_zero() -> None:
-    numbers = RealBalls(bits_of(50))
+    numbers = RealBalls(50)
     with numbers:
         third = numbers.constant(Fraction(1, 3))
         with pytest.raises(ZeroDivisionError, match="rounding error"):

@@ -8,7 +8,7 @@ from math import lcm, prod
 import pytest
 from arms import spatial_arm, two_link
 
-from symdyn.algebra.finite_field import Needs, draw_prime, needs
+from symdyn.algebra.finite_field import Needs
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Graph, Op, reachable, substitute, tangents
 from symdyn.scene import number
@@ -240,14 +240,14 @@ def test_first_differing_entry_is_named():
     "wanted", [Needs(1, 1, 1, (), 1), Needs(180, 10, 2, (3, 5, 11, 101), 7)], ids=["plain", "rich"]
 )
 def test_primes_have_127_bits_or_more_and_every_root_that_is_needed(seed, wanted):
-    p = draw_prime(seed, wanted)
+    p = wanted.prime(seed)
 
     assert p.bit_length() == (127 if wanted.radian == 1 else 131)
     assert p % 5040 == 1
     assert p % (2 * wanted.turn) == 1
     assert all(pow(a, p - 1, p) == 1 for a in (2, 3, 5, 7, 11, 13))
     assert all(pow(n, (p - 1) // 2, p) == 1 for n in (-1 % p, 2, 3, 5, 7, *wanted.radicands))
-    assert draw_prime(seed, wanted) == p
+    assert wanted.prime(seed) == p
 
 
 def test_needs_are_read_off_the_angles_and_roots():
@@ -255,7 +255,7 @@ def test_needs_are_read_off_the_angles_and_roots():
     x = graph.symbol("x")
     outputs = [graph.sin(x / 3 + graph.pi * Fraction(37, 180)), graph.cos(x + Fraction(3, 10)), graph.sqrt(33)]
 
-    assert needs(outputs) == Needs(turn=180, radian=10, atom=3, radicands=(3, 11), denominator=180)
+    assert Needs.of(reachable(outputs)) == Needs(turn=180, radian=10, atom=3, radicands=(3, 11), denominator=180)
 
 
 def certificate(seed):

@@ -15,14 +15,16 @@ import pytest
 from flint import arb
 from mechanisms import random_tree
 
-from symdyn.algebra.balls import Balls, distance
+from symdyn.algebra.balls import Balls
 from symdyn.algebra.big import BigFloats
 from symdyn.cli import main
 from symdyn.dynamics import derive
 from symdyn.errors import VerifyError
-from symdyn.graph import ARITY, FUNCTIONS, Graph, Op, evaluate
+from symdyn.graph import Graph, Op, evaluate
+from symdyn.graph.ops import ARITY, FUNCTIONS
 from symdyn.scene import read
 from symdyn.verify import rigorous
+from symdyn.verify.rigorous import distance
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 BIG = BigFloats(60)

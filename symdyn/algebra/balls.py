@@ -13,7 +13,6 @@ Computers 66 (2017).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from types import TracebackType
@@ -85,15 +84,3 @@ class Balls(Arithmetic):
     def number(self, value: float) -> Any:
         """Return a float exactly, as a ball without radius."""
         return arb(value)
-
-
-def distance(computed: float, ball: Any) -> float:
-    """Return a double that is not less than |computed - true| for any true value in the ball; infinite if it is not.
-
-    This is |computed - midpoint| + radius, each step rounded up.
-    """
-    if not (math.isfinite(computed) and ball.is_finite()):
-        return math.inf
-    bound = (arb(computed) - ball).abs_upper()
-    nearest = float(bound)
-    return nearest if arb(nearest) >= bound else math.nextafter(nearest, math.inf)

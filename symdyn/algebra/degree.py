@@ -15,8 +15,8 @@ from fractions import Fraction
 from math import log, log10
 from typing import NamedTuple
 
-from symdyn.algebra.finite_field import Needs, lowest_bit
-from symdyn.graph import Expr, Op, arithmetic, linear_form, reachable
+from symdyn.algebra.finite_field import Needs
+from symdyn.graph import Expr, Op, arithmetic, reachable
 
 UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
@@ -99,7 +99,7 @@ class Degrees:
             return Degree(radicand.numerator, radicand.bits)
         self.hashed += [self.total(arg).numerator for arg in args]
         if node.op in (Op.SIN, Op.COS):
-            form = linear_form(node.args[0])
+            form = node.args[0].linear_form()
             degree = abs(form.constant) * self.needs.radian
             degree += sum(abs(coefficient) for _, coefficient in form.terms) * self.needs.atom
             return Degree(int(degree), self.denominator_bits, 1)
@@ -143,7 +143,7 @@ class Bound:
         Over each prime: it divides all coefficients (there are at most height / log2(p) such primes, among all that
         could have been drawn), or all points are zeros of the difference (degree / p each, Schwartz 1980, Zippel 1979).
         """
-        low = lowest_bit(wanted)
+        low = wanted.lowest_bit
         candidates = low * log10(2) - log10(low * log(2)) - log10(wanted.order) - len(wanted.radicands) * log10(2)
         unlucky = log10(max(self.height, 1.0) / low * UNEVENNESS) - candidates
         zeros = points * (log10(max(self.degree, 1)) - low * log10(2))

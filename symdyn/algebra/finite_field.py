@@ -28,7 +28,7 @@ from math import gcd, isqrt, lcm
 
 from flint import fmpz
 
-from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate, linear_form, reachable
+from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate
 
 BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene
 SPARE_BITS = 24  # so that the primes drawn are random ones
@@ -62,52 +62,46 @@ class Needs:
         """Order of the root of unity that gives i, the sines of multiples of π, and the roots of small primes."""
         return lcm(ROOT_ORDER, 2 * self.turn)
 
+    @staticmethod
+    def of(nodes: Iterable[Expr]) -> Needs:
+        """Return what a finite field must offer so that all of `nodes` can be run over it; `reachable` gives them."""
+        turn = radian = atom = 1
+        radicands: dict[int, None] = {}
+        denominator = 1
+        for node in nodes:
+            if node.op is Op.CONSTANT:
+                denominator = lcm(denominator, node.value.denominator)  # type: ignore[union-attr]
+            if node.op in (Op.SIN, Op.COS):
+                form = node.args[0].linear_form()
+                turn = lcm(turn, form.turns.denominator)
+                radian = lcm(radian, form.constant.denominator)
+                atom = lcm(atom, *(coefficient.denominator for _, coefficient in form.terms))
+            if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
+                radicands[_radicand(node.args[0])] = None
+        return Needs(turn, radian, atom, _coprime_base(radicands, lcm(ROOT_ORDER, 2 * turn)), denominator)
 
-def needs(outputs: Iterable[Expr]) -> Needs:
-    """Return what a finite field must offer so that `outputs` can be run over it."""
-    return needs_of(reachable(outputs))
+    @property
+    def lowest_bit(self) -> int:
+        """K such that primes are drawn from 2^k … 2^(k+1)."""
+        fineness = self.radian.bit_length() + self.atom.bit_length() - 2
+        return max(BITS - 1 + fineness, self.order.bit_length() + SPARE_BITS)
 
+    def prime(self, seed: int) -> int:
+        """Return a random prime of 127 bits over which every root that is needed exists; the same seed, the same prime.
 
-def needs_of(nodes: Iterable[Expr]) -> Needs:
-    """Return what a finite field must offer so that all of `nodes` can be run over it."""
-    turn = radian = atom = 1
-    radicands: dict[int, None] = {}
-    denominator = 1
-    for node in nodes:
-        if node.op is Op.CONSTANT:
-            denominator = lcm(denominator, node.value.denominator)  # type: ignore[union-attr]
-        if node.op in (Op.SIN, Op.COS):
-            form = linear_form(node.args[0])
-            turn = lcm(turn, form.turns.denominator)
-            radian = lcm(radian, form.constant.denominator)
-            atom = lcm(atom, *(coefficient.denominator for _, coefficient in form.terms))
-        if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
-            radicands[_radicand(node.args[0])] = None
-    return Needs(turn, radian, atom, _coprime_base(radicands, lcm(ROOT_ORDER, 2 * turn)), denominator)
-
-
-def draw_prime(seed: int, wanted: Needs) -> int:
-    """Return a random prime of 127 bits over which every root in `wanted` exists; the same seed, the same prime.
-
-    It has more bits where angles are divided so finely that 127 would leave little choice, or little certainty.
-    """
-    step = wanted.order
-    floor = 1 << (lowest_bit(wanted))
-    candidate = floor + 1 + step * (_hash(seed, "prime") % (floor // step))
-    candidate -= (candidate - 1) % step
-    while not (
-        fmpz(candidate).is_prime()
-        and wanted.denominator % candidate
-        and all(_is_square(n, candidate) for n in wanted.radicands)
-    ):
-        candidate += step
-    return candidate
-
-
-def lowest_bit(wanted: Needs) -> int:
-    """Return k such that primes are drawn from 2^k … 2^(k+1)."""
-    fineness = wanted.radian.bit_length() + wanted.atom.bit_length() - 2
-    return max(BITS - 1 + fineness, wanted.order.bit_length() + SPARE_BITS)
+        It has more bits where angles are divided so finely that 127 would leave little choice, or little certainty.
+        """
+        step = self.order
+        floor = 1 << self.lowest_bit
+        candidate = floor + 1 + step * (_hash(seed, "prime") % (floor // step))
+        candidate -= (candidate - 1) % step
+        while not (
+            fmpz(candidate).is_prime()
+            and self.denominator % candidate
+            and all(_is_square(n, candidate) for n in self.radicands)
+        ):
+            candidate += step
+        return candidate
 
 
 class FiniteField:
@@ -117,7 +111,7 @@ class FiniteField:
         """Prepare the field.
 
         Args:
-            prime: from `draw_prime` with the same `wanted`.
+            prime: from `wanted.prime`.
             seed: of the uninterpreted functions and of the units that stand for angles.
             wanted: needs of all graphs that will be compared.
             signs: bit j turns the sign of the root of the j-th value of which one is taken, constants left out.
@@ -166,7 +160,7 @@ class FiniteField:
     def function(self, node: Expr, args: Sequence[int]) -> int:
         """Return node.op(args); raise Redraw if a root does not exist at this point."""
         if node.op in (Op.SIN, Op.COS):
-            raise TypeError("angles need the values of their atoms; use evaluate_over_field")
+            raise TypeError("angles need the values of their atoms; use evaluate")
         if node.op is Op.SQRT:
             return self._square_root(node.args[0], args[0])
         return _hash(self.seed, node.op.name, *args) % self.p
@@ -180,7 +174,7 @@ class FiniteField:
 
     def unit(self, angle: Expr, values: Mapping[Expr, int]) -> int:
         """Return the unit that stands for exp(i angle), given the values of the nodes before it."""
-        form = linear_form(angle)
+        form = angle.linear_form()
         unit = pow(self._root, int(form.turns * (self._order // 2)), self.p)
         if form.constant:
             base = self._draw_unit("radian")
@@ -189,6 +183,28 @@ class FiniteField:
             base = self._draw_unit("atom", values[node])
             unit = unit * pow(base, int(coefficient * self.needs.atom), self.p) % self.p
         return unit
+
+    def evaluate(
+        self, outputs: Sequence[Expr], values: dict[Expr, int], order: Sequence[Expr] | None = None
+    ) -> list[int]:
+        """Return the values of `outputs` at a point: `symdyn.graph.evaluate`, with sines from their angles' atoms.
+
+        Every node that is computed is added to `values`, and none computed again.
+
+        Raises:
+            Redraw: the point is unlucky.
+        """
+        return evaluate(outputs, _AtPoint(self, values), values, order, values)
+
+    def function_at(self, node: Expr, args: Sequence[int], values: Mapping[Expr, int]) -> int:
+        """Return the value of a function, a sine from its angle's atoms, whose `values` are known.
+
+        Raises:
+            Redraw: the point is unlucky.
+        """
+        if node.op in (Op.SIN, Op.COS):
+            return self.circular(node.op, self.unit(node.args[0], values))
+        return self.function(node, args)
 
     def _draw_unit(self, *key: object) -> int:
         return _hash(self.seed, "unit", *key) % (self.p - 1) + 1
@@ -220,30 +236,6 @@ class FiniteField:
         zeta = pow(self._root, self._order // n, self.p)  # Σ ζ^(k²) = sqrt(n), or i sqrt(n) for n ≡ 3 (mod 4)
         gauss = sum(pow(zeta, k * k % n, self.p) for k in range(n))
         return (gauss if n % 4 == 1 else -self._i * gauss) % self.p
-
-
-def evaluate_over_field(
-    outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int], order: Sequence[Expr] | None = None
-) -> list[int]:
-    """Return the values of `outputs` in `field`: `evaluate`, with sines from their angles' atoms.
-
-    Every node that is computed is added to `values`, and none computed again.
-
-    Raises:
-        Redraw: the point is unlucky.
-    """
-    return evaluate(outputs, _AtPoint(field, values), values, order, values)
-
-
-def function_over_field(field: FiniteField, node: Expr, args: Sequence[int], values: Mapping[Expr, int]) -> int:
-    """Return the value of a function in `field`, a sine from its angle's atoms, whose `values` are known.
-
-    Raises:
-        Redraw: the point is unlucky.
-    """
-    if node.op in (Op.SIN, Op.COS):
-        return field.circular(node.op, field.unit(node.args[0], values))
-    return field.function(node, args)
 
 
 class _AtPoint:

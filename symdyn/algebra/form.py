@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 
@@ -99,6 +99,16 @@ class Form:
     def express(self, graph: Graph) -> Expr:
         """Return the form as a node of `graph`; symbols keep their names."""
         raise NotImplementedError
+
+    def to_sympy(self, positive: Sequence[str] = ()) -> Any:
+        """Return a SymPy expression, with the grouping and the sums of angles that are shown; symbols are real.
+
+        Args:
+            positive: the symbols that are positive too.
+        """
+        from symdyn.algebra.sympy_algebra import graph_to_sympy
+
+        return graph_to_sympy([self.express(Graph())], positive)[0]
 
 
 @dataclass(frozen=True)

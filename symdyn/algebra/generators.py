@@ -16,7 +16,7 @@ from fractions import Fraction
 from math import gcd, inf, lcm
 
 from symdyn.errors import DerivationError
-from symdyn.graph import FUNCTIONS, SMALL_PRIMES, Expr, Op, linear_form, reachable
+from symdyn.graph import SMALL_PRIMES, Expr, Op, reachable
 
 COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
     Fraction(0): (4, 0, 0, 0),
@@ -54,7 +54,7 @@ Units = Mapping[Atom, tuple[Fraction, ...]]
 
 def read_angle(angle: Expr, totals: Totals) -> tuple[int, list[tuple[Atom, Fraction]]]:
     """Return (k, [(atom, coefficient), …]) with angle = k π/12 + Σ coefficient · atom; q = sign (u(q) - u(below))."""
-    form = linear_form(angle)
+    form = angle.linear_form()
     exact = form.turns if (12 * form.turns).denominator == 1 else Fraction(round(2 * form.turns), 2)
     found: dict[Atom, Fraction] = {None: form.constant}
     if form.turns != exact:
@@ -139,7 +139,7 @@ def choose_generators(nodes: Sequence[Expr], units: Units, order: int) -> Iterab
     for atom, unit in angles:
         yield Generator("cos", atom, unit)
     for node in nodes:
-        if node.op in FUNCTIONS and node.op not in (Op.SIN, Op.COS, Op.SQRT):
+        if node.op.is_function and node.op not in (Op.SIN, Op.COS, Op.SQRT):
             yield Generator("function", node)
     if any(node.op is Op.PI for node in nodes):
         yield Generator("pi")
@@ -163,11 +163,11 @@ def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr]) -> None:
     moving = set(variables)
     for node in nodes:
         if node.op is Op.SIN or node.op is Op.COS:
-            guilty = [atom for atom, _ in linear_form(node.args[0]).terms if atom.op is not Op.SYMBOL]
+            guilty = [atom for atom, _ in node.args[0].linear_form().terms if atom.op is not Op.SYMBOL]
         elif node.op is Op.DIV:
             guilty = [node.args[1]]
         else:
-            guilty = list(node.args) if node.op in FUNCTIONS else []
+            guilty = list(node.args) if node.op.is_function else []
         for found in guilty:
             names = [str(n.value) for n in reachable([found]) if n in moving]
             if names:

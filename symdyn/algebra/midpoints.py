@@ -69,6 +69,10 @@ def bits_of(digits: int) -> int:
 class RealBalls(Balls):
     """Balls of what is real and finite: whatever may be neither raises."""
 
+    def __init__(self, digits: int) -> None:
+        """Set the precision; `digits` are decimal."""
+        super().__init__(bits_of(digits))
+
     def div(self, a: Any, b: Any) -> Any:
         """Return a / b; raise ZeroDivisionError where b may be zero for all that is known of it."""
         if b.contains(0):

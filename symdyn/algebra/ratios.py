@@ -163,88 +163,85 @@ class Ratios:
         factors = [base.power(int(k)) for base, k in zip(bases, powers[1:], strict=True) if k]
         return product_of((Number(coefficient), *factors))
 
+    def solved(self, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
+        """Return X of A X = B, by Gauss and Jordan with the shortest pivots; ZeroDivisionError where A is singular."""
+        n = len(A)
+        rows = [[*a, *b] for a, b in zip(A, B, strict=True)]
+        for k in range(n):
+            pivot = min((r for r in range(k, n) if not rows[r][k].is_zero), key=lambda r: rows[r][k].size, default=None)
+            if pivot is None:
+                raise ZeroDivisionError
+            rows[k], rows[pivot] = rows[pivot], rows[k]
+            head = rows[k][k]
+            rows[k] = [x if x.is_zero else self.div(x, head) for x in rows[k]]
+            for r in range(n):
+                share = rows[r][k]
+                if r != k and not share.is_zero:
+                    rows[r] = [
+                        x if y.is_zero else self.sub(x, self.mul(share, y))
+                        for x, y in zip(rows[r], rows[k], strict=True)
+                    ]
+        return [row[n:] for row in rows]
 
-def solved(field: Ratios, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
-    """Return X of A X = B, by Gauss and Jordan with the shortest pivots; ZeroDivisionError where A is singular."""
-    n = len(A)
-    rows = [[*a, *b] for a, b in zip(A, B, strict=True)]
-    for k in range(n):
-        pivot = min((r for r in range(k, n) if not rows[r][k].is_zero), key=lambda r: rows[r][k].size, default=None)
-        if pivot is None:
-            raise ZeroDivisionError
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        head = rows[k][k]
-        rows[k] = [x if x.is_zero else field.div(x, head) for x in rows[k]]
-        for r in range(n):
-            share = rows[r][k]
-            if r != k and not share.is_zero:
-                rows[r] = [
-                    x if y.is_zero else field.sub(x, field.mul(share, y)) for x, y in zip(rows[r], rows[k], strict=True)
-                ]
-    return [row[n:] for row in rows]
+    def product(self, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
+        """Return A B."""
+        columns = list(zip(*B, strict=True))
+        return [[self._dot(row, column) for column in columns] for row in A]
 
-
-def product(field: Ratios, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
-    """Return A B."""
-    columns = list(zip(*B, strict=True))
-    return [[_dot(field, row, column) for column in columns] for row in A]
-
-
-def _dot(field: Ratios, a: Sequence[Ratio], b: Sequence[Ratio]) -> Ratio:
-    total = field.zero
-    for x, y in zip(a, b, strict=True):
-        if not (x.is_zero or y.is_zero):
-            total = field.add(total, field.mul(x, y))
-    return total
-
-
-def characteristic(field: Ratios, A: Sequence[Sequence[Ratio]]) -> list[Ratio]:
-    """Return the coefficients of det(λ - A), that of λⁿ first, by Faddeev and LeVerrier."""
-    n = len(A)
-    coefficients, M = [field.one], [[field.zero] * n for _ in range(n)]
-    for k in range(1, n + 1):
-        M = product(field, A, M)
-        for i in range(n):
-            M[i][i] = field.add(M[i][i], coefficients[-1])
-        trace = field.zero
-        for i, row in enumerate(product(field, A, M)):
-            trace = field.add(trace, row[i])
-        coefficients.append(field.mul(field.constant(Fraction(-1, k)), trace))
-    return coefficients
-
-
-def factors(field: Ratios, coefficients: Sequence[Ratio]) -> list[tuple[list[Ratio], int]]:
-    """Return the factors of a polynomial, each monic by its coefficients, highest first, and how often it is one."""
-    under = field.one.over
-    for one in coefficients:
-        under = divmod(under * one.under, under.gcd(one.under))[0]
-    n = len(coefficients) - 1
-    whole = sum(divmod(one.over * under, one.under)[0] * field.extra ** (n - k) for k, one in enumerate(coefficients))
-    found = []
-    for factor, power in whole.factor()[1]:
-        parts: dict[int, Polynomial] = {}
-        for powers, c in factor.terms():
-            rest = field.one.over * c
-            for generator, exponent in zip(field._ctx.gens()[1:], powers[1:], strict=True):
-                rest = rest * generator ** int(exponent)
-            parts[int(powers[0])] = parts.get(int(powers[0]), 0) + rest
-        top = max(parts)
-        if top:
-            zero = 0 * field.one.over
-            found.append(([field._ratio(parts.get(k, zero), parts[top]) for k in range(top, -1, -1)], int(power)))
-    return found
-
-
-def number_at(ratio: Ratio, field: Ratios, values: Mapping[Expr, float]) -> float:
-    """Return the value of a quotient where all its generators have one."""
-
-    def value(p: Polynomial) -> float:
-        total = 0.0
-        for powers, c in p.terms():
-            term = int(c.p) / int(c.q)
-            for node, exponent in zip(field.atoms, powers[1:], strict=True):
-                term *= values[node] ** int(exponent) if exponent else 1.0
-            total += term
+    def _dot(self, a: Sequence[Ratio], b: Sequence[Ratio]) -> Ratio:
+        total = self.zero
+        for x, y in zip(a, b, strict=True):
+            if not (x.is_zero or y.is_zero):
+                total = self.add(total, self.mul(x, y))
         return total
 
-    return value(ratio.over) / value(ratio.under)
+    def characteristic(self, A: Sequence[Sequence[Ratio]]) -> list[Ratio]:
+        """Return the coefficients of det(λ - A), that of λⁿ first, by Faddeev and LeVerrier."""
+        n = len(A)
+        coefficients, M = [self.one], [[self.zero] * n for _ in range(n)]
+        for k in range(1, n + 1):
+            M = self.product(A, M)
+            for i in range(n):
+                M[i][i] = self.add(M[i][i], coefficients[-1])
+            trace = self.zero
+            for i, row in enumerate(self.product(A, M)):
+                trace = self.add(trace, row[i])
+            coefficients.append(self.mul(self.constant(Fraction(-1, k)), trace))
+        return coefficients
+
+    def factors(self, coefficients: Sequence[Ratio]) -> list[tuple[list[Ratio], int]]:
+        """Return factors of a polynomial, each monic by its coefficients, highest first, and how often it is one."""
+        under = self.one.over
+        for one in coefficients:
+            under = divmod(under * one.under, under.gcd(one.under))[0]
+        n = len(coefficients) - 1
+        whole = sum(
+            divmod(one.over * under, one.under)[0] * self.extra ** (n - k) for k, one in enumerate(coefficients)
+        )
+        found = []
+        for factor, power in whole.factor()[1]:
+            parts: dict[int, Polynomial] = {}
+            for powers, c in factor.terms():
+                rest = self.one.over * c
+                for generator, exponent in zip(self._ctx.gens()[1:], powers[1:], strict=True):
+                    rest = rest * generator ** int(exponent)
+                parts[int(powers[0])] = parts.get(int(powers[0]), 0) + rest
+            top = max(parts)
+            if top:
+                zero = 0 * self.one.over
+                found.append(([self._ratio(parts.get(k, zero), parts[top]) for k in range(top, -1, -1)], int(power)))
+        return found
+
+    def number_at(self, ratio: Ratio, values: Mapping[Expr, float]) -> float:
+        """Return the value of a quotient where all its generators have one."""
+
+        def value(p: Polynomial) -> float:
+            total = 0.0
+            for powers, c in p.terms():
+                term = int(c.p) / int(c.q)
+                for node, exponent in zip(self.atoms, powers[1:], strict=True):
+                    term *= values[node] ** int(exponent) if exponent else 1.0
+                total += term
+            return total
+
+        return value(ratio.over) / value(ratio.under)

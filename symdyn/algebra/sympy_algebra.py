@@ -1,4 +1,4 @@
-"""The outside door to SymPy: graphs and forms as SymPy expressions; SymPy is imported when one is asked for."""
+"""The outside door to SymPy: graphs as SymPy expressions; SymPy is imported when one is asked for."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.form import Form
-from symdyn.errors import TeachError
-from symdyn.graph import Arithmetic, Expr, Graph, Op, evaluate, reachable
+from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 
 NAMES: Mapping[Op, str] = {
     Op.SIN: "sin",
@@ -58,88 +56,3 @@ def graph_to_sympy(outputs: Sequence[Expr], positive: Sequence[str] = ()) -> lis
             name = str(node.value)
             symbols[node] = algebra.symbol(name, {"positive": True} if name in positive else {})
     return evaluate(outputs, algebra, symbols)
-
-
-def form_to_sympy(form: Form, positive: Sequence[str] = ()) -> Any:
-    """Return a form as a SymPy expression, with the grouping and the sums of angles that it shows."""
-    return graph_to_sympy([form.express(Graph())], positive)[0]
-
-
-def sympy_to_graph(expression: Any, graph: Graph, coordinates: Sequence[str]) -> Expr:
-    """Return a SymPy expression as a node: symbols by name, q(t) as q, its derivatives as q_dot and q_ddot.
-
-    Args:
-        expression: of SymPy, or a number.
-        graph: where the node shall live.
-        coordinates: the functions of t that it may hold.
-
-    Raises:
-        TeachError: something in it has no meaning on a graph; the message says what.
-    """
-    import sympy
-
-    functions = {getattr(sympy, name): op for op, name in NAMES.items() if op is not Op.SQRT}
-    made: dict[Any, Expr] = {}
-
-    def power(base: Expr, exponent: Any) -> Expr:
-        if not (exponent.is_Rational and exponent.q in (1, 2)):
-            raise TeachError(f"a power of {exponent} has no place here; exponents are whole numbers and halves")
-        found = (base if exponent.q == 1 else graph.sqrt(base)) ** abs(int(exponent.p))
-        return found if exponent.p > 0 else graph.one / found
-
-    def node(x: Any) -> Expr:
-        if x.is_Symbol:
-            return graph.symbol(x.name)
-        if x.is_Rational or x.is_Float:
-            return graph.constant(Fraction(str(x)))
-        if x is sympy.pi:
-            return graph.pi
-        moving = x.expr if x.is_Derivative else x
-        if isinstance(moving, sympy.core.function.AppliedUndef) and moving.func.__name__ in coordinates:
-            order = x.derivative_count if x.is_Derivative else 0
-            if order <= 2:
-                return graph.symbol(f"{moving.func.__name__}{('', '_dot', '_ddot')[order]}")
-        args = [made[arg] for arg in x.args] if not x.is_Derivative and all(arg in made for arg in x.args) else []
-        if x.is_Add:
-            return graph.total(args)
-        if x.is_Mul:
-            product = graph.one
-            for arg in args:
-                product = product * arg
-            return product
-        if x.is_Pow:
-            return power(args[0], x.exp)
-        if x.func is sympy.tan:
-            return graph.sin(args[0]) / graph.cos(args[0])
-        if x.func in functions and args:
-            return graph.function(functions[x.func], *args)
-        raise TeachError(f"{x} has no meaning here; write it in the letters of the scene")
-
-    def visit(x: Any) -> None:
-        if x in made:
-            return
-        if not x.is_Derivative and not isinstance(x, sympy.core.function.AppliedUndef):
-            for arg in x.args:
-                visit(arg)
-        made[x] = node(x)
-
-    whole = sympy.sympify(expression)
-    visit(whole)
-    return made[whole]
-
-
-def sympy_text(expression: Any, variables: Mapping[str, str]) -> str:
-    """Return a SymPy expression as Python that gives it back exactly after `from sympy import *`.
-
-    `variables` are the Python variables of its symbols, by name.
-    """
-    from sympy.printing.str import StrPrinter
-
-    class Printer(StrPrinter):  # type: ignore[misc]
-        def _print_Symbol(self, symbol: Any) -> str:
-            return variables[symbol.name]
-
-        def _print_Rational(self, number: Any) -> str:  # 1/3 alone would be a float
-            return f"Rational({number.p}, {number.q})"
-
-    return str(Printer({"order": "lex"}).doprint(expression))

@@ -17,7 +17,7 @@ What relies on one of them may stay as a term whose value is zero: longer than n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import compress
@@ -39,6 +39,7 @@ from symdyn.algebra.generators import (
     refuse_variables,
     split_by_units,
 )
+from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.errors import DerivationError
 from symdyn.graph import Arithmetic, Expr, Op, reachable
 
@@ -65,7 +66,7 @@ class TrigonometricRing(Arithmetic):
         self,
         outputs: Sequence[Expr],
         variables: Sequence[Expr] = (),
-        totals: Mapping[Expr, tuple[int, Expr | None]] | None = None,
+        parallel: Iterable[AngleGroup] = (),
         units: Iterable[Sequence[Expr]] = (),
     ) -> None:
         """Choose the generators.
@@ -73,8 +74,8 @@ class TrigonometricRing(Arithmetic):
         Args:
             outputs: nodes that will be run over the ring.
             variables: coordinates and velocities; functions, roots and denominators must be free of them.
-            totals: angles q whose generators are the sine and cosine of a total angle u = sign · q + u(below), by
-                (sign, below). In a chain of n parallel axes cos(q1 + … + qn) is one term then, not 2^(n-1).
+            parallel: angles of joints with parallel axes. Generators of a long chain are the sines and cosines of
+                total angles u = sign · q + u(below): cos(q1 + … + qn) is one term then, not 2^(n-1).
             units: symbols whose squares add up to 1, as those of a unit quaternion; all among the variables.
 
         Raises:
@@ -83,7 +84,7 @@ class TrigonometricRing(Arithmetic):
         self.variables = tuple(variables)
         nodes = reachable([*outputs, *variables])
         refuse_variables(nodes, self.variables)
-        self._totals = dict(totals or {})
+        self._totals = total_angles(parallel)
         self._units, order = angle_units(nodes, self._totals)
         self.generators = tuple(choose_generators(nodes, self._units, order))
         self._index = {(g.kind, g.node, g.number): i for i, g in enumerate(self.generators)}

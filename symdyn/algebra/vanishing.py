@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from random import Random
 
-from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, evaluate_over_field, needs_of
+from symdyn.algebra.finite_field import FiniteField, Needs, Redraw
 from symdyn.graph import Expr, Graph, Op, reachable
 
 POINTS = 2
@@ -50,11 +50,11 @@ class _Points:
 
     def __init__(self) -> None:
         """Start without values."""
-        self._needs = needs_of(())
+        self._needs = Needs.of(())
         self._begin()
 
     def _begin(self) -> None:
-        self._prime = draw_prime(1, self._needs)
+        self._prime = self._needs.prime(1)
         self._at: list[tuple[FiniteField, dict[Expr, int]]] = []
 
     def values(self, node: Expr) -> Iterator[int]:
@@ -75,8 +75,8 @@ class _Points:
     def _meet(self, node: Expr) -> None:
         """Take a field that offers what the node needs."""
         known = self._at[0][1] if self._at else {}
-        if not _offers(self._needs, needs_of(reachable([node], known))):
-            self._needs = needs_of(reachable([node, *known]))
+        if not _offers(self._needs, Needs.of(reachable([node], known))):
+            self._needs = Needs.of(reachable([node, *known]))
             self._begin()
 
     @staticmethod
@@ -86,7 +86,7 @@ class _Points:
             if one.op is Op.SYMBOL and one not in known:
                 rng.seed(f"{field.seed}:{one.value}")
                 known[one] = rng.randrange(field.p)
-        return evaluate_over_field([node], field, known, order)[0]
+        return field.evaluate([node], known, order)[0]
 
 
 def _offers(have: Needs, want: Needs) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from symdyn.graph.evaluate import reachable
 from symdyn.graph.expression import Expr, Graph
-from symdyn.graph.ops import ADD, CONSTANT, DIV, MUL, NEG, PI, SUB, SYMBOL, Op
+from symdyn.graph.ops import Op
 
 Partials = Callable[..., tuple[Expr, ...]]
 
@@ -61,36 +61,6 @@ def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: Slopes
     return [moving.get(node, zero) for node in outputs]
 
 
-def jacobian(
-    outputs: Sequence[Expr], directions: Sequence[Mapping[Expr, Expr]], slopes: Slopes = operands
-) -> list[dict[int, Expr]]:
-    """Return what is not zero of ẏ of every output, by direction: `tangents` along many, of which few move a node.
-
-    Directions are those of symbols.
-
-    >>> graph = Graph()
-    >>> x, y = graph.symbol("x"), graph.symbol("y")
-    >>> jacobian([x * y, x], [{x: graph.one}, {y: graph.one}])
-    [{0: y, 1: x}, {0: 1}]
-    """
-    moving: dict[Expr, dict[int, Expr]] = {}
-    for k, seeds in enumerate(directions):
-        for node, rate in seeds.items():
-            moving.setdefault(node, {})[k] = rate
-    inputs = set(moving)
-    for node in reachable(outputs):
-        if node in inputs or not any(arg in moving for arg in node.args):
-            continue
-        rates: dict[int, Expr] = {}
-        for arg, partial in slopes(node):
-            for k, rate in moving.get(arg, {}).items():
-                rates[k] = rates[k] + partial * rate if k in rates else partial * rate
-        rates = {k: rate for k, rate in rates.items() if not rate.is_zero}
-        if rates:
-            moving[node] = rates
-    return [moving.get(node, {}) for node in outputs]
-
-
 def gradient(output: Expr, inputs: Sequence[Expr], slopes: Slopes = operands) -> list[Expr]:
     """Return the partial derivatives of one output with respect to `inputs`, shape (len(inputs),).
 
@@ -116,26 +86,6 @@ def gradient(output: Expr, inputs: Sequence[Expr], slopes: Slopes = operands) ->
     return [adjoint.get(node, graph.zero) for node in inputs]
 
 
-def copy_node(node: Expr, args: Sequence[Expr], graph: Graph) -> Expr:
-    """Return the operation of `node` on `graph`, with other operands; it simplifies as at birth."""
-    op = node.op
-    if op is MUL:
-        return graph.mul(*args)
-    if op is ADD:
-        return graph.add(*args)
-    if op is SUB:
-        return graph.sub(*args)
-    if op is NEG:
-        return graph.neg(*args)
-    if op is DIV:
-        return graph.div(*args)
-    if op is CONSTANT:
-        return graph.constant(node.value)  # type: ignore[arg-type]
-    if op is SYMBOL:
-        return graph.symbol(str(node.value))
-    return graph.pi if op is PI else graph.function(op, *args)
-
-
 def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None) -> list[Expr]:
     """Return `outputs` with other nodes for some, rebuilt (and simplified at birth) in `graph`, else their own."""
     if not outputs:
@@ -149,5 +99,5 @@ def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Grap
         elif target is node.graph and all(new is old for new, old in zip(args, node.args, strict=True)):
             known[node] = node
         else:
-            known[node] = copy_node(node, args, target)
+            known[node] = target.copy(node, args)
     return [known[node] for node in outputs]

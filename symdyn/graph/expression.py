@@ -14,11 +14,14 @@ Identities applied at birth, cheap and always true:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from typing import Any, Union
+from typing import TYPE_CHECKING, Any, Union
 
 from symdyn.graph.ops import ADD, CONSTANT, DIV, FUNCTIONS, MUL, NEG, PI, SUB, SYMBOL, Op
+
+if TYPE_CHECKING:
+    from symdyn.graph.identities import LinearForm
 
 Scalar = Union["Expr", int, Fraction]
 Key = Union[Fraction, str, tuple["Expr", ...], tuple[int, int]]
@@ -67,6 +70,12 @@ class Expr:
 
     def __pow__(self, exponent: int) -> Expr:
         return self.graph.power(self, exponent)
+
+    def linear_form(self) -> LinearForm:
+        """Return the node as a linear form, as an angle is read; products and functions are atoms."""
+        from symdyn.graph.identities import linear_form
+
+        return linear_form(self)
 
     def __repr__(self) -> str:
         if self.op in (Op.CONSTANT, Op.SYMBOL):
@@ -283,6 +292,25 @@ class Graph:
         for term in terms:
             result = self.add(result, term)
         return result
+
+    def copy(self, node: Expr, args: Sequence[Expr]) -> Expr:
+        """Return the operation of a node of this graph or another with other operands; it simplifies as at birth."""
+        op = node.op
+        if op is MUL:
+            return self.mul(*args)
+        if op is ADD:
+            return self.add(*args)
+        if op is SUB:
+            return self.sub(*args)
+        if op is NEG:
+            return self.neg(*args)
+        if op is DIV:
+            return self.div(*args)
+        if op is CONSTANT:
+            return self.constant(node.value)  # type: ignore[arg-type]
+        if op is SYMBOL:
+            return self.symbol(str(node.value))
+        return self.pi if op is PI else self.function(op, *args)
 
     def node(self, op: Op, *args: Expr) -> Expr:
         """Return the node op(args) as it stands, without any identity applied."""

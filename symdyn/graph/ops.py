@@ -11,7 +11,10 @@ from enum import IntEnum
 
 
 class Op(IntEnum):
-    """What a node computes."""
+    """What a node computes.
+
+    Loops over nodes have names of their own for members: Python 3.11 takes 100 ns to look one up in its class.
+    """
 
     CONSTANT = 0  # an exact fraction
     PI = 1  # the named constant
@@ -31,11 +34,21 @@ class Op(IntEnum):
     SIGN = 15
     ATAN2 = 16
 
+    @property
+    def arity(self) -> int:
+        """How many operands it takes."""
+        return ARITY[self]
+
+    @property
+    def is_function(self) -> bool:
+        """Whether it is no field arithmetic; an algebra answers it in its `function` method."""
+        return self in FUNCTIONS
+
     __hash__ = int.__hash__  # an enumeration's own is a Python function, and tables are read at every node
 
 
 CONSTANT, PI, SYMBOL, ADD, SUB, MUL, DIV, NEG = list(Op)[:8]
-"""Plain names for loops over nodes: Python 3.11 takes 100 ns to look a member up in its class."""
+"""Names for loops over nodes of this package."""
 
 ARITY: dict[Op, int] = {
     Op.CONSTANT: 0,

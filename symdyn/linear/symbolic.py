@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Array, Floats, Ratio, Ratios, characteristic, factors, number_at, product, solved
+from symdyn.algebra import Array, Floats, Ratio, Ratios
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute
 from symdyn.linear.formulas import SAME, Root, Symbolic
 from symdyn.linear.linearization import Linearization
@@ -108,7 +108,7 @@ def _multipliers(
     rows = len(G) // n
     dependent = [k for k in range(n) if k not in places(asked, found)[1]]
     transposed = [[G[r * n + k] for r in range(rows)] for k in dependent]
-    return [x for (x,) in solved(field, transposed, [[h[k]] for k in dependent])]
+    return [x for (x,) in field.solved(transposed, [[h[k]] for k in dependent])]
 
 
 Ratioed = list[list[Ratio]]
@@ -130,17 +130,17 @@ def _matrices(
     moved = [[*row, *[zero] * (width - p)] for row in N_h]
     moved += [[*[zero] * p, *row, *[zero] * (width - p - m)] for row in N]
     e, c = blocks["e"], blocks["c"]
-    right = product(field, [row[: 2 * n] for row in e], moved)
+    right = field.product([row[: 2 * n] for row in e], moved)
     for i in range(n):
         for column, k in enumerate(drives):
             right[i][p + m + column] = field.sub(right[i][p + m + column], one if i == k else zero)
         for column in range(inputs):
             at = p + m + len(drives) + column
             right[i][at] = field.add(right[i][at], e[i][3 * n + column])
-    below = product(field, c, moved) if rows else []
+    below = field.product(c, moved) if rows else []
     K = [[*blocks["M"][i], *(field.neg(blocks["G"][r][i]) for r in range(rows))] for i in range(n)]
     K += [[*blocks["G"][r], *[zero] * rows] for r in range(rows)]
-    x = [[field.neg(entry) for entry in row] for row in solved(field, K, [*right, *below])]
+    x = [[field.neg(entry) for entry in row] for row in field.solved(K, [*right, *below])]
     upper = [moved[n + k] for k in positions]
     AB = [*upper, *(x[k] for k in velocities)]
     driven = [
@@ -149,7 +149,7 @@ def _matrices(
         for j, k in [next(((j, k) for j, k in enumerate(drives) if k == i), (-1, -1))]
     ]
     own = [[one if column == p + m + len(drives) + j else zero for column in range(width)] for j in range(inputs)]
-    CD = product(field, blocks["y_"], [*moved, *x, *driven, *own])
+    CD = field.product(blocks["y_"], [*moved, *x, *driven, *own])
     split = p + m
     return (
         [row[:split] for row in AB], [row[split:] for row in AB], [row[:split] for row in CD],
@@ -164,7 +164,7 @@ def _followed(field: Ratios, G: Ratioed, independent: Sequence[int], n: int) -> 
     if dependent:
         left = [[row[k] for k in dependent] for row in G]
         right = [[field.neg(row[k]) for k in independent] for row in G]
-        for k, row in zip(dependent, solved(field, left, right), strict=True):
+        for k, row in zip(dependent, field.solved(left, right), strict=True):
             found[k] = row
     return found
 
@@ -179,7 +179,7 @@ def _true(field: Ratios, exact: Sequence[Ratioed], asked: Prepared, found: Linea
     numbers = dict(zip(field.atoms, evaluate(field.atoms, Floats(), values), strict=True))
     for matrix, known in zip(exact, (found.A, found.B, found.C, found.D), strict=True):
         size = max(1.0, float(np.abs(known).max(initial=0.0)))
-        value: Array = np.array([[number_at(x, field, numbers) for x in row] for row in matrix]).reshape(known.shape)
+        value: Array = np.array([[field.number_at(x, numbers) for x in row] for row in matrix]).reshape(known.shape)
         if np.abs(value - known).max(initial=0.0) > SAME * size:
             return False
     return True
@@ -188,7 +188,7 @@ def _true(field: Ratios, exact: Sequence[Ratioed], asked: Prepared, found: Linea
 def _roots(field: Ratios, A: Ratioed) -> tuple[Root, ...]:
     """Return the eigenvalues that have a closed form."""
     found, nothing = [], field.form(field.zero)
-    for monic, times in factors(field, characteristic(field, A)):
+    for monic, times in field.factors(field.characteristic(A)):
         form, degree = [field.form(x) for x in monic], len(monic) - 1
         odd = [x for k, x in enumerate(monic) if (degree - k) % 2]
         even = degree % 2 == 0 and all(x.is_zero for x in odd)

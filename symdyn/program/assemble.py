@@ -18,10 +18,12 @@ from itertools import count
 
 from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.roads import count_by_binding
-from symdyn.graph import FUNCTIONS, NEG, SYMBOL, Expr, Graph, Op, linear_form, reachable
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program.constants import constants
 from symdyn.program.routine import Program, Routine, Step
 from symdyn.scene import Scene
+
+NEG, SYMBOL = Op.NEG, Op.SYMBOL  # see `Op`
 
 Constants = Mapping[Expr, Fraction]
 
@@ -134,7 +136,7 @@ def _shortened(node: Expr, width: dict[Expr, int], named: set[Expr], known: Cons
 def _width(node: Expr, width: Mapping[Expr, int], known: Constants) -> int:
     """Return about how many characters `node` takes when it is printed in full."""
     parts = sum([_digits(known[arg]) if arg in known else width[arg] for arg in node.args])
-    return parts + (CALL if node.op in FUNCTIONS else OPERATOR)
+    return parts + (CALL if node.op.is_function else OPERATOR)
 
 
 def _digits(value: Fraction) -> int:
@@ -166,7 +168,7 @@ def _named(lines: list[Expr], function: Function) -> tuple[Step, ...]:
 
 def _angle_label(angle: Expr, joints: Mapping[Expr, int]) -> str:
     """Return 2_3 for q2 + q3, "" for any other angle; the graph has one form of each sum."""
-    form = linear_form(angle)
+    form = angle.linear_form()
     plain = form.turns == form.constant == 0 and all(node in joints and factor == 1 for node, factor in form.terms)
     if plain and form.terms:
         return "_".join(str(number) for number in sorted(joints[node] for node, _ in form.terms))

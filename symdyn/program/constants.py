@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from symdyn.errors import DerivationError
-from symdyn.graph import CONSTANT, PI, Expr, evaluate, reachable
+from symdyn.graph import Expr, Op, evaluate, reachable
 
 PRECISIONS = (110, 220, 800, 3200)  # decimal digits
 BITS_OF_A_DIGIT = 3.33
@@ -32,10 +32,10 @@ def constants(outputs: Sequence[Expr]) -> dict[Expr, Fraction]:
     known: dict[Expr, Fraction] = {}
     inexact: list[Expr] = []
     for node in reachable(outputs):
-        if node.op is CONSTANT:
+        if node.op is Op.CONSTANT:
             assert isinstance(node.value, Fraction), "a constant is a fraction"
             known[node] = node.value
-        elif node.op is PI or (node.args and node.args[0] in known and all(arg in known for arg in node.args)):
+        elif node.op is Op.PI or (node.args and node.args[0] in known and all(arg in known for arg in node.args)):
             known[node] = Fraction(0)  # until it is computed below
             inexact.append(node)
     nothing: list[Expr] = []

@@ -12,7 +12,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics import Argument, Equations, Function
 from symdyn.dynamics.roads import Counts, count_by_binding
 from symdyn.errors import DerivationError
-from symdyn.graph import CONSTANT, SYMBOL, Expr, Graph, growing, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.passes import DEFAULT, optimise
@@ -76,7 +76,7 @@ def _bind(equations: Equations) -> Functions:
     values = {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
     bound: dict[Expr, Expr] = {}
     for node in reachable(entries_of(functions)) if values else ():
-        if node.op is SYMBOL and node.value in values:
+        if node.op is Op.SYMBOL and node.value in values:
             bound[node] = values[str(node.value)].express(graph)
     if not bound:
         return functions
@@ -102,7 +102,7 @@ def _divides_by_zero(function: Function, bound: Mapping[Expr, Expr]) -> bool:
 def _fold(functions: Functions) -> Functions:
     """Return the functions with hidden fractions, zeros above all, in the open, so that their products simplify."""
     known = constants(entries_of(functions))
-    hidden = {node: value for node, value in known.items() if node.op is not CONSTANT and is_simple(value)}
+    hidden = {node: value for node, value in known.items() if node.op is not Op.CONSTANT and is_simple(value)}
     if not hidden:
         return functions
     target = Graph()

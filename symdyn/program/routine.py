@@ -15,7 +15,7 @@ from symdyn.arguments import check_arguments
 from symdyn.dynamics import Function
 from symdyn.dynamics.roads import Counts
 from symdyn.errors import UnknownNameError
-from symdyn.graph import SYMBOL, Expr, Graph, Op
+from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
@@ -137,7 +137,7 @@ def _undefined(node: Expr, defined: set[Expr]) -> list[Expr]:
         if here in defined or here in seen:
             continue
         seen.add(here)
-        if here.op is SYMBOL:
+        if here.op is Op.SYMBOL:
             found.append(here)
         stack += here.args
     return found

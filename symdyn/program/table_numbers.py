@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from symdyn.dynamics import JointTable
-from symdyn.graph import SYMBOL, Expr, Graph, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.program.constants import constants
 from symdyn.scene import Scene
 
@@ -39,7 +39,7 @@ def table_numbers(table: JointTable, scene: Scene) -> list[Fraction]:
     values = {one.name: one.value for one in scene.parameters if one.value is not None}
     graph = Graph()
     bound: dict[Expr, Expr] = {
-        node: values[str(node.value)].express(graph) for node in reachable(entries) if node.op is SYMBOL
+        node: values[str(node.value)].express(graph) for node in reachable(entries) if node.op is Op.SYMBOL
     }
     found = substitute(entries, bound, graph)
     known = constants(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing, total_angles
+from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
 from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form, driving_forces, energies
 from symdyn.dynamics.mechanism import State, body_placements, squared_length, state_symbols, vector
 from symdyn.emit.print import LENGTH, Letters, Printable, printable
@@ -273,7 +273,7 @@ class Lesson(Prose):
             for at in (*centre, *(particle.at for particle in body.particles)):
                 needed += self.placed[body.name].point(vector(at, self.graph))
         state = (*self.state.q, *self.state.qd, *self.state.qdd)
-        return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, total_angles(self._parallel))
+        return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, self._parallel)
 
     @cached_property
     def _parallel(self) -> tuple[AngleGroup, ...]:

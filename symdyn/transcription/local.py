@@ -32,7 +32,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Argument, Workspace
 from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
 from symdyn.dynamics.roads import inverse_derivatives
-from symdyn.graph import SYMBOL, Expr, gradient, reachable, substitute, tangents
+from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity
 from symdyn.simulation import compiled, plain, points
 from symdyn.simulation.prescribed import drive_names
@@ -239,7 +239,7 @@ def _slopes(name: str) -> str:
 
 def appearing(entries: Iterable[Expr]) -> set[Expr]:
     """Return the symbols in entries."""
-    return {node for node in reachable(list(entries)) if node.op is SYMBOL}
+    return {node for node in reachable(list(entries)) if node.op is Op.SYMBOL}
 
 
 NAMES = {"q": "q", "u": "qd", "a": "qdd", "force": "tau", "free": "values"}

@@ -17,12 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Bounded, Midpoints, RunningErrors, Shaken
+from symdyn.algebra import Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Function
 from symdyn.emit.code import bound_of_sines
 from symdyn.graph import Expr, evaluate, reachable, repeated
 from symdyn.program import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, Program, sample, values_of
 from symdyn.verdict import HOLD, verdict
+from symdyn.verify.shaken import Shaken
 
 DIGITS = 50
 RUNS = 6  # by lot, where there is no bound

@@ -12,9 +12,9 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.algebra import Bound, Bounds, FiniteField, Needs, RealBalls, Redraw, bits_of, draw_prime, needs, needs_of
+from symdyn.algebra import Bound, Bounds, FiniteField, Needs, RealBalls, Redraw
 from symdyn.errors import VerifyError
-from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
+from symdyn.graph import Algebra, Expr, Op, reachable
 from symdyn.verdict import verdict
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, FirstPoints, NumberPoints, field_values
 from symdyn.verify.roots import Roots, conjugated, radicands, signed
@@ -101,11 +101,11 @@ def prove(
     rootless = all(node.op is not Op.SQRT for node in order)
     rooted = [()] * len(claims) if rootless else [_radicands(claim) for claim in claims]
     exact = [claim for claim, roots in zip(claims, rooted, strict=True) if roots is not None]
-    wanted = needs_of(order) if rootless else needs([x for claim in exact for x in (*claim.left, *claim.right)])
-    fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
+    wanted = Needs.of(order if rootless else reachable([x for claim in exact for x in (*claim.left, *claim.right)]))
+    fields = Fields(seed, tuple(wanted.prime(seed + k) for k in range(primes)), points)
     seeds = [[hash_seed(seed, k, point, point) for k in range(primes)] for point in range(points)]
     first, over_fields = FirstPoints(wanted, fields.primes, seeds), FieldPoints(wanted)
-    numbers, bounds = RealBalls(bits_of(DIGITS)), Bounds(wanted)
+    numbers, bounds = RealBalls(DIGITS), Bounds(wanted)
     in_numbers = NumberPoints(numbers, positive)
     if rootless:  # so all claims can be run over a field, which one walk does for most of them
         first.look(order)
@@ -253,9 +253,9 @@ def _is_decided(outputs: Sequence[Expr]) -> bool:
     for entries in _by_graph(outputs):
         for node in reachable(entries):
             if node.op in (Op.SIN, Op.COS):
-                if any(atom.op is not Op.SYMBOL for atom, _ in linear_form(node.args[0]).terms):
+                if any(atom.op is not Op.SYMBOL for atom, _ in node.args[0].linear_form().terms):
                     return False
-            elif node.op in FUNCTIONS and not (node.op is Op.SQRT and node.args[0].op is Op.CONSTANT):
+            elif node.op.is_function and not (node.op is Op.SQRT and node.args[0].op is Op.CONSTANT):
                 return False
     return True
 

@@ -16,7 +16,7 @@ from fractions import Fraction
 from math import lgamma, log
 from typing import Any
 
-from symdyn.algebra import Bound, eliminate
+from symdyn.algebra import Bound
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import body_inertia, body_placements, vector
 from symdyn.dynamics.reactions import (
@@ -57,6 +57,7 @@ from symdyn.spatial import (
     times,
     transpose as transposed,
 )
+from symdyn.verify.elimination import eliminate
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere, of_loops
 

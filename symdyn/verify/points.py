@@ -14,8 +14,6 @@ from symdyn.algebra import (
     RealBalls,
     Redraw,
     Residues,
-    evaluate_over_field,
-    function_over_field,
 )
 from symdyn.graph import Expr, Op, evaluate, reachable
 
@@ -31,7 +29,7 @@ class FirstPoints:
     def __init__(self, wanted: Needs, primes: Sequence[int], seeds: Sequence[Sequence[int]]) -> None:
         """Start without values; `seeds` are those of point j of every prime, for each j."""
         fields = [[FiniteField(p, seed, wanted) for p, seed in zip(primes, row, strict=True)] for row in seeds]
-        self._points = ManyPoints(fields, _drawn_from, function_over_field)
+        self._points = ManyPoints(fields, _drawn_from, FiniteField.function_at)
         self._most = HELD // (len(primes) * len(seeds))
 
     @property
@@ -111,7 +109,7 @@ def field_values(outputs: Sequence[Expr], field: FiniteField, known: dict[Expr, 
         if node.op is Op.SYMBOL and node not in known:
             rng.seed(f"{field.seed}:{node.value}")
             known[node] = rng.randrange(field.p)
-    return evaluate_over_field(outputs, field, known, order)
+    return field.evaluate(outputs, known, order)
 
 
 class NumberPoints:

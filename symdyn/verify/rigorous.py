@@ -17,8 +17,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from flint import arb
 
-from symdyn.algebra import BITS, Balls, BigFloats, distance
+from symdyn.algebra import Balls, BigFloats
 from symdyn.dynamics import Equations, Function, LoopChoices, Workspace
 from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
@@ -157,7 +158,7 @@ def rigorous(
     parameters = {p.name: p.value.express(workspace.graph) for p in scene.parameters if p.value is not None}
     bounds: list[Bound] = []
     tried: dict[str, tuple[Mapping[str, Any], ...]] = {}
-    bits = BITS
+    bits = Balls().bits
     for function, routine in zip(equations.functions, program.routines, strict=True):
         if not function.entries:
             continue
@@ -225,7 +226,7 @@ def _balls(
     function: Function, point: Sequence[Array], parameters: Mapping[str, Expr], real: str
 ) -> tuple[list[Any], int]:
     """Return a ball for every entry at a state, small beside an ulp of the largest entry, and the bits that it took."""
-    bits = BITS
+    bits = Balls().bits
     while True:
         algebra = Balls(bits)
         with algebra:
@@ -260,3 +261,15 @@ def _bounds(
             said = verdict(all(known), lost, proved=True)
             rows.append(Bound(function.name, index, name, computed, error, error / ulp, state, said))
     return rows
+
+
+def distance(computed: float, ball: Any) -> float:
+    """Return a double that is not less than |computed - true| for any true value in the ball; infinite if it is not.
+
+    This is |computed - midpoint| + radius, each step rounded up.
+    """
+    if not (math.isfinite(computed) and ball.is_finite()):
+        return math.inf
+    bound = (arb(computed) - ball).abs_upper()
+    nearest = float(bound)
+    return nearest if arb(nearest) >= bound else math.nextafter(nearest, math.inf)

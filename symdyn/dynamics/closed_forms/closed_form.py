@@ -26,7 +26,6 @@ from symdyn.algebra import (
     TrigonometricRing,
     product_of,
     sum_of,
-    total_angles,
 )
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, ordered_graph, too_long
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
@@ -129,9 +128,7 @@ class ClosedForm(Shown):
 
         Symbols are real, those of parameters declared positive are positive.
         """
-        from symdyn.algebra import form_to_sympy
-
-        return form_to_sympy(self.form(*key), [p.name for p in self.scene.parameters if p.positive])
+        return self.form(*key).to_sympy([p.name for p in self.scene.parameters if p.positive])
 
     @cached_property
     def compactor(self) -> Compactor:
@@ -178,7 +175,7 @@ def closed_form(scene: SceneLike) -> ClosedForm:
     rotors = _rotors(scene, graph)
     needed += [rotor for _, rotor in rotors]
     parallel = angle_groups(scene, graph)
-    ring = TrigonometricRing(needed, (*state.q, *state.qd), total_angles(parallel))
+    ring = TrigonometricRing(needed, (*state.q, *state.qd), parallel)
     found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
     M = [[ring.zero] * state.n for _ in range(state.n)]
     for body in massive:

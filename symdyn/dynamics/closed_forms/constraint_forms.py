@@ -13,7 +13,7 @@ from fractions import Fraction
 from itertools import combinations
 from operator import itemgetter
 
-from symdyn.algebra import Compactor, Form, Number, Polynomial, TrigonometricRing, total_angles
+from symdyn.algebra import Compactor, Form, Number, Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_graph
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.constraint_rows import Constraints, Label, differentiated
@@ -92,7 +92,7 @@ def _written(
         raise DerivationError("a quaternion's rates are no velocities")
     needed = [entry for k in kept for entry in (found.residual[k], *found.G[k])]
     parallel = angle_groups(scene, graph, across=True)
-    ring = TrigonometricRing([*needed, *state.qd], (*state.q, *state.qd), total_angles(parallel))
+    ring = TrigonometricRing([*needed, *state.qd], (*state.q, *state.qd), parallel)
     value = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
     if (terms := sum(map(len, value.values()))) > MOST_TERMS:
         raise DerivationError(f"they have {terms} terms, and {MOST_TERMS} is the limit")

@@ -42,7 +42,7 @@ from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.graph import FUNCTIONS, Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import GROUND, Joint, Scene
 from symdyn.spatial import Inertia, Transform, no_inertia, symmetric
@@ -140,7 +140,7 @@ def formulas(values: Sequence[Expr], digits: int) -> list[Form]:
     """
     from symdyn.algebra import Compactor, TrigonometricRing
 
-    odd = any(node.op in FUNCTIONS - {Op.SQRT} and not has_symbols(node) for node in reachable(values))
+    odd = any(node.op.is_function and node.op is not Op.SQRT and not has_symbols(node) for node in reachable(values))
     values = in_fractions(values) if odd else values
     ring = TrigonometricRing(values)
     short, found = Compactor(ring), evaluate(values, ring, ring.values(values))

@@ -21,15 +21,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra import Floats, Levels
+from symdyn.algebra import Floats
 from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.cuts import Gauge, gauges
+from symdyn.dynamics.loops.levels import Levels
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
 from symdyn.dynamics.mechanism.directions import directions
 from symdyn.dynamics.mechanism.state import placement, quaternions, state_symbols
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, evaluate, jacobian, reachable
+from symdyn.graph import Expr, Graph, evaluate, operands, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, start_of
 from symdyn.unlocked import cached_property
 
@@ -70,6 +71,34 @@ class Pattern:
     rows: Places
     columns: Places
     entries: tuple[Expr, ...]
+
+
+def jacobian(outputs: Sequence[Expr], directions: Sequence[Mapping[Expr, Expr]]) -> list[dict[int, Expr]]:
+    """Return what is not zero of ẏ of every output, by direction: `tangents` along many, of which few move a node.
+
+    Directions are those of symbols.
+
+    >>> graph = Graph()
+    >>> x, y = graph.symbol("x"), graph.symbol("y")
+    >>> jacobian([x * y, x], [{x: graph.one}, {y: graph.one}])
+    [{0: y, 1: x}, {0: 1}]
+    """
+    moving: dict[Expr, dict[int, Expr]] = {}
+    for k, seeds in enumerate(directions):
+        for node, rate in seeds.items():
+            moving.setdefault(node, {})[k] = rate
+    inputs = set(moving)
+    for node in reachable(outputs):
+        if node in inputs or not any(arg in moving for arg in node.args):
+            continue
+        rates: dict[int, Expr] = {}
+        for arg, partial in operands(node):
+            for k, rate in moving.get(arg, {}).items():
+                rates[k] = rates[k] + partial * rate if k in rates else partial * rate
+        rates = {k: rate for k, rate in rates.items() if not rate.is_zero}
+        if rates:
+            moving[node] = rates
+    return [moving.get(node, {}) for node in outputs]
 
 
 def pattern(rows: Sequence[Mapping[int, Expr]]) -> Pattern:

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.recursive.row_kinds import RowKind, kinds_of, names_of
-from symdyn.graph import SYMBOL, Algebra, Expr, Graph, reachable, repeated, substitute
+from symdyn.graph import Algebra, Expr, Graph, Op, reachable, repeated, substitute
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Sweep:
     @property
     def reads(self) -> set[str]:
         """Names of the symbols that it reads."""
-        return {str(node.value) for node in reachable(self.results) if node.op is SYMBOL}
+        return {str(node.value) for node in reachable(self.results) if node.op is Op.SYMBOL}
 
 
 Sweeps = Callable[[RowKind], tuple[Sweep, ...]]

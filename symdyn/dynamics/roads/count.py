@@ -18,7 +18,9 @@ from symdyn.dynamics.recursive.row_kinds import kinds_of
 from symdyn.dynamics.recursive.sweeps import Sweep
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.named_functions import Function
-from symdyn.graph import SYMBOL, Expr, reachable
+from symdyn.graph import Expr, Op, reachable
+
+SYMBOL = Op.SYMBOL  # see `Op`
 
 BINDING: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("params", ("params", "prepared")),

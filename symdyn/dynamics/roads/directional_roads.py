@@ -12,8 +12,8 @@ H is what differentiates vjp along all columns of J, and not symmetric where a q
 
 (H + Hᵀ)/2 is the second order of φ(q ∘ exp ξ, …) in ξ, which differential dynamic programming wants.
 
-Sweeps that code is generated from read turns (`symdyn.graph.turns`) where that costs less; those beside which they are
-proved do not.
+Sweeps that code is generated from read turns (`symdyn.dynamics.roads.turns`) where that costs less; those beside
+which they are proved do not.
 """
 
 from __future__ import annotations
@@ -37,9 +37,10 @@ from symdyn.dynamics.roads.derivative_outputs import (
 )
 from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS, direction
 from symdyn.dynamics.roads.output import Output
+from symdyn.dynamics.roads.turns import turns
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Slopes, operands, substitute, tangents, turns
+from symdyn.graph import Expr, Slopes, operands, substitute, tangents
 from symdyn.spatial import zero_vector
 
 Ways = Sequence[str]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.graph import CONSTANT, SYMBOL, Expr, Op
+from symdyn.graph import Expr, Op
 
 ANY, SUM, PRODUCT, SIGN, ATOM = range(5)
 
@@ -73,10 +73,10 @@ class Printer:
     def _bound(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:
         """Return the text of `node` and how tightly it binds."""
         if node in names:
-            return self.spellings[SYMBOL].pattern.format(names[node]), ATOM
+            return self.spellings[Op.SYMBOL].pattern.format(names[node]), ATOM
         if node in constants:
             digits = self.literal(constants[node])
-            return self.spellings[CONSTANT].pattern.format(digits), SIGN if digits.startswith("-") else ATOM
+            return self.spellings[Op.CONSTANT].pattern.format(digits), SIGN if digits.startswith("-") else ATOM
         return self._written(node, names, constants)
 
     def _written(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:

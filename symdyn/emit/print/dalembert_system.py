@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from symdyn.algebra import Compactor, Form, Function, TrigonometricRing, total_angles
+from symdyn.algebra import Compactor, Form, Function, TrigonometricRing
 from symdyn.dynamics import Workspace, angle_groups
 from symdyn.dynamics.loops import in_words
 from symdyn.dynamics.mechanism import TIME
@@ -85,7 +85,7 @@ def forms_of(system: Equilibrium) -> Written:
     parallel = angle_groups(scene, graph)
     write: Forms = Form.of
     try:
-        ring = TrigonometricRing(needed, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+        ring = TrigonometricRing(needed, (*state.q, *state.qd, *state.qdd), parallel)
         values = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
         compact = Compactor(ring, parallel)
         write = lambda node: compact(values[node])  # noqa: E731

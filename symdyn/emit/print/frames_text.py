@@ -8,7 +8,7 @@ from typing import TypedDict
 
 from symdyn.dynamics import ChosenFrame, chosen_frames, formulas
 from symdyn.emit.print.formula_text import text_of
-from symdyn.graph import Expr, Graph, linear_form
+from symdyn.graph import Expr, Graph
 from symdyn.rounding import digits_or
 from symdyn.scene import JOINTS, Pose, Scene, spell
 from symdyn.spatial import Transform
@@ -82,7 +82,7 @@ def length_text(length: Expr) -> str:
 
 def angle_text(angle: Expr) -> str:
     """Return an angle: multiples of π in degrees, the rest as formula in rad."""
-    form, graph = linear_form(angle), angle.graph
+    form, graph = angle.linear_form(), angle.graph
     rest = graph.total(graph.constant(factor) * atom for atom, factor in form.terms) + form.constant
     text = "" if rest.is_zero else length_text(rest)
     if not form.turns:

@@ -122,7 +122,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     """Return what a page says in SymPy; with `dynamic` what moves is a function of time."""
     from sympy import ImmutableMatrix
 
-    from symdyn.algebra import form_to_sympy, graph_to_sympy
+    from symdyn.algebra import graph_to_sympy
 
     scene, rows, n = page.scene, page.constraints.rows, range(len(page.rows))
     positive = [one.name for one in scene.parameters if one.positive]
@@ -130,15 +130,15 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
     sizes = [row.multiplier for row in rows]
     names = [*(one.name for one in scene.parameters), *scene.coordinates, *rates, *accelerations]
     names += [*filter(None, scene.drives), *(one.name for one in scene.inputs), *sizes, TIME]
-    plain = {name: form_to_sympy(Symbol(name), positive) for name in names}
+    plain = {name: Symbol(name).to_sympy(positive) for name in names}
     symbols = plain | _in_time(scene, sizes) if dynamic else plain
     moved = {plain[name]: symbols[name] for name in names if dynamic and plain[name] != symbols[name]}
     functions = _functions(page, plain, moved)
     symbols |= functions
-    moved |= {form_to_sympy(Symbol(name), positive): function for name, function in functions.items()}
+    moved |= {Symbol(name).to_sympy(positive): function for name, function in functions.items()}
 
     def write(one: Form | Expr) -> Any:
-        found = graph_to_sympy([one], positive)[0] if isinstance(one, Expr) else form_to_sympy(one, positive)
+        found = graph_to_sympy([one], positive)[0] if isinstance(one, Expr) else one.to_sympy(positive)
         return found.xreplace(moved)
 
     def matrix(entries: Iterable[Sequence[Form | Expr]], width: int = 1) -> Any:

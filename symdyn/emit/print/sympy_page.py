@@ -10,6 +10,7 @@ holds them is none that is wrong; `.subs(sub).doit()` writes them out.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 from symdyn.algebra import Form, Symbol
 from symdyn.emit.print.printable import Printable
@@ -74,9 +75,7 @@ class _Variables:
 
     def show(self, form: Form) -> str:
         """Return a form as Python."""
-        from symdyn.algebra import form_to_sympy, sympy_text
-
-        return sympy_text(form_to_sympy(form, self.positive), self.symbols)
+        return _text(form.to_sympy(self.positive), self.symbols)
 
 
 def sympy_page(page: Printable, group: str) -> str:
@@ -172,3 +171,20 @@ def _constraints(page: Printable, variables: _Variables) -> Iterator[str]:
 
 
 LINES = {"equations": _equations, "coefficients": _coefficients, "textbook": _textbook, "matrix": _matrix}
+
+
+def _text(expression: Any, variables: Mapping[str, str]) -> str:
+    """Return a SymPy expression as Python that gives it back exactly after `from sympy import *`.
+
+    `variables` are the Python variables of its symbols, by name.
+    """
+    from sympy.printing.str import StrPrinter
+
+    class Printer(StrPrinter):  # type: ignore[misc]
+        def _print_Symbol(self, symbol: Any) -> str:
+            return variables[symbol.name]
+
+        def _print_Rational(self, number: Any) -> str:  # 1/3 alone would be a float
+            return f"Rational({number.p}, {number.q})"
+
+    return str(Printer({"order": "lex"}).doprint(expression))

@@ -15,7 +15,7 @@ from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.real import REALS
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.targets.javascript import JS
-from symdyn.graph import CONSTANT, SYMBOL, Expr, reachable
+from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import write_text
 
 FORMAT = 1
@@ -50,7 +50,7 @@ def _nodes(functions: Iterable[Function]) -> list[Expr]:
 
 def _node(node: Expr, place: Mapping[Expr, int]) -> list[Any]:
     """Return a node: its operation, then the numbers of its operands, or what a leaf is."""
-    told = [str(node.value)] if node.op in (CONSTANT, SYMBOL) else [place[arg] for arg in node.args]
+    told = [str(node.value)] if node.op in (Op.CONSTANT, Op.SYMBOL) else [place[arg] for arg in node.args]
     return [node.op.name.lower(), *told]
 
 

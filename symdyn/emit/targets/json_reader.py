@@ -15,7 +15,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.targets.json_graph import FORMAT
 from symdyn.errors import ProgramError, SymdynError
-from symdyn.graph import ARITY, CONSTANT, NEG, SYMBOL, Expr, Graph, Op, reachable
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import PARAMS, Program, assemble
 from symdyn.scene import Scene, read_text
 
@@ -118,18 +118,18 @@ class _Reader:
             if not isinstance(name, str) or name not in operations:
                 self._refuse(where, f"is of no operation there is; give one of {', '.join(operations)}")
             op = operations[name]
-            wanted = 1 if op in (CONSTANT, SYMBOL) else ARITY[op]
+            wanted = 1 if op in (Op.CONSTANT, Op.SYMBOL) else op.arity
             if len(rest) != wanted:
                 self._refuse(where, f"{name} takes {wanted}, here are {len(rest)}")
-            if op is CONSTANT:
+            if op is Op.CONSTANT:
                 nodes.append(
                     graph.constant(Fraction(self._matching(where, rest[0], NUMBER, "a fraction, such as -2/3")))
                 )
-            elif op is SYMBOL:
+            elif op is Op.SYMBOL:
                 nodes.append(graph.symbol(self._matching(where, rest[0], SYMBOL_NAME, "a name")))
             else:
                 args = [self._earlier(where, number, nodes) for number in rest]
-                if op is NEG and args[0].op in (NEG, CONSTANT):
+                if op is Op.NEG and args[0].op in (Op.NEG, Op.CONSTANT):
                     self._refuse(where, "is the negative of a negative, or of a constant; write that itself")
                 nodes.append(graph.node(op, *args))
         return nodes
@@ -153,7 +153,7 @@ class _Reader:
         entries = tuple(self._earlier(f"{where}.entries", number, nodes) for number in told["entries"])
         if prod(shape) != len(entries):
             self._refuse(f"{where}.entries", f"are {len(entries)}; shape {shape} has {prod(shape)}")
-        strange = {node for node in reachable(entries) if node.op is SYMBOL} - {*symbols}
+        strange = {node for node in reachable(entries) if node.op is Op.SYMBOL} - {*symbols}
         if strange:
             names = ", ".join(sorted(str(node.value) for node in strange))
             self._refuse(f"{where}.entries", f"need {names[:200]}, which are none of the arguments")
@@ -171,7 +171,7 @@ class _Reader:
     def _argument(self, where: str, told: Any, nodes: list[Expr]) -> Argument:
         told = self._object(where, told, ARGUMENT)
         symbols = tuple(self._earlier(f"{where}.entries", number, nodes) for number in told["entries"])
-        if any(symbol.op is not SYMBOL for symbol in symbols):
+        if any(symbol.op is not Op.SYMBOL for symbol in symbols):
             self._refuse(f"{where}.entries", "holds what is no symbol")
         units = self._texts(f"{where}.units", told["units"])
         if units and len(units) != len(symbols):

@@ -20,7 +20,7 @@ from symdyn.emit.code.real import REALS, SINGLE, Real, digits
 from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
-from symdyn.graph import ARITY, Op
+from symdyn.graph import Op
 
 FUNCTIONS: Mapping[Op, tuple[str, str, str]] = {
     Op.SIN: ("sin", "math.sin", "numpy.sin"),
@@ -36,7 +36,7 @@ FUNCTIONS: Mapping[Op, tuple[str, str, str]] = {
 
 SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
-    **{op: call(name, ARITY[op]) for op, (name, _, _) in FUNCTIONS.items()},
+    **{op: call(name, op.arity) for op, (name, _, _) in FUNCTIONS.items()},
     Op.ABS: call("abs"),
 }
 

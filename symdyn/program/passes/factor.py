@@ -17,8 +17,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from symdyn.graph import ADD, MUL, NEG, SUB, SYMBOL, Expr, Graph, copy_node
+from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import Early, use_counts
+
+ADD, MUL, NEG, SUB, SYMBOL = Op.ADD, Op.MUL, Op.NEG, Op.SUB, Op.SYMBOL  # see `Op`
 
 Term = tuple[bool, tuple[Expr, ...]]
 """Whether it is subtracted, and its factors."""
@@ -45,7 +47,7 @@ def factor(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = 
     for node in settled:
         terms = found.get(node)
         if terms is None:
-            new[node] = copy_node(node, [new[arg] for arg in node.args], graph)
+            new[node] = graph.copy(node, [new[arg] for arg in node.args])
         else:
             terms = [(minus, tuple([new[one] for one in factors])) for minus, factors in terms]
             sum_ = _factored(terms, graph, early)

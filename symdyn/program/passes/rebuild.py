@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from symdyn.graph import NEG, SYMBOL, Expr, Graph, reachable
+from symdyn.graph import Expr, Graph, Op, reachable
+
+NEG, SYMBOL = Op.NEG, Op.SYMBOL  # see `Op`
 
 
 def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:

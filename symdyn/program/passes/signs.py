@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from symdyn.graph import DIV, MUL, NEG, SUB, Expr, Graph, copy_node
+from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import use_counts
+
+DIV, MUL, NEG, SUB = Op.DIV, Op.MUL, Op.NEG, Op.SUB  # see `Op`
 
 
 def signs(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:
@@ -34,7 +36,7 @@ def signs(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = (
         elif node.op is NEG and node.args[0] in turned:
             new[node] = args[0]
         else:
-            new[node] = copy_node(node, args, graph)
+            new[node] = graph.copy(node, args)
     return [new[entry] for entry in entries]
 
 

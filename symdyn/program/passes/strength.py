@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from symdyn.graph import DIV, MUL, Expr, Graph, copy_node
+from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import fixed, use_counts
+
+DIV, MUL = Op.DIV, Op.MUL  # see `Op`
 
 
 def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:
@@ -37,7 +39,7 @@ def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] 
     for node in uses:
         args = [new[arg] for arg in node.args]
         if node in constant:
-            new[node] = copy_node(node, args, graph)
+            new[node] = graph.copy(node, args)
         elif node.op is MUL:
             factors = [one for one in node.args if one not in constant]
             held = [new[one] for one in node.args if one in constant]
@@ -48,7 +50,7 @@ def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] 
         elif node.op is DIV and node.args[1] in constant:
             new[node] = graph.mul(graph.div(graph.one, args[1]), args[0])
         else:
-            new[node] = copy_node(node, args, graph)
+            new[node] = graph.copy(node, args)
     return [new[entry] for entry in entries]
 
 

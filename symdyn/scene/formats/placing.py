@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from decimal import Context, Decimal, Inexact
 from fractions import Fraction
 
-from symdyn.graph import Graph, Op, linear_form
+from symdyn.graph import Graph, Op
 from symdyn.scene.formats.snap import PI_50, snap_angle
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.folding import FormulaError
@@ -99,7 +99,7 @@ def known(quantity: Quantity, values: Mapping[str, Value]) -> Value:
 
 def known_angle(quantity: Quantity, values: Mapping[str, Value]) -> Value:
     """Return the value of an angle, a multiple of π as the double nearest to it; see `known`."""
-    form = linear_form(quantity.express(Graph()))
+    form = quantity.express(Graph()).linear_form()
     if form.turns and not form.constant and not form.terms:
         return float(form.turns * PI_50)
     return known(quantity, values)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import product
 
-from symdyn.graph import Expr, Graph, as_number, gradient
+from symdyn.graph import Expr, Graph, gradient
 from symdyn.scene.joints.joint_kind import Block, Gimbal, JointMotion, Move
+from symdyn.scene.joints.pythagoras import as_number
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from symdyn.graph import FUNCTIONS, Expr, Graph, Op, arithmetic
+from symdyn.graph import Expr, Graph, Op, arithmetic
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Quantity:
         if self.op is Op.PI:
             return graph.pi
         args = [arg.express(graph) for arg in self.args]
-        if self.op in FUNCTIONS:
+        if self.op.is_function:
             return graph.function(self.op, *args)
         return arithmetic(graph)[self.op](*args)  # type: ignore[no-any-return]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from symdyn.algebra import Compactor, Form, TrigonometricRing, sympy_to_graph, total_angles
+from symdyn.algebra import Compactor, Form, TrigonometricRing
 from symdyn.dynamics import angle_groups, driving_forces, energies, mass_matrix, momenta
 from symdyn.dynamics.mechanism import State, body_placements
 from symdyn.emit.print import text_of
@@ -14,6 +14,7 @@ from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import Scene
 from symdyn.teach.languages import language_of
 from symdyn.teach.masses import AXES, masses
+from symdyn.teach.practice.sympy_to_graph import sympy_to_graph
 from symdyn.unlocked import cached_property
 from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify import Claim, prove
@@ -74,7 +75,7 @@ def shortest(node: Expr, scene: Scene, state: State) -> Form | None:
     """Return a node as short as the ring of sines of a scene writes it; None where it is none of that ring."""
     try:
         parallel = angle_groups(scene, node.graph)
-        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+        ring = TrigonometricRing([node], (*state.q, *state.qd, *state.qdd), parallel)
         return Compactor(ring, parallel)(evaluate([node], ring, ring.values([node]))[0])
     except DerivationError:
         return None

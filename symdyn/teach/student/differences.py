@@ -31,7 +31,6 @@ from symdyn.algebra import (
     Product,
     Sum,
     TrigonometricRing,
-    total_angles,
 )
 from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import state_symbols
@@ -120,7 +119,7 @@ class _Comparison:
         state = state_symbols(scene, graph)
         nodes = [form.express(graph) for form in (right, found)]
         groups = angle_groups(scene, graph)
-        self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(groups))
+        self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), groups)
         self.compact = Compactor(self.ring, groups)
         b, a = evaluate(nodes, self.ring, self.ring.values(nodes))
         self.a, self.b = self._buckets(a), self._buckets(b)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Union
 
-from symdyn.graph import ARITY, Expr, Op
+from symdyn.graph import Expr, Op
 from symdyn.verify.written.memory import Fault, Given, Index, Pointer, Rows
 from symdyn.verify.written.reading import Cut, Text, Unread, Wanted
 from symdyn.verify.written.syntax import line_of, said, unread
@@ -167,7 +167,7 @@ class Values:
         given = self.arguments(node)
         if op is None:
             raise unread(node, "is no function that is read here")
-        if len(given) != ARITY[op]:
+        if len(given) != op.arity:
             raise unread(node, "has another number of arguments")
         return self.file.text.graph.function(op, *(self.real(one) for one in given))
 

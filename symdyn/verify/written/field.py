@@ -13,7 +13,7 @@ from fractions import Fraction
 from hashlib import blake2b
 from math import lcm
 
-from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw, Residues, draw_prime
+from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw, Residues
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 PRIMES = POINTS = 2
@@ -108,7 +108,7 @@ def everywhere(outputs: Sequence[Expr], seed: int) -> Everywhere:
         Redraw: there are no such points.
     """
     wanted = Needs(1, 1, 1, (), denominator(outputs))
-    primes = [draw_prime(seed + k, wanted) for k in range(PRIMES)]
+    primes = [wanted.prime(seed + k) for k in range(PRIMES)]
 
     def drawn(prime: int, draws: int) -> Iterator[Uninterpreted]:
         return (Uninterpreted(prime, seed * MAX_DRAWS + draw, wanted) for draw in range(draws))

@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from symdyn.graph import ARITY, Expr, Op
+from symdyn.graph import Expr, Op
 from symdyn.verify.written.reading import Cut, Language, Read, Reading, Text, Unread, Wanted
 from symdyn.verify.written.syntax import line_of, nodes, said, unread
 
@@ -259,7 +259,7 @@ class _Function:
         inner = [one for one in listed.children if one.type != "comment"][1:-1]
         if op is None or any(one.type != "," for one in inner[1::2]):
             raise unread(node, "is no function that is read here")
-        if len(inner) != 2 * ARITY[op] - 1:
+        if len(inner) != 2 * op.arity - 1:
             raise unread(node, "has another number of arguments")
         return self.text.graph.function(op, *map(self.value, inner[::2]))
 

@@ -18,7 +18,7 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.c.double_double import printer as printer_of, sincos_numbers
 from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
-from symdyn.graph import SYMBOL, Expr, Op
+from symdyn.graph import Expr, Op
 from symdyn.program import PARAMS, PREPARED, Program, Routine, Step, is_prepared, shared
 
 DD_LANES = 16
@@ -138,7 +138,7 @@ class _Writer:
                 lines += _stored("y", line, name)
             elif line.node in loads:
                 lines.append(Line(line.name, f"dd_of({_both('w', loads[line.node], '[k]')})"))
-            elif line.node.op is SYMBOL:
+            elif line.node.op is Op.SYMBOL:
                 lines.append(Line(line.name, f"dd_of({self._input(line.node, '[k]')})"))
             else:
                 lines.append(self._define(line))
@@ -148,7 +148,7 @@ class _Writer:
 
     def _define(self, step: Step) -> Line:
         """Return the line that gives a step its name."""
-        if step.node.op is SYMBOL:
+        if step.node.op is Op.SYMBOL:
             return Line(step.name, f"dd_of({self._input(step.node, '')})")
         return Line(step.name, self.printer.definition(step.node, self.plan.names, self.program.constants))
 

@@ -9,7 +9,7 @@ from itertools import groupby
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.source_text import Line
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine
-from symdyn.graph import SYMBOL, Expr
+from symdyn.graph import Expr, Op
 from symdyn.program import Program, Routine, Step, identifier
 
 GROUP = 8
@@ -117,7 +117,7 @@ class Writer:
             for place in stage.outputs
             if written is None or place in written
         }
-        read = {self.places[step.node][0] for step in (*stage.inputs, *stage.uniform) if step.node.op is SYMBOL}
+        read = {self.places[step.node][0] for step in (*stage.inputs, *stage.uniform) if step.node.op is Op.SYMBOL}
         read |= {"stride"} if stage.inputs else set()
         read |= {"reach"} if places else set()
         read |= {"w"} if stage.loads or stage.stores else set()
@@ -132,7 +132,7 @@ class Writer:
                     lines.append(Line(layout.result.format("out", places[line]), self.entry(line)))
             elif line.node in loads:
                 lines.append(Line(line.name, layout.row.format(loads[line.node])))
-            elif line.node.op is SYMBOL:
+            elif line.node.op is Op.SYMBOL:
                 lines.append(Line(line.name, layout.entry.format(*self.places[line.node])))
             else:
                 lines.append(self._define(line))
@@ -223,7 +223,7 @@ class Writer:
 
     def _define(self, step: Step) -> Line:
         """Return the line that gives a step its name."""
-        if step.node.op is SYMBOL:
+        if step.node.op is Op.SYMBOL:
             return Line(step.name, SINGLE.entry.format(*self.places[step.node]))
         return Line(step.name, self.printed[step.name])
 

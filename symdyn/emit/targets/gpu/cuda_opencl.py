@@ -23,7 +23,7 @@ from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.gpu.kernels import WAITING, kernels, rooms
 from symdyn.emit.targets.gpu.room import BLOCKS, SIZES
-from symdyn.graph import ARITY, Op
+from symdyn.graph import Op
 from symdyn.program import PARAMS, PREPARED, is_prepared
 
 FUNCTIONS: Mapping[Op, str] = {
@@ -44,7 +44,7 @@ SIGN_HELPER = "symdyn_sign_of_{}"
 
 def _spellings(suffix: str, real: Real) -> Mapping[Op, Spelling]:
     """Return the table of one language and type: sin or sinf."""
-    calls = {op: call(f"{name}{suffix}", ARITY[op]) for op, name in FUNCTIONS.items()}
+    calls = {op: call(f"{name}{suffix}", op.arity) for op, name in FUNCTIONS.items()}
     return {**OPERATORS, **calls, Op.SIGN: call(SIGN_HELPER.format(real.name))}
 
 

@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from symdyn.algebra import Form, Number, Pi, Ratios, product_of, solved
+from symdyn.algebra import Form, Number, Pi, Ratios, product_of
 from symdyn.draw import Array
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
@@ -213,7 +213,7 @@ class Rest:
         known, n = evaluate([*slopes, *still], field, field.values()), len(slides)
         stiffness = [known[k : k + n] for k in range(0, n * n, n)]
         try:
-            shifts = solved(field, stiffness, [[field.neg(x)] for x in known[n * n :]])
+            shifts = field.solved(stiffness, [[field.neg(x)] for x in known[n * n :]])
         except (ZeroDivisionError, OverflowError):
             return {}
         return {q: field.form(x).express(self.lesson.graph) for q, (x,) in zip(slides, shifts, strict=True)}

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra import Form, Number, Ratios, Symbol, characteristic, factors, product_of, solved, sum_of
+from symdyn.algebra import Form, Number, Ratios, Symbol, product_of, sum_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
@@ -110,7 +110,7 @@ def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> 
         field = Ratios(flat)
         known = evaluate(flat, field, field.values())
         rows = [known[k : k + n] for k in range(0, len(known), n)]
-        found = factors(field, characteristic(field, solved(field, rows[:n], rows[n:])))
+        found = field.factors(field.characteristic(field.solved(rows[:n], rows[n:])))
     except (ZeroDivisionError, OverflowError):
         return []
     shown: dict[int, list[Block]] = {}

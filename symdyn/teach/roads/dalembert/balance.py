@@ -20,7 +20,6 @@ from symdyn.algebra import (
     Polynomial,
     Symbol,
     TrigonometricRing,
-    total_angles,
     with_added_angles,
     with_squares,
 )
@@ -288,7 +287,7 @@ def _forms(
         try:
             parallel = angle_groups(system.hanging.scene, graph)
             nodes = list(dict.fromkeys(placed([*needed, *others])))
-            ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+            ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), parallel)
             values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
         except DerivationError:
             continue

@@ -19,7 +19,6 @@ from symdyn.algebra import (
     TrigonometricRing,
     product_of,
     sum_of,
-    total_angles,
     with_added_angles,
     with_squares,
 )
@@ -124,7 +123,7 @@ def loop_writer(lesson: Balance, nodes: Sequence[Expr]) -> Callable[[Expr], Form
         DerivationError: they are no polynomials.
     """
     state, parallel = lesson.state, angle_groups(lesson.scene, lesson.graph, across=True)
-    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), parallel)
     values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
     compact = Compactor(ring, parallel)
     return lambda node: lesson.order(with_squares(with_added_angles(compact(values[node]))))

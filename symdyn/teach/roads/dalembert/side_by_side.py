@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, product_of, total_angles, with_squares
+from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, product_of, with_squares
 from symdyn.dynamics import Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import centre_of_mass, vector
 from symdyn.dynamics.reactions import frames, known_bivectors
@@ -113,7 +113,7 @@ def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
 
 def _writer(scene: Scene, w: Workspace, nodes: Sequence[Expr]) -> Callable[[Expr], Form]:
     state, parallel, order = w.state, angle_groups(scene, w.graph), order_of(scene)
-    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+    ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), parallel)
     values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
     compact = Compactor(ring, parallel)
     return lambda node: order(with_squares(compact(values[node])))

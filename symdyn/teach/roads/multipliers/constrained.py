@@ -88,7 +88,7 @@ class Constrained(Lesson):
         for root in self.roots:
             state = (*self.state.q, *self.state.qd)
             try:
-                ring = TrigonometricRing([root.args[0], *state], state, {}, self.spheres)
+                ring = TrigonometricRing([root.args[0], *state], state, (), self.spheres)
             except DerivationError:  # no polynomial
                 continue
             p = ring.square_root(evaluate([root.args[0]], ring, ring.values([root.args[0]]))[0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from symdyn.algebra import Compactor, Form, Polynomial, TrigonometricRing, total_angles, with_added_angles
+from symdyn.algebra import Compactor, Form, Polynomial, TrigonometricRing, with_added_angles
 from symdyn.dynamics import angle_groups
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
@@ -27,7 +27,7 @@ class Writer:
         self.ring: TrigonometricRing | None = None
         self.squares: list[tuple[int, Polynomial]] = []
         try:
-            ring = TrigonometricRing(self._plain([*nodes, *state]), state, total_angles(parallel), units)
+            ring = TrigonometricRing(self._plain([*nodes, *state]), state, parallel, units)
             self.ring, self.compact = ring, Compactor(ring, parallel)
             self.squares = [(ring.symbol(self.rooted[root]), self.polynomial(p)) for root, p in lesson.squares.items()]
             self.radicands = {root: self.short(self.polynomial(root.args[0])) for root in self.rooted}

@@ -10,7 +10,7 @@ X_i          derivative along velocity i alone                  p_i    momentum 
 
 from __future__ import annotations
 
-from symdyn.algebra import Compactor, Form, Symbol, TrigonometricRing, total_angles
+from symdyn.algebra import Compactor, Form, Symbol, TrigonometricRing
 from symdyn.dynamics import angle_groups, elastic_forces, gravity_forces
 from symdyn.dynamics.mechanism import generalized_forces, vector
 from symdyn.errors import DerivationError
@@ -164,7 +164,7 @@ class Turning(Constrained):
         needed += [x for one in self.masses for x in (one.m, *one.place, *(one.h or ()))]
         needed += [x for one in self.masses for row in one.inertia for x in row]
         needed += [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
-        return TrigonometricRing(needed, state, total_angles(angle_groups(self.scene, graph)), self.spheres)
+        return TrigonometricRing(needed, state, angle_groups(self.scene, graph), self.spheres)
 
     @cached_property
     def _compact(self) -> Compactor:

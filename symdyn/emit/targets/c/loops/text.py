@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from symdyn.dynamics import Sweep, TableLoop, kinds_of
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.targets.c.loops.rows import Room, Rows, room, rows_of
-from symdyn.graph import SYMBOL, Op, reachable
+from symdyn.graph import Op, reachable
 from symdyn.program import MOMENTS, constants
 from symdyn.scene import Scene
 
@@ -148,7 +148,7 @@ def _step(sweep: Sweep, handed: Iterable[int], printer: Printer, at: Mapping[str
     results += [] if sweep.result is None else [("*result", sweep.result)]
     nodes = reachable([entry for _, entry in results])
     known = constants([node for node in nodes if node.op is Op.CONSTANT])
-    symbols = {node: str(node.value) for node in nodes if node.op is SYMBOL}
+    symbols = {node: str(node.value) for node in nodes if node.op is Op.SYMBOL}
     work = [node for node in nodes if node.args and node.op is not Op.NEG]
     names = {node: f"{name}1" if at[name].startswith("*") else name for node, name in symbols.items()}
     names |= {node: f"x{k}" for k, node in enumerate(work, 1)}

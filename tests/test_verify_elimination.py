@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import pytest
 
-from symdyn.algebra.elimination import eliminate
-from symdyn.algebra.finite_field import FiniteField, draw_prime, needs
-from symdyn.graph import Arithmetic
+from symdyn.algebra.finite_field import FiniteField, Needs
+from symdyn.graph import Arithmetic, reachable
+from symdyn.verify.elimination import eliminate
 
 
 def sparse(A, b):
@@ -61,8 +61,8 @@ def test_a_pivot_that_vanishes_beforehand_is_not_taken():
 
 
 def test_a_field_of_integers_is_as_good_as_numbers():
-    wanted = needs([])
-    field = FiniteField(draw_prime(1, wanted), 1, wanted)
+    wanted = Needs.of(reachable([]))
+    field = FiniteField(wanted.prime(1), 1, wanted)
     A = [[3, 1, 2], [1, 5, 1], [4, 6, 3]]  # the last row is the sum of the others
     for b, solvable in (([1, 2, 3], True), ([1, 2, 4], False)):
         done = eliminate(sparse(A, b), 3, field, 0, bool)

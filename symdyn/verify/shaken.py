@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra.big import BigFloats
-from symdyn.algebra.midpoints import Midpoints
+from symdyn.algebra import BigFloats, Midpoints
 from symdyn.graph import Arithmetic, Expr
 
 

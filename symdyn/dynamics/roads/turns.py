@@ -13,10 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
-from symdyn.graph.differentiate import Slopes, operands
-from symdyn.graph.evaluate import reachable
-from symdyn.graph.expression import Expr
-from symdyn.graph.ops import ADD, MUL, SUB, Op
+from symdyn.graph import Expr, Op, Slopes, operands, reachable
 
 
 class _Term(NamedTuple):
@@ -67,11 +64,11 @@ def turns(outputs: Sequence[Expr]) -> Slopes:
 
 def _read(node: Expr) -> Iterator[tuple[_Term, ...]]:
     """Yield all ways to read a node as one or two products with sines and cosines of one angle."""
-    if node.op in (ADD, SUB):
-        signed = list(zip((1, -1 if node.op is SUB else 1), node.args, strict=True))
+    if node.op in (Op.ADD, Op.SUB):
+        signed = list(zip((1, -1 if node.op is Op.SUB else 1), node.args, strict=True))
     else:
         signed = [(1, node)]
-    if all(one.op is MUL for _, one in signed):
+    if all(one.op is Op.MUL for _, one in signed):
         ways = (
             [_Term(sign, x.op, x.args[0], y) for x, y in (one.args, one.args[::-1]) if x.op in (Op.SIN, Op.COS)]
             for sign, one in signed

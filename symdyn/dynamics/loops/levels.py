@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Array, Batches
+from symdyn.algebra import Array, Batches
 from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op, arithmetic, reachable
 

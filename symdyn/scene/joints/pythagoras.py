@@ -8,19 +8,15 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING
 
-from symdyn.graph.ops import Op
-
-if TYPE_CHECKING:
-    from symdyn.graph.expression import Expr
+from symdyn.graph import Expr, Op
 
 MOST, HIGHEST = 60, 12
 """Nodes or terms, and powers, beyond which nobody looks: the square of a direction has fewer."""
 
 SIGNS = {Op.ADD: (1, 1), Op.SUB: (1, -1), Op.NEG: (-1,)}
 
-Atom = tuple[Op, "Expr"]  # SIN or COS and its angle; SYMBOL and any other node
+Atom = tuple[Op, Expr]  # SIN or COS and its angle; SYMBOL and any other node
 Powers = tuple[tuple[Atom, int], ...]
 Terms = dict[Powers, Fraction]
 
