@@ -156,7 +156,8 @@ def bound(module: ast.Module) -> Iterator[str]:
     """Yield the names that a module's own statements give a value, a function or a class."""
     for node in module.body:
         if isinstance(node, ast.Assign):
-            yield from (name.id for target in node.targets for name in ast.walk(target) if isinstance(name, ast.Name))
+            names = (name for target in node.targets for name in ast.walk(target) if isinstance(name, ast.Name))
+            yield from (name.id for name in names if isinstance(name.ctx, ast.Store))  # not that of Number.ZERO = …
         elif isinstance(node, ast.AnnAssign) and node.value is not None:
             yield ast.unparse(node.target)
         elif isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.decorator_list:  # overloads have one

@@ -14,8 +14,8 @@ from .mapping import quantities_in as quantities_in, substituted as substituted
 from .model import Letter as Letter
 from .names import (
     LONGEST as LONGEST,
-    choice as choice,
     RESERVED as RESERVED,
+    choice as choice,
     listed as listed,
     nearest as nearest,
     suggestion as suggestion,
