@@ -21,7 +21,8 @@ from plain_textbook import DIGITS, Array, textbooks
 from symdyn.build import build, run_python
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
-from symdyn.scene import Body, Quantity, Scene, dh_table, number, read, scene
+from symdyn.scene import Quantity, Scene, dh_table, read, scene
+from symdyn.scene.values import Body, number
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "accuracy-of-code.md"

@@ -15,7 +15,9 @@ import time
 from fractions import Fraction
 
 from symdyn.graph import Op
-from symdyn.scene import Body, Joint, Parameter, Particle, Pose, Quantity, Scene, number, symbol
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import Body, Joint, Parameter, Pose, number, symbol
+from symdyn.scene.values.body import Particle
 from symdyn.scene.values.quantity import PI, ZERO
 
 QUARTER = Quantity(Op.MUL, (number(Fraction(1, 2)), PI))

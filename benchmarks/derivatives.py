@@ -41,7 +41,8 @@ from robots import robot_folder  # noqa: E402
 from run import installed, ready, say  # noqa: E402
 
 from symdyn.bench.reference import Reference, reference  # noqa: E402
-from symdyn.scene import Scene, number, read  # noqa: E402
+from symdyn.scene import Scene, read  # noqa: E402
+from symdyn.scene.values import number  # noqa: E402
 
 PEERS = ("ours_c", "pinocchio_cpp", "casadi_c", "casadi_analytical")
 

@@ -23,7 +23,8 @@ from symdyn.algebra.form import Form
 from symdyn.errors import SymdynError
 from symdyn.graph import gradient
 from symdyn.resources import template_folder
-from symdyn.scene import Scene, acceleration_name, read
+from symdyn.scene import Scene, read
+from symdyn.scene.values import acceleration_name
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.questions import questions_of
 from symdyn.teach.student.answer import EMPTY

@@ -6,7 +6,9 @@ from fractions import Fraction
 
 from mechanisms import shape
 
-from symdyn.scene import Body, Joint, Parameter, Particle, Pose, Quantity, Scene, number, symbol
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import Body, Joint, Parameter, Pose, number, symbol
+from symdyn.scene.values.body import Particle
 from symdyn.scene.values.quantity import ONE, ZERO, Vector
 from symdyn.scene.values.table import compose
 

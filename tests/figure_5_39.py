@@ -16,7 +16,8 @@ from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Body, Joint, Load, Place, Scene, number, parse
+from symdyn.scene import Scene, parse
+from symdyn.scene.values import Body, Joint, Load, Place, number
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform
 from symdyn.verdict import PROVED

@@ -10,7 +10,8 @@ import numpy as np
 
 from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import Parameter, Scene, number
+from symdyn.scene import Scene
+from symdyn.scene.values import Parameter, number
 
 QUARTER = Parameter("b", number(Fraction(1, 4)))
 

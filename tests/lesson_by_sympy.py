@@ -17,7 +17,8 @@ from functools import cached_property
 import sympy as sp
 
 from symdyn.graph import Op
-from symdyn.scene import GROUND, Body, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import GROUND, Body, Joint
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.quantity import Quantity
 

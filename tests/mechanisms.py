@@ -7,26 +7,14 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.graph import Op
-from symdyn.scene import (
-    JOINTS,
-    Body,
-    Coupling,
-    Damper,
-    Friction,
-    Joint,
-    Limits,
-    Load,
-    Parameter,
-    Particle,
-    Place,
-    Pose,
-    Quantity,
-    Scene,
-    Spring,
-    number,
-    symbol,
-)
-from symdyn.scene.values import folding
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces.damper import Damper
+from symdyn.scene.forces.friction import Friction
+from symdyn.scene.forces.spring import Spring
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Body, Joint, Load, Parameter, Place, Pose, folding, number, symbol
+from symdyn.scene.values.body import Particle
+from symdyn.scene.values.joint import Coupling, Limits
 from symdyn.scene.values.quantity import PI
 from symdyn.scene.values.table import compose
 

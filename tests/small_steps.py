@@ -13,7 +13,8 @@ from typing import Any
 from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.graph import evaluate
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
 
 BIG = BigFloats(50)
 STEP = BIG.number("1e-12")

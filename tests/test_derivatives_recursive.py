@@ -17,8 +17,9 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, evaluate, reachable
-from symdyn.scene import JOINTS, Scene, read_text
+from symdyn.scene import Scene, read_text
 from symdyn.scene.forces.force_table import FORCES
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.quantity import symbol
 from symdyn.verify import certify
 

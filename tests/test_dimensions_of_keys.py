@@ -31,7 +31,8 @@ NAMES = {"coordinate", "coordinates", "child", "parent", "body"}
 
 def test_every_key_of_numbers_says_its_dimension() -> None:
     """But the formula of a row, each term of which is alike, in whatever unit."""
-    from symdyn.scene import FORCES, JOINTS
+    from symdyn.scene.forces import FORCES
+    from symdyn.scene.joints import JOINTS
     from symdyn.scene.values.key import SHAPES, Key
     from symdyn.scene.values.shapes import NUMBER, NUMBERS, VECTOR
 

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.scene import FORCES, JOINTS, read_text
+from symdyn.scene import read_text
 from symdyn.scene.declaration import body_table, coupling, declare, dh, joint_table
+from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_table import sections
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.joint_table import own_keys
 from symdyn.scene.values.names import CLOCK, FORMULA_NAMES
 

@@ -25,23 +25,11 @@ from symdyn.draw.places import places
 from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
-from symdyn.scene import (
-    JOINTS,
-    Body,
-    Damper,
-    Joint,
-    Load,
-    Place,
-    Pose,
-    Scene,
-    Spring,
-    body,
-    number,
-    prismatic,
-    read,
-    revolute,
-    scene,
-)
+from symdyn.scene import Scene, body, prismatic, read, revolute, scene
+from symdyn.scene.forces.damper import Damper
+from symdyn.scene.forces.spring import Spring
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Body, Joint, Load, Place, Pose, number
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -23,7 +23,9 @@ from symdyn.draw.places import places
 from symdyn.draw.positions import values_of
 from symdyn.draw.solids import ball, box, cylinder
 from symdyn.errors import DrawError
-from symdyn.scene import GROUND, JOINTS, Scene, read
+from symdyn.scene import Scene, read
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import GROUND
 
 pygltflib = pytest.importorskip("pygltflib", reason="needs pygltflib, the extra plot")
 

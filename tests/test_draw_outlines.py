@@ -15,7 +15,8 @@ from symdyn.draw.places import places
 from symdyn.draw.positions import pose
 from symdyn.draw.standing import standing
 from symdyn.errors import SceneError
-from symdyn.scene import OUTLINES, Scene, body, read_text, revolute, scene, write_text
+from symdyn.scene import Scene, body, read_text, revolute, scene, write_text
+from symdyn.scene.values import OUTLINES
 from symdyn.scene.values.outline import OutlineKind
 from symdyn.teach.interactive import interactive_page
 

@@ -15,7 +15,8 @@ from symdyn.dynamics import Workspace, assemble, consistent, follow
 from symdyn.dynamics.loops.assembly import witness
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError
-from symdyn.scene import Joint, read_text
+from symdyn.scene import read_text
+from symdyn.scene.values import Joint
 from symdyn.scene.values.quantity import ONE, ZERO
 from symdyn.scene.values.table import compose
 

@@ -17,8 +17,9 @@ from symdyn.dynamics.mechanism.directions import christoffel
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, body, number, parse, read, revolute, scene, with_symbolic_inertia
+from symdyn.scene import Scene, body, parse, read, revolute, scene, with_symbolic_inertia
 from symdyn.scene.toml import read_text
+from symdyn.scene.values import number
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]

@@ -17,9 +17,10 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import derive, expected, roads_of
 from symdyn.dynamics.mechanism.state import joint_motion, placement, quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import JOINTS, Body, Joint, JointMotion, Pose, Quantity, Scene, number
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.joints import JOINTS, JointMotion
 from symdyn.scene.joints.start import resting
-from symdyn.scene.values import folding
+from symdyn.scene.values import Body, Joint, Pose, folding, number
 from symdyn.scene.values.quantity import symbol
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, elementary, scale, sub, zero_vector
 from symdyn.verdict import PROVED

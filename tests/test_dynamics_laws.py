@@ -17,7 +17,8 @@ from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, road
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
-from symdyn.scene import Scene, body, number, prismatic, read_text, revolute, scene
+from symdyn.scene import Scene, body, prismatic, read_text, revolute, scene
+from symdyn.scene.values import number
 from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws

@@ -22,23 +22,11 @@ from symdyn.emit import emit
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
-from symdyn.scene import (
-    Body,
-    Damper,
-    Friction,
-    Joint,
-    Load,
-    Parameter,
-    Place,
-    Scene,
-    Spring,
-    body,
-    number,
-    parse,
-    prismatic,
-    revolute,
-    scene,
-)
+from symdyn.scene import Scene, body, parse, prismatic, revolute, scene
+from symdyn.scene.forces.damper import Damper
+from symdyn.scene.forces.friction import Friction
+from symdyn.scene.forces.spring import Spring
+from symdyn.scene.values import Body, Joint, Load, Parameter, Place, number
 from symdyn.verdict import PROVED
 from symdyn.verify import certify
 from symdyn.verify.equality import Claim, prove

@@ -43,10 +43,11 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
-from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, number, read_text, symbol
+from symdyn.scene import Scene, read_text
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.forces.velocity_row import Formula
-from symdyn.scene.values import folding
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Body, Joint, Pose, folding, number, symbol
 from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.quantity import ONE, ZERO
 from symdyn.scene.values.table import compose

@@ -30,8 +30,10 @@ from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import candidates, cheapest
-from symdyn.scene import Scene, Signal, acceleration_name, bind, number, read, read_text, symbol
+from symdyn.scene import Scene, bind, read, read_text
 from symdyn.scene.starters import starter
+from symdyn.scene.values import acceleration_name, number, symbol
+from symdyn.scene.values.model import Signal
 from symdyn.verdict import PROVED
 from symdyn.verify import certify, laws, prove
 

@@ -8,16 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from arms import EXAMPLES, cart_pole, puma560, spatial_arm, three_link, two_link
-from closed_mechanisms import (
-    bricard,
-    crank_rocker,
-    exact,
-    four_bar,
-    n_four_bar,
-    rssr,
-    slider_crank,
-    symbolic_four_bar,
-)
+from closed_mechanisms import bricard, crank_rocker, exact, four_bar, n_four_bar, rssr, slider_crank, symbolic_four_bar
 from figure_5_39 import single_loop, vector
 from mechanisms import coupled_tree, jointed, random_tree
 from oracles import BIG, assert_digits, numbers, oracle
@@ -30,8 +21,12 @@ from symdyn.dynamics.reactions.least import equations
 from symdyn.dynamics.roads.unique_reactions import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
-from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, parse
+from symdyn.scene import Scene, parse
+from symdyn.scene.forces.damper import Damper
+from symdyn.scene.forces.friction import Friction
+from symdyn.scene.forces.spring import Spring
 from symdyn.scene.toml import read_text
+from symdyn.scene.values import Load, Place, number
 from symdyn.teach import walkthrough
 from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove

@@ -16,7 +16,8 @@ from patience import HANG
 from symdyn import lambdify
 from symdyn.cli import main
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
-from symdyn.scene import Scene, acceleration_name, body, loop, read, revolute, scene, spell
+from symdyn.scene import Scene, body, loop, read, revolute, scene
+from symdyn.scene.values import acceleration_name, spell
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CLOSED = ("four_bar", "slider_crank", "governor", "rsup", "cart_with_wheel")

@@ -24,9 +24,10 @@ from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import latex_symbols, latex_unit, print_name
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Parameter, Scene, number, parse, read, symbol
+from symdyn.scene import Scene, parse, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
+from symdyn.scene.values import Parameter, number, symbol
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]

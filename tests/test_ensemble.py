@@ -18,7 +18,8 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import MethodError, SimulateError, UnknownNameError
 from symdyn.graph import Graph
 from symdyn.notebook import bundle
-from symdyn.scene import bind, read_text, velocity_name
+from symdyn.scene import bind, read_text
+from symdyn.scene.values import velocity_name
 
 pytestmark = [pytest.mark.runs("cc"), pytest.mark.long]
 

@@ -16,10 +16,11 @@ from symdyn.build import lambdify
 from symdyn.dynamics.mechanism.state import placement, quaternions
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Pose, Scene, spell, velocity_name
+from symdyn.scene import Scene
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
 from symdyn.scene.joints.held_or_reversed import inverse as inverse_pose
+from symdyn.scene.values import Pose, spell, velocity_name
 from symdyn.scene.values.quantity import number
 from symdyn.scene.values.value import value_of
 

@@ -16,10 +16,11 @@ from symdyn.dynamics import derive
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
-from symdyn.scene import Pose, Scene, body, fixed, parse, prismatic, read, read_text, revolute, scene, spell, write_text
+from symdyn.scene import Scene, body, fixed, parse, prismatic, read, read_text, revolute, scene, write_text
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
+from symdyn.scene.values import Pose, spell
 from symdyn.scene.values.quantity import number, symbol
 from symdyn.scene.values.value import value_of
 from symdyn.verdict import PROVED

@@ -11,13 +11,15 @@ import pytest
 from symdyn.build import lambdify
 from symdyn.cli import main
 from symdyn.errors import SceneError
-from symdyn.scene import GROUND, Coupling, Limits, number, parse, read
+from symdyn.scene import parse, read
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import sdf
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.scene_files import read_noting
+from symdyn.scene.values import GROUND, number
+from symdyn.scene.values.joint import Coupling, Limits
 from symdyn.scene.values.names import check_name
 from symdyn.scene.values.value import value_of
 

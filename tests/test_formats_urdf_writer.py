@@ -18,13 +18,15 @@ from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.program import lower
-from symdyn.scene import Limits, Pose, Scene, number, parse, read, read_text
+from symdyn.scene import Scene, parse, read, read_text
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par_writer
 from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.urdf_writer import write_text
 from symdyn.scene.formats.xml import XmlElement
+from symdyn.scene.values import Pose, number
+from symdyn.scene.values.joint import Limits
 from symdyn.scene.values.model import STANDARD_GRAVITY
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.value import value_of

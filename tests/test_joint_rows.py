@@ -12,7 +12,9 @@ import pytest
 
 from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.errors import SceneError
-from symdyn.scene import JOINTS, JointKind, Scene, lock, parse, read_text
+from symdyn.scene import Scene, lock, parse, read_text
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_kind import JointKind
 
 TEXT = """
 name = "one"

@@ -15,8 +15,10 @@ import pytest
 
 from symdyn.cli import main
 from symdyn.errors import SceneError
-from symdyn.scene import FORCES, JOINTS, read
+from symdyn.scene import read
+from symdyn.scene.forces import FORCES
 from symdyn.scene.formats.toml_writer import write_text
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.toml import read_text
 from symdyn.scene.values.texts import in_language
 from symdyn.teach import rendered, walkthrough

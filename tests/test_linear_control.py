@@ -29,7 +29,8 @@ from symdyn.linear.regulator import kalman, lqr
 from symdyn.linear.sampled import along_a_step, sampled
 from symdyn.linear.transfer import transfers, zeros
 from symdyn.linear.weights import read_weights
-from symdyn.scene import Input, bind, read, read_text
+from symdyn.scene import bind, read, read_text
+from symdyn.scene.values.model import Input
 from symdyn.simulation import simulate
 from symdyn.simulation.gradients import sensitivity
 

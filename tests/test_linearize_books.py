@@ -22,7 +22,8 @@ from symdyn.linear.prepared import prepared
 from symdyn.linear.steady import at_rest
 from symdyn.linear.symbolic import symbolic
 from symdyn.linear.verdict import stability
-from symdyn.scene import Input, bind
+from symdyn.scene import bind
+from symdyn.scene.values.model import Input
 from symdyn.simulation.initial import read_start
 
 pytestmark = pytest.mark.long

@@ -25,7 +25,8 @@ from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program import at_rest, formulate, in_lines, kept_in_lines, lower
-from symdyn.scene import Scene, body, number, revolute, scene as declared
+from symdyn.scene import Scene, body, revolute, scene as declared
+from symdyn.scene.values import number
 from symdyn.verify.accuracy import measure
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.texts import files_of

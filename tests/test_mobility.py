@@ -9,7 +9,8 @@ import pytest
 from closed_mechanisms import along_x, bricard, crank_rocker, exact, hinge, n_four_bar, rod, rssr, slider_crank
 
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.scene import Body, Joint, Scene, read
+from symdyn.scene import Scene, read
+from symdyn.scene.values import Body, Joint
 from symdyn.scene.values.quantity import ONE, ZERO
 
 

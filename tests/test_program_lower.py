@@ -19,7 +19,8 @@ from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, lower
 from symdyn.program.constants import constants
 from symdyn.program.routine import check
-from symdyn.scene import Parameter, Scene, number, read_text
+from symdyn.scene import Scene, read_text
+from symdyn.scene.values import Parameter, number
 
 
 def values_of(source: Equations | Program, name: str, args: list[np.ndarray], **bound: float) -> list[np.ndarray]:

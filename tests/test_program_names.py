@@ -10,7 +10,8 @@ from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program import Routine, lower
-from symdyn.scene import Parameter, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import Parameter
 
 
 def routine(entries: list[Expr], symbols: list[Expr]) -> Routine:

@@ -24,7 +24,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.program import Program, formulate, lower, prepare
 from symdyn.program.prepare import is_prepared
-from symdyn.scene import Parameter, Scene, bind, read
+from symdyn.scene import Scene, bind, read
+from symdyn.scene.values import Parameter
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import certify
 

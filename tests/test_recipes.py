@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.scene import JOINTS
+from symdyn.scene.joints import JOINTS
 
 RECIPES = Path(__file__).parent / "recipes"
 

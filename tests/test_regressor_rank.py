@@ -20,7 +20,8 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.roads.base_columns import base_columns
 from symdyn.dynamics.roads.derive import derive_one
 from symdyn.graph import Op, reachable
-from symdyn.scene import FORCES, Scene, examples
+from symdyn.scene import Scene, examples
+from symdyn.scene.forces import FORCES
 
 PAGE = Path(__file__).parent.parent / "docs" / "regressors.md"
 CLOSED = ("four_bar", "rssr", "rsup", "slider_crank", "spatial_slider_crank")

@@ -13,7 +13,8 @@ from running import call
 from symdyn.dynamics import available, derive
 from symdyn.errors import SceneError
 from symdyn.program import formulate, lower
-from symdyn.scene import bind, body, number, read_bindings, revolute, scene
+from symdyn.scene import bind, body, read_bindings, revolute, scene
+from symdyn.scene.values import number
 from symdyn.scene.values.quantity import ZERO
 
 

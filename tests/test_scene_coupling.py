@@ -18,18 +18,9 @@ from symdyn.dynamics.closed_forms.closed_form import closed_form, coefficient_na
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.graph import substitute
-from symdyn.scene import (
-    Coupling,
-    acceleration_name,
-    body,
-    dh_table,
-    number,
-    parse,
-    read_text,
-    revolute,
-    scene,
-    velocity_name,
-)
+from symdyn.scene import body, dh_table, parse, read_text, revolute, scene
+from symdyn.scene.values import acceleration_name, number, velocity_name
+from symdyn.scene.values.joint import Coupling
 from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 

@@ -12,10 +12,12 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement, state_symbols
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
-from symdyn.scene import JOINTS, Scene, number, read, read_text, with_symbolic_inertia
+from symdyn.scene import Scene, read, read_text, with_symbolic_inertia
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.joints.start import start_of
 from symdyn.scene.starters import starter
+from symdyn.scene.values import number
 from symdyn.scene.values.quantity import symbol
 from symdyn.scene.values.value import value_of
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from symdyn.errors import SceneError
-from symdyn.scene import GROUND, body, dh_table, parameter, point, read, read_text, revolute, scene
+from symdyn.scene import body, dh_table, parameter, point, read, read_text, revolute, scene
+from symdyn.scene.values import GROUND
 from symdyn.scene.values.physical import impossible
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))

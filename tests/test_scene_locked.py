@@ -13,7 +13,8 @@ from symdyn.dynamics import derive
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.program import lower
-from symdyn.scene import body, fixed, helical, lock, number, parse, prismatic, read_text, revolute, scene
+from symdyn.scene import body, fixed, helical, lock, parse, prismatic, read_text, revolute, scene
+from symdyn.scene.values import number
 from symdyn.verdict import PROVED
 from symdyn.verify import certify
 

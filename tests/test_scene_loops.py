@@ -12,9 +12,10 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Joint, Pose, ReadOptions, number, read_noting, read_text, symbol, write_text
+from symdyn.scene import ReadOptions, read_noting, read_text, write_text
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.joints.held_or_reversed import inverse
+from symdyn.scene.values import Joint, Pose, number, symbol
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))
 

@@ -12,13 +12,10 @@ import pytest
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (
-    GROUND,
-    Pose,
     body,
     dh_table,
     fixed,
     joint,
-    number,
     parameter,
     parse,
     point,
@@ -27,11 +24,11 @@ from symdyn.scene import (
     read_text,
     revolute,
     scene,
-    symbol,
     with_symbolic_inertia,
 )
 from symdyn.scene.starters import STARTERS, starter
 from symdyn.scene.ten_parameters import INERTIAL
+from symdyn.scene.values import GROUND, Pose, number, symbol
 from symdyn.spatial import elementary, unit_transform
 
 PENDULUM = """

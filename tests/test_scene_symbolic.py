@@ -18,21 +18,8 @@ from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.program import lower
-from symdyn.scene import (
-    Parameter,
-    body,
-    number,
-    parse,
-    prismatic,
-    read,
-    read_text,
-    revolute,
-    scene,
-    spell,
-    symbol,
-    with_symbols,
-    write_text,
-)
+from symdyn.scene import body, parse, prismatic, read, read_text, revolute, scene, with_symbols, write_text
+from symdyn.scene.values import Parameter, number, spell, symbol
 from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 

@@ -13,23 +13,11 @@ from hypothesis import given, strategies as st
 from mechanisms import coupled_tree, random_tree
 
 from symdyn.errors import SceneError
-from symdyn.scene import (
-    Limits,
-    Parameter,
-    Particle,
-    Pose,
-    body,
-    number,
-    parameter,
-    parse,
-    read,
-    read_text,
-    revolute,
-    scene,
-    with_symbolic_inertia,
-    write_text,
-)
+from symdyn.scene import body, parameter, parse, read, read_text, revolute, scene, with_symbolic_inertia, write_text
 from symdyn.scene.formats.toml_writer import decimal
+from symdyn.scene.values import Parameter, Pose, number
+from symdyn.scene.values.body import Particle
+from symdyn.scene.values.joint import Limits
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 SCENES = [

@@ -11,15 +11,10 @@ from wide import everything
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (
-    FORCES,
-    JOINTS,
-    Friction,
-    Place,
     Quantity,
     bind,
     body,
     lock,
-    number,
     parse,
     read_noting,
     read_text,
@@ -30,8 +25,12 @@ from symdyn.scene import (
     write_text,
 )
 from symdyn.scene.checks.draft import draft_of, uses
+from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.velocity_row import linear_parts
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import start_of
+from symdyn.scene.values import Place, number
 from symdyn.scene.values.mapping import quantities_in
 
 WIDE = everything()

@@ -13,7 +13,8 @@ from scenes_in_time import double_pendulum, heavy_top, pendulum
 
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SimulateError
-from symdyn.scene import Joint, Scene, read
+from symdyn.scene import Scene, read
+from symdyn.scene.values import Joint
 from symdyn.scene.values.formula import parse as formula
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import METHODS, SceneMotion, Trajectory, inverse, read_forces, read_motion, simulate

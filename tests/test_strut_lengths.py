@@ -18,8 +18,9 @@ from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, number, parse, read, symbol
+from symdyn.scene import Scene, parse, read
 from symdyn.scene.toml import read_text
+from symdyn.scene.values import number, symbol
 
 DATA = Path(__file__).parent / "data"
 FILES = {"sp": DATA / "findings" / "sp.toml", "car": DATA / "findings" / "car.toml", "struts": DATA / "struts.toml"}

@@ -16,7 +16,8 @@ from symdyn.cli import main
 from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import printable
 from symdyn.errors import SymdynError
-from symdyn.scene import Scene, acceleration_name, read, read_text
+from symdyn.scene import Scene, read, read_text
+from symdyn.scene.values import acceleration_name
 from symdyn.teach import check_derivation
 from symdyn.verdict import DIFFERENT
 

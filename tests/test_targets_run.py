@@ -18,7 +18,7 @@ from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import EmitError, MissingProgram
 from symdyn.program import Program, lower
-from symdyn.scene import Parameter
+from symdyn.scene.values import Parameter
 
 RUNNING = [
     pytest.param(name, marks=[pytest.mark.targets] if RUNNERS[name].asked else [])

@@ -19,7 +19,8 @@ from symdyn.emit.print.formula_text import Latex, text_of
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op
-from symdyn.scene import Scene, number, read, read_text
+from symdyn.scene import Scene, read, read_text
+from symdyn.scene.values import number
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.student.answers import in_words
 from symdyn.teach.student.derivation_check import check_derivation

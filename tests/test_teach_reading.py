@@ -11,7 +11,8 @@ from browser import opened, pictured
 
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import evaluate
-from symdyn.scene import Scene, acceleration_name, read
+from symdyn.scene import Scene, read
+from symdyn.scene.values import acceleration_name
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.interactive.numbered import Numbered
 from symdyn.teach.interactive.shown import BY_STEP, POINTING, SHOWN, Owners, pointed

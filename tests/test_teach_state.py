@@ -117,7 +117,7 @@ def test_no_coordinate_of_the_state_hides_an_error(name: str) -> None:
 
 
 def kinds(scene: Scene) -> list[str]:
-    from symdyn.scene import JOINTS
+    from symdyn.scene.joints import JOINTS
 
     return [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
 

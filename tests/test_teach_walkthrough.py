@@ -22,9 +22,11 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
-from symdyn.scene import JOINTS, Scene, number, read
+from symdyn.scene import Scene, read
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
+from symdyn.scene.values import number
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Step, Values, Words
 from symdyn.teach.languages import PLACE, language_of, languages

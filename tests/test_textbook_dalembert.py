@@ -23,7 +23,9 @@ from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, equilibrium
 from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
-from symdyn.scene import JOINTS, Body, Particle, number
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Body, number
+from symdyn.scene.values.body import Particle
 from symdyn.spatial import add, apply, apply_transposed, cross, identity, multiply, neg, scale, skew, sub, transpose
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import prove

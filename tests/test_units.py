@@ -251,7 +251,8 @@ RATES = {"deg/s": 1, "deg/ms": 1000, "deg/min": Fraction(1, 60)}
 
 
 def test_deg_is_a_factor_before_every_letter_that_is_called_like_a_unit() -> None:
-    from symdyn.scene import parse, symbol
+    from symdyn.scene import parse
+    from symdyn.scene.values import symbol
     from symdyn.scene.values.folding import FormulaError, div, mul
     from symdyn.scene.values.names import check_name
     from symdyn.scene.values.unit import units

@@ -17,19 +17,8 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError, SceneError, SimulateError
 from symdyn.identification.scene import with_parameters
-from symdyn.scene import (
-    Scene,
-    bind,
-    body,
-    parameter,
-    parse,
-    read_bindings,
-    read_text,
-    revolute,
-    scene,
-    spell,
-    write_text,
-)
+from symdyn.scene import Scene, bind, body, parameter, parse, read_bindings, read_text, revolute, scene, write_text
+from symdyn.scene.values import spell
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.forces import read_forces
 

@@ -11,7 +11,8 @@ from formulas import argument, function
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.graph import Graph
 from symdyn.program import lower
-from symdyn.scene import Parameter, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import Parameter
 from symdyn.verify.accuracy import measure, remarks
 
 STEPS = 40

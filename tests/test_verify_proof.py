@@ -11,7 +11,7 @@ from arms import spatial_arm, two_link
 from symdyn.algebra.finite_field import Needs
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Graph, Op, reachable, substitute, tangents
-from symdyn.scene import number
+from symdyn.scene.values import number
 from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 

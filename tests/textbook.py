@@ -17,7 +17,8 @@ from arms import two_link
 
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Expr, gradient, substitute, tangents
-from symdyn.scene import Parameter, Point, Pose, Scene, parse, symbol, velocity_name
+from symdyn.scene import Scene, parse
+from symdyn.scene.values import Parameter, Point, Pose, symbol, velocity_name
 from symdyn.verify.equality import Claim, prove
 
 ENDS = (

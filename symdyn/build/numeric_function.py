@@ -14,8 +14,8 @@ import numpy as np
 
 from symdyn.dynamics import Function
 from symdyn.errors import ArgumentError
-from symdyn.scene import Scene, spell
-from symdyn.scene.values import listed, suggestion, value_of
+from symdyn.scene import Scene
+from symdyn.scene.values import listed, spell, suggestion, value_of
 from symdyn.shown import Shown
 
 WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "subok"})

@@ -17,8 +17,8 @@ from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene, sce
 from symdyn.cli.talk import Waiting, print_paths, print_text, say
 from symdyn.draw import check_picture, free_body, picture, pose
 from symdyn.errors import DrawError
-from symdyn.scene import FormulaError, Scene, SceneUnits, parse
-from symdyn.scene.values import Unit, fits, split_commas, value_of
+from symdyn.scene import Scene, SceneUnits, parse
+from symdyn.scene.values import FormulaError, Unit, fits, split_commas, value_of
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

@@ -23,8 +23,10 @@ from symdyn.emit.print import base_parameter_texts, frame_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
 from symdyn.program import choose, count_derived, formulate, is_prepared, lower, prepare, skipped
-from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, SceneUnits, as_written, spell
-from symdyn.scene.values import Letter
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Joint, Letter, Place, as_written, spell
 
 MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""

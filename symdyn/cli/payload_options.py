@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from symdyn.errors import IdentifyError
 from symdyn.identification import Payload
-from symdyn.scene import FormulaError, parse
-from symdyn.scene.values import Unit, UnitError, choice, fits, split_commas, value_of
+from symdyn.scene import parse
+from symdyn.scene.values import FormulaError, Unit, UnitError, choice, fits, split_commas, value_of
 
 FORM = "FILE:BODY:mass=KG[,com=[X,Y,Z][,inertia=[XX,YY,ZZ]]]"
 

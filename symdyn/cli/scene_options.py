@@ -13,8 +13,8 @@ from pathlib import Path
 from symdyn.cli.talk import say
 from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked, request_of
 from symdyn.errors import DerivationError, SceneError, printable
-from symdyn.scene import ReadOptions, Scene, ask_for_units, bind, read_bindings, read_noting, with_symbols
-from symdyn.scene.values import split_commas
+from symdyn.scene import ReadOptions, Scene, bind, read_bindings, read_noting, with_symbols
+from symdyn.scene.values import ask_for_units, split_commas
 
 MOST_NOTES = 20
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.scene import FormulaError, parse
-from symdyn.scene.values import Unit, fits, value_of
+from symdyn.scene import parse
+from symdyn.scene.values import FormulaError, Unit, fits, value_of
 
 
 def seconds(text: str) -> float:

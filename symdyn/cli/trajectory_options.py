@@ -13,18 +13,9 @@ from symdyn.cli.seconds import seconds
 from symdyn.cli.talk import Bar, give, print_paths, say
 from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.scene import Scene, in_si_here
-from symdyn.scene.values import Faults, split_commas
-from symdyn.simulation import (
-    Trajectory,
-    axes_of,
-    check_columns,
-    check_film,
-    check_plot,
-    check_record,
-    plot,
-    record,
-)
+from symdyn.scene import Scene
+from symdyn.scene.values import Faults, in_si_here, split_commas
+from symdyn.simulation import Trajectory, axes_of, check_columns, check_film, check_plot, check_record, plot, record
 from symdyn.simulation.prescribed import close, words
 
 ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"

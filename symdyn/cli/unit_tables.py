@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from symdyn.cli.talk import print_table
-from symdyn.scene import Scene, SceneUnits, spell
-from symdyn.scene.values import Letter
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import Letter, spell
 
 
 def unit_facts(scene: Scene) -> dict[str, Any]:

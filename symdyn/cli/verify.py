@@ -26,8 +26,8 @@ from symdyn.emit.code import SHORT_SINES, SINGLE
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene, SceneUnits, ask_for_units, parse, read_bindings
-from symdyn.scene.values import Unit, UnitError, fits
+from symdyn.scene import Scene, SceneUnits, parse, read_bindings
+from symdyn.scene.values import Unit, UnitError, ask_for_units, fits
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
 

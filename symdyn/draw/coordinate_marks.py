@@ -16,7 +16,8 @@ from symdyn.draw.places import Array, Hinge, Places, Step, across, unit
 from symdyn.draw.shapes import Item, arc_arrow, arrow, circle_points, line
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import GROUND
 
 SHORT = 10.0  # units of the picture: an arc or a dimension below this shows the sense alone
 SENSE = np.radians(55)

@@ -8,9 +8,10 @@ from typing import Any
 
 from symdyn.dynamics.mechanism import body_placements, first_moment, joint_motion, load_vectors, placement, vector
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import FORCES, JOINTS, Body, Contact, Element, Joint, JointMotion, Load, Scene
-from symdyn.scene.forces import in_plane
-from symdyn.scene.joints import unit
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES, in_plane
+from symdyn.scene.joints import JOINTS, JointMotion, unit
+from symdyn.scene.values import Body, Contact, Element, Joint, Load
 from symdyn.spatial import Transform, apply, unit_transform
 
 Key = tuple[Any, ...]  # what, then whose: names, numbers, elements

@@ -33,7 +33,8 @@ from symdyn.draw.standing import standing
 from symdyn.draw.svg import Drawing
 from symdyn.emit import Contents
 from symdyn.errors import DrawError
-from symdyn.scene import GROUND, Scene, SceneLike, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene.values import GROUND
 
 FASTEST = 240.0  # frames a second
 MOST_FRAMES = 18_000  # ten minutes at 30 a second

@@ -17,7 +17,9 @@ from symdyn.draw.places import Array, Hinge, Places, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
-from symdyn.scene import FORCES, GROUND, Joint, Scene, Strut
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import GROUND, Joint, Strut
 
 ARROW = 46.0  # length of a force, units of the picture
 BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture

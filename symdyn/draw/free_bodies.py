@@ -26,8 +26,9 @@ from symdyn.draw.view import View
 from symdyn.emit import in_latex
 from symdyn.emit.print import print_name
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import JOINTS, Contact, Scene, Strut
-from symdyn.scene.values import quantities_in
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Contact, Strut, quantities_in
 from symdyn.spatial import Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight

@@ -13,8 +13,9 @@ from symdyn.draw.places import Array, Hinge, Places, across, unit
 from symdyn.draw.shapes import Item, Shape, circle_points, line, path
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, JOINTS, Contact, Scene
-from symdyn.scene.joints import MarkPart
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, MarkPart
+from symdyn.scene.values import GROUND, Contact
 
 AROUND, SHARE = 1.5, 0.3
 """How far a plane is drawn around what touches it: in radii of a wheel, and for a blade over the size of the scene."""

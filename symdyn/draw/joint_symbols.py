@@ -14,8 +14,8 @@ import numpy as np
 from symdyn.draw.places import Array, Hinge, across
 from symdyn.draw.shapes import Shape, arrow, box, circle_points, cylinder, dot, joined, line, path
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, JOINTS
-from symdyn.scene.joints import MarkPart
+from symdyn.scene.joints import JOINTS, MarkPart
+from symdyn.scene.values import GROUND
 
 
 def symbol(hinge: Hinge, view: View) -> tuple[Shape, ...]:

@@ -18,7 +18,9 @@ from symdyn.algebra import Floats
 from symdyn.dynamics.mechanism import first_moment, vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import FORCES, OUTLINES, Body, Scene
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import OUTLINES, Body
 from symdyn.spatial import Mat, Vec, apply, dot, scale, zero_vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -26,8 +26,8 @@ from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View, look
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
-from symdyn.scene import GROUND, Load, Scene, SceneLike, scene_of
-from symdyn.scene.values import suggestion
+from symdyn.scene import Scene, SceneLike, scene_of
+from symdyn.scene.values import GROUND, Load, suggestion
 
 JOINT = {
     "joint": "{type} joint {name}",

@@ -17,7 +17,9 @@ from symdyn.draw.outlines import Outlined, outlines
 from symdyn.dynamics.mechanism import at_time
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.scene import GROUND, JOINTS, Contact, Element, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import GROUND, Contact, Element, Joint
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -11,8 +11,10 @@ import numpy as np
 from symdyn.draw.places import Array, places
 from symdyn.dynamics.loops import Numbers, closed_position, witness
 from symdyn.errors import DerivationError, DrawError
-from symdyn.scene import FORCES, Joint, Scene, SceneUnits, start_of, velocity_name
-from symdyn.scene.values import suggestion, value_of
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import start_of
+from symdyn.scene.values import Joint, suggestion, value_of, velocity_name
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
 CURL = 4.2  # rad: what all of them may add up to

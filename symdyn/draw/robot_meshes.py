@@ -25,9 +25,9 @@ from symdyn.draw.mesh_size import obj_too_much, stl_too_much
 from symdyn.draw.places import Array
 from symdyn.draw.solids import Solid, ball, box, cylinder
 from symdyn.errors import DrawError, SceneError
-from symdyn.scene import GROUND, Scene, read_bounded
+from symdyn.scene import Scene, read_bounded
 from symdyn.scene.formats import XmlElement, printable_names
-from symdyn.scene.values import show
+from symdyn.scene.values import GROUND, show
 
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
 LARGEST_MESH, MOST_IN_ALL = BOUNDS["bytes of a mesh"], BOUNDS["bytes of the meshes that are shown"]

@@ -13,7 +13,9 @@ from symdyn.draw.places import Frame, Hinge, Placed, Places
 from symdyn.draw.solids import Solid, along, ball, bar, box, cylinder, patch
 from symdyn.draw.style import LIGHT
 from symdyn.draw.view import View, vertical
-from symdyn.scene import GROUND, JOINTS, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import GROUND
 
 SEEN = 0.5  # how much of it is seen of a surface that may hide joints
 JOINT, DARK, FLOOR = "#9aa4af", LIGHT["ink"], "#c5ced8"

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.scene import Joint, Quantity, Scene, SceneUnits, acceleration_name
-from symdyn.scene.values import Faults, force_unit, suggestion
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import Faults, Joint, acceleration_name, force_unit, suggestion
 from symdyn.simulation.prescribed import drive_names, number_of, parameter_values, read_formula
 
 Box = Mapping[str, tuple[object, object]] | Sequence[str]

@@ -19,8 +19,10 @@ from symdyn.dynamics.roads import remainder
 from symdyn.errors import DerivationError, IdentifyError
 from symdyn.graph import evaluate, reachable
 from symdyn.identification.unknowns import TEN
-from symdyn.scene import FORCES, JOINTS, Joint, Parameter, Quantity, Scene, bind, number, symbol, velocity_name
-from symdyn.scene.values import ZERO, choice, force_unit, value_of
+from symdyn.scene import Quantity, Scene, bind
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import ZERO, Joint, Parameter, choice, force_unit, number, symbol, value_of, velocity_name
 
 
 @dataclass(frozen=True)

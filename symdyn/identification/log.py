@@ -20,8 +20,8 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.units import in_si, looks_off
-from symdyn.scene import Scene, SceneUnits, acceleration_name
-from symdyn.scene.values import Faults, listed, nearest, shorten
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import Faults, acceleration_name, listed, nearest, shorten
 from symdyn.simulation.prescribed import TIME, Columns, drive_names, read_entries
 
 SHORTEST = 20

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.scene import Scene, velocity_name
-from symdyn.scene.values import Faults, listed, suggestion
+from symdyn.scene import Scene
+from symdyn.scene.values import Faults, listed, suggestion, velocity_name
 from symdyn.simulation import Forces, Values, read_forces, read_start
 from symdyn.simulation.prescribed import TIME, Columns, Entries, close, drive_names, noted, read_entries
 

@@ -20,9 +20,9 @@ from symdyn.identification.identification import Identification
 from symdyn.identification.named import Named, fit_names, inertial_names
 from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
-from symdyn.scene import Body, Quantity, Scene, bind, number, with_force_parameters
+from symdyn.scene import Quantity, Scene, bind, with_force_parameters
 from symdyn.scene.formats import possible
-from symdyn.scene.values import choice, listed, value_of
+from symdyn.scene.values import Body, choice, listed, number, value_of
 from symdyn.shown import Shown
 
 DIGITS = 10

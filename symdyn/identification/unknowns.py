@@ -21,7 +21,8 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.roads import base_columns, base_of_columns, linear
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
-from symdyn.scene import FORCES, INERTIAL, Quantity, Scene
+from symdyn.scene import INERTIAL, Quantity, Scene
+from symdyn.scene.forces import FORCES
 
 TEN = len(INERTIAL)
 

@@ -25,7 +25,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.linear.equilibrium import Equilibria
 from symdyn.linear.prepared import Prepared
-from symdyn.scene import FormulaError, SceneUnits
+from symdyn.scene import SceneUnits
+from symdyn.scene.values import FormulaError
 
 CIRCLE = ("sin", "cos")
 

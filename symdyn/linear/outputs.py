@@ -13,8 +13,8 @@ from symdyn.dynamics.mechanism import inputs_of
 from symdyn.dynamics.roads import Moving, expressed
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity, Scene, SceneUnits, symbol
-from symdyn.scene.values import LETTERS, Faults, split_commas
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import LETTERS, Faults, split_commas, symbol
 from symdyn.simulation import unit_of
 from symdyn.simulation.prescribed import close, read_seen
 

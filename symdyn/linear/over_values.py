@@ -24,7 +24,8 @@ from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.ranges import read_values
 from symdyn.linear.spinning import STILL
 from symdyn.linear.steady import BALANCED, settled, steady_next_to
-from symdyn.scene import Parameter, Scene, bind
+from symdyn.scene import Scene, bind
+from symdyn.scene.values import Parameter
 from symdyn.simulation import Forces, opened, read_forces, read_start
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
-from symdyn.scene import FormulaError, Parameter, Scene, parse, question
-from symdyn.scene.values import Unit, fits, split_commas, value_of
+from symdyn.scene import Scene, parse
+from symdyn.scene.values import FormulaError, Parameter, Unit, fits, question, split_commas, value_of
 
 MOST = 20_000
 """Values of a parameter at most."""

@@ -20,8 +20,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.rounding import in_digits
-from symdyn.scene import JOINTS, Joint
-from symdyn.scene.joints import Gimbal
+from symdyn.scene.joints import JOINTS, Gimbal
+from symdyn.scene.values import Joint
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization

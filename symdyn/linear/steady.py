@@ -21,7 +21,8 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.spinning import EQUAL, STILL, Way, seen, ways
-from symdyn.scene import Scene, SceneUnits, acceleration_name
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import acceleration_name
 from symdyn.simulation import opened, read_start
 
 BALANCED = 1e-6

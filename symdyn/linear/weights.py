@@ -13,8 +13,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear.axis import Axis
 from symdyn.linear.ranges import number_in
 from symdyn.linear.run_files import check_arrays
-from symdyn.scene import FormulaError
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene.values import Faults, FormulaError, suggestion
 
 Weights: TypeAlias = Mapping[str, float] | Sequence[Sequence[float]] | Array
 

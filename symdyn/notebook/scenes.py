@@ -6,7 +6,8 @@ from symdyn.draw import picture as drawn
 from symdyn.emit.print import value_text
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Cell, Markup, beside, head, note, picture, table, together
-from symdyn.scene import Scene, SceneUnits, spell
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import spell
 
 
 def scene(found: Scene) -> list[Markup]:

@@ -24,8 +24,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
-from symdyn.scene import Body, Pose, Quantity, Scene, number
-from symdyn.scene.values import ZERO
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import ZERO, Body, Pose, number
 from symdyn.unlocked import cached_property
 
 SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))

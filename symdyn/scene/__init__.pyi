@@ -34,26 +34,13 @@ from .build_joints import (
 )
 from .declaration.locking import lock as lock
 from .declaration.reading import ReadOptions as ReadOptions, Written as Written, read_bounded as read_bounded
-from .declaration.value_in_unit import (
-    as_written as as_written,
-    ask_for_units as ask_for_units,
-    in_si_here as in_si_here,
-    question as question,
-)
 from .examples import example as example, example_text as example_text, examples as examples
 from .forces.body_load import load as load
 from .forces.contact import knife_edge as knife_edge, rolling as rolling
-from .forces.damper import Damper as Damper, damper as damper
-from .forces.force_kind import ForceKind as ForceKind, Pull as Pull
-from .forces.force_table import FORCES as FORCES
-from .forces.friction import Friction as Friction
-from .forces.spring import Spring as Spring, spring as spring
-from .forces.velocity_row import Formula as Formula, row as row
-from .joints.joint_kind import JointKind as JointKind, JointMotion as JointMotion, Move as Move
-from .joints.joint_table import JOINTS as JOINTS
-from .joints.start import start_of as start_of
+from .forces.damper import damper as damper
+from .forces.spring import spring as spring
+from .forces.velocity_row import row as row
 from .scene_files import (
-    FileLike as FileLike,
     SceneLike as SceneLike,
     format_to_write as format_to_write,
     read as read,
@@ -67,32 +54,8 @@ from .symbolic import with_force_parameters as with_force_parameters, with_symbo
 from .ten_parameters import INERTIAL as INERTIAL, with_symbolic_inertia as with_symbolic_inertia
 from .toml import read_text as read_text, tables_of as tables_of
 from .units import SceneUnits as SceneUnits
-from .values.body import Body as Body, Particle as Particle, Pose as Pose
-from .values.element import (
-    Contact as Contact,
-    Element as Element,
-    Load as Load,
-    Place as Place,
-    Row as Row,
-    Strut as Strut,
-)
-from .values.folding import FormulaError as FormulaError
 from .values.formula import parse as parse
-from .values.joint import (
-    Coupling as Coupling,
-    Joint as Joint,
-    Limits as Limits,
-    acceleration_name as acceleration_name,
-    velocity_name as velocity_name,
-)
 from .values.model import (
-    GROUND as GROUND,
-    Input as Input,
-    Parameter as Parameter,
-    Point as Point,
     Scene as Scene,
-    Signal as Signal,
 )
-from .values.outline import OUTLINES as OUTLINES
-from .values.quantity import Quantity as Quantity, number as number, symbol as symbol
-from .values.spelling import spell as spell
+from .values.quantity import Quantity as Quantity

@@ -13,7 +13,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.loops import direction_words, newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.scene import velocity_name
+from symdyn.scene.values import velocity_name
 from symdyn.simulation.followed import Followed
 from symdyn.simulation.following import CLOSED, Following, Known, Tied
 from symdyn.simulation.initial import no_equations

@@ -22,7 +22,8 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.loops import Numbers, free_motions, idle_motions
 from symdyn.errors import SimulateError
-from symdyn.scene import Joint, Scene, velocity_name
+from symdyn.scene import Scene
+from symdyn.scene.values import Joint, velocity_name
 
 Known = Callable[[Array], tuple[Array, Array, Array]]
 

@@ -26,7 +26,7 @@ from symdyn.dynamics.loops import (
     seen_closed,
 )
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.scene import velocity_name
+from symdyn.scene.values import velocity_name
 
 CONSISTENT = 1e-9
 """Largest coordinate by which a start is moved without a note, rad or m; and velocity, rad/s or m/s."""

@@ -13,8 +13,9 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
-from symdyn.scene import Quantity, Scene, SceneUnits, start_of, velocity_name
-from symdyn.scene.values import Faults, split_commas, suggestion
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.joints import start_of
+from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
 from symdyn.simulation.equations.conserved import values_on
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations

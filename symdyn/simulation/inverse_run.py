@@ -20,8 +20,8 @@ from symdyn.dynamics.loops import off_planes
 from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.errors import SimulateError, quoted
 from symdyn.graph import Graph
-from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of, spell, velocity_name, with_values
-from symdyn.scene.values import Faults, force_unit
+from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of, with_values
+from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
 from symdyn.simulation.equations.crossings import SLACK

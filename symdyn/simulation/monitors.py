@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.scene import FORCES, Contact
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import Contact
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.reaction_columns import multipliers

@@ -13,8 +13,8 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
-from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.values import listed, value_of
+from symdyn.scene import Scene
+from symdyn.scene.values import acceleration_name, listed, value_of
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing

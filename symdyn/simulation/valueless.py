@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import at_time, ends_apart, pull
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import FORCES, Quantity, Scene, spell
-from symdyn.scene.values import TIMED
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import TIMED, spell
 from symdyn.simulation.prescribed.forces import Forces, force_names
 from symdyn.spatial import dot
 

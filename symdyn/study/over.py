@@ -9,8 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.scene import FormulaError, Parameter, Quantity, Scene, SceneUnits, question
-from symdyn.scene.values import Faults, Letter, read_tolerance, shorten, split_commas, suggestion, value_of
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import (
+    Faults,
+    FormulaError,
+    Letter,
+    Parameter,
+    question,
+    read_tolerance,
+    shorten,
+    split_commas,
+    suggestion,
+    value_of,
+)
 from symdyn.simulation.prescribed import number_of, read_formula
 from symdyn.study.distributions import DISTRIBUTIONS, Distribution
 

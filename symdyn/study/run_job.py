@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.errors import spoken
-from symdyn.scene import Parameter, Scene, bind
-from symdyn.scene.values import Faults, split_commas
+from symdyn.scene import Scene, bind
+from symdyn.scene.values import Faults, Parameter, split_commas
 from symdyn.simulation import Forces, Values, check_run, read_forces, read_measure, read_start
 from symdyn.simulation.prescribed import Entries, close, noted, words
 from symdyn.study.design import read_design

@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 from symdyn.algebra import Symbol
 from symdyn.dynamics.mechanism import body_placements, placement, vector
 from symdyn.graph import Expr, Graph, substitute
-from symdyn.scene import JOINTS, Joint, Scene
-from symdyn.scene.joints import unit
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, unit
+from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, apply, dot, scale, sub
 from symdyn.teach.document import Step, Words
 from symdyn.teach.lesson import Prose

@@ -11,7 +11,9 @@ from symdyn.dynamics.mechanism import State, body_placements, squared_length, st
 from symdyn.emit.print import LENGTH, Letters, Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
-from symdyn.scene import JOINTS, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Joint
 from symdyn.spatial import Transform
 from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
 from symdyn.teach.languages import Language, fill, language_of

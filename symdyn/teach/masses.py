@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism import first_moment, vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Body, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import Body
 from symdyn.spatial import Mat, Transform, Vec, apply, symmetric
 
 AXES = "xyz"

@@ -8,8 +8,9 @@ from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import joint_position
 from symdyn.emit.print import value_text
 from symdyn.graph import Graph
-from symdyn.scene import FORCES, GROUND, Joint, Scene, SceneUnits
-from symdyn.scene.values import ZERO
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import GROUND, ZERO, Joint
 from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
 

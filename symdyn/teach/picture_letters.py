@@ -8,8 +8,8 @@ from symdyn.draw import Lettered
 from symdyn.dynamics.mechanism import body_placements, joint_motion, placement, vector
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
-from symdyn.scene import Pose, Quantity, Scene
-from symdyn.scene.values import ZERO
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import ZERO, Pose
 from symdyn.spatial import Transform, Vec, add, elementary, scale
 from symdyn.teach.shown_state import Chosen
 

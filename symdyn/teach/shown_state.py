@@ -19,7 +19,8 @@ from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.mechanism import TIME, State, at_time, prescribed, state_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate, gradient
-from symdyn.scene import Scene, SceneUnits, start_of
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.joints import start_of
 from symdyn.scene.values import value_of
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)

@@ -9,8 +9,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, SceneUnits, velocity_name
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import Faults, suggestion, velocity_name
 from symdyn.simulation import Start, read_start
 from symdyn.simulation.prescribed import drive_names, number_of, read_formula
 from symdyn.transcription.grid import Grid, numbered

@@ -11,8 +11,8 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError
-from symdyn.scene import FormulaError, Quantity, Scene, SceneLike, SceneUnits, scene_of, spell
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of
+from symdyn.scene.values import Faults, FormulaError, spell, suggestion
 from symdyn.simulation import Start, read_start
 from symdyn.simulation.prescribed import close, drive_names, noted, parameter_values, read_formula
 from symdyn.transcription.grid import grid

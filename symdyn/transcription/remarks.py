@@ -7,7 +7,8 @@ from itertools import chain
 
 from symdyn.dynamics.roads import kinks
 from symdyn.graph import substitute
-from symdyn.scene import Quantity, Scene, parse, start_of
+from symdyn.scene import Quantity, Scene, parse
+from symdyn.scene.joints import start_of
 from symdyn.scene.values import listed
 from symdyn.simulation.prescribed import drive_names
 from symdyn.transcription.source import Source

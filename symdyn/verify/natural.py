@@ -29,7 +29,8 @@ from symdyn.dynamics.mechanism import at_time
 from symdyn.dynamics.reactions import InNumbers, equilibrium, undriven, why_no_reactions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.scene import SceneUnits, velocity_name
+from symdyn.scene import SceneUnits
+from symdyn.scene.values import velocity_name
 from symdyn.verdict import Unclaimed, verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Looked

@@ -25,7 +25,8 @@ from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import ROUNDOFF, TINIEST, lower, sample, values_of
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of, start_of
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of
+from symdyn.scene.joints import start_of
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed, together, verdict

@@ -13,7 +13,8 @@ from symdyn.draw import extent_of, limits_of, pose
 from symdyn.dynamics.loops import Numbers, newton, seen_closed
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
-from symdyn.scene import Scene, SceneUnits, velocity_name
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import velocity_name
 
 LEG = 0.1
 """How far a coordinate of a closed mechanism is pulled at once, rad or m, so that it stays on its branch."""

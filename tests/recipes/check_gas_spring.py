@@ -15,10 +15,13 @@ import symdyn
 from symdyn.cli.facts import acting
 from symdyn.draw import free_body, picture
 from symdyn.errors import SymdynError
-from symdyn.scene import FORCES, Place, Pull, Spring, lock, number, parse, read_text, with_symbols, write_text
+from symdyn.scene import lock, parse, read_text, with_symbols, write_text
 from symdyn.scene.build import body, scene
 from symdyn.scene.build_joints import prismatic
-from symdyn.scene.forces.force_kind import ForceKind
+from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.force_kind import ForceKind, Pull
+from symdyn.scene.forces.spring import Spring
+from symdyn.scene.values import Place, number
 from symdyn.scene.values.table import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough

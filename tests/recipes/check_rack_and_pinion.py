@@ -16,7 +16,9 @@ from symdyn.draw import free_body
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import SymdynError
-from symdyn.scene import JOINTS, JointKind, lock, parse, read_text, with_symbols, write_text
+from symdyn.scene import lock, parse, read_text, with_symbols, write_text
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_mark import JointMark
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough

@@ -8,9 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.graph import Expr, Op
-from symdyn.scene import FORCES, ForceKind, Pull, Quantity, Strut, spell
+from symdyn.scene import Quantity
+from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.attachments import Ends
-from symdyn.scene.forces.force_kind import Mark
+from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
+from symdyn.scene.values import Strut, spell
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.table import Table

@@ -6,12 +6,12 @@ The rack is the x axis of the joint frame, shifted by r along y; the pinion turn
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import JOINTS, Joint, JointKind, JointMotion, Move, Quantity, number
-from symdyn.scene.joints import Block, MarkPart
+from symdyn.scene import Quantity
+from symdyn.scene.joints import JOINTS, Block, JointMotion, MarkPart
 from symdyn.scene.joints.forbidden import forces, leaning, moments, offsets
-from symdyn.scene.joints.joint_kind import Forbids
+from symdyn.scene.joints.joint_kind import Forbids, JointKind, Move
 from symdyn.scene.joints.joint_mark import JointMark
-from symdyn.scene.values import folding
+from symdyn.scene.values import Joint, folding, number
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, identity, scale, unit_transform

@@ -16,7 +16,7 @@ from symdyn.dynamics import Function
 from symdyn.errors import SceneError
 from symdyn.graph import reachable
 from symdyn.program import ALLOWED, ROUNDOFF
-from symdyn.scene import Scene, body, fixed, revolute, scene
+from symdyn.scene import Scene, body, joint, scene
 
 Array = npt.NDArray[np.float64]
 
@@ -144,7 +144,7 @@ def _nothing() -> Case:
     found = []
     for kind, bodies, joints in (
         ("no bodies", [], []),
-        ("one fixed body", [body("b", mass=1)], [fixed("f", "ground", "b")]),
+        ("one fixed body", [body("b", mass=1)], [joint("f", "fixed", "ground", "b")]),
     ):
         try:
             scene("nothing", bodies=bodies, joints=joints)
@@ -157,7 +157,7 @@ def _nothing() -> Case:
 
 def _weightless() -> Case:
     """Return how many functions of a mechanism of one joint without anything to move it fail to be zero or empty."""
-    weightless = scene("weightless", bodies=[body("b")], joints=[revolute("j", "ground", "b")])
+    weightless = scene("weightless", bodies=[body("b")], joints=[joint("j", "revolute", "ground", "b")])
     made = calls(weightless, ("inverse_dynamics", "mass_matrix", "gravity_forces"))
     given = {name: np.ones((2, 1)) for name in ("q", "qd", "qdd")}
     found = []

@@ -6,22 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.scene import (
-    Body,
-    Quantity,
-    Scene,
-    body,
-    damper,
-    loop,
-    number,
-    planar,
-    point,
-    prismatic,
-    revolute,
-    scene,
-    spherical,
-    spring,
-)
+from symdyn.scene import Quantity, Scene, body, damper, joint, loop, point, scene, spring
+from symdyn.scene.values import Body, number
 
 G = "9.81"
 
@@ -33,8 +19,8 @@ def two_link(first: Fraction | int = 1, second: Fraction | int = 1) -> Scene:
         gravity=[0, f"-{G}", 0],
         bodies=[body(f"b{k}", particles=[{"mass": m, "at": [0, -1, 0]}]) for k, m in enumerate((first, second), 1)],
         joints=[
-            revolute("j1", "ground", "b1", coordinate="q1"),
-            revolute("j2", "b1", "b2", origin=[0, -1, 0], coordinate="q2"),
+            joint("j1", "revolute", "ground", "b1", coordinate="q1"),
+            joint("j2", "revolute", "b1", "b2", origin=[0, -1, 0], coordinate="q2"),
         ],
         points=[point("tool", "b2", [("Ty", -1)])],
     )
@@ -51,11 +37,18 @@ def chain(n: int, absolute: bool = False) -> Scene:
         if absolute and k > 1:
             bodies.append(body(f"a{k}"))
             joints.append(
-                revolute(f"back{k}", parent, f"a{k}", origin=origin, mimic={"coordinate": f"q{k - 1}", "ratio": -1})
+                joint(
+                    f"back{k}",
+                    "revolute",
+                    parent,
+                    f"a{k}",
+                    origin=origin,
+                    mimic={"coordinate": f"q{k - 1}", "ratio": -1},
+                )
             )
             parent, origin = f"a{k}", [0, 0, 0]
         bodies.append(body(f"b{k}", particles=[{"mass": 1, "at": [0, -1, 0]}]))
-        joints.append(revolute(f"j{k}", parent, f"b{k}", origin=origin, coordinate=f"q{k}"))
+        joints.append(joint(f"j{k}", "revolute", parent, f"b{k}", origin=origin, coordinate=f"q{k}"))
     return scene(f"chain{n}{'_absolute' if absolute else ''}", gravity=[0, f"-{G}", 0], bodies=bodies, joints=joints)
 
 
@@ -65,9 +58,9 @@ def gimbal() -> Scene:
         "gimbal",
         bodies=[body("outer"), body("inner"), body("top", mass=1, com=[0, 0, 0], inertia=[1, 2, 3], about="com")],
         joints=[
-            revolute("yaw", "ground", "outer", axis=[0, 0, 1], coordinate="psi"),
-            revolute("pitch", "outer", "inner", axis=[0, 1, 0], coordinate="theta"),
-            revolute("roll", "inner", "top", axis=[1, 0, 0], coordinate="phi"),
+            joint("yaw", "revolute", "ground", "outer", axis=[0, 0, 1], coordinate="psi"),
+            joint("pitch", "revolute", "outer", "inner", axis=[0, 1, 0], coordinate="theta"),
+            joint("roll", "revolute", "inner", "top", axis=[1, 0, 0], coordinate="phi"),
         ],
     )
 
@@ -84,8 +77,9 @@ def arm(n: int = 6) -> Scene:
             for k in range(1, n + 1)
         ],
         joints=[
-            revolute(
+            joint(
                 f"j{k}",
+                "revolute",
                 f"b{k - 1}" if k > 1 else "ground",
                 f"b{k}",
                 axis=axes[k % 3],
@@ -110,9 +104,8 @@ def heavier(one: Scene, factors: Sequence[Fraction | int]) -> Scene:
 def one_body(kind: str = "revolute") -> Scene:
     """Return a pendulum, or a mass on a slide."""
     bodies = [body("b", mass=1, com=[0, -1, 0], inertia=["1/10", "1/10", "1/10"], about="com")]
-    joint = revolute if kind == "revolute" else prismatic
     return scene(
-        "one_body", gravity=[0, f"-{G}", 0], bodies=bodies, joints=[joint("j", "ground", "b", coordinate="q1")]
+        "one_body", gravity=[0, f"-{G}", 0], bodies=bodies, joints=[joint("j", kind, "ground", "b", coordinate="q1")]
     )
 
 
@@ -122,7 +115,7 @@ def offset_pendulum() -> Scene:
         "offset_pendulum",
         gravity=[0, f"-{G}", 0],
         bodies=[body("b", particles=[{"mass": 1, "at": [0, -1, 0]}])],
-        joints=[revolute("j", "ground", "b", origin=[0, 1, 0], coordinate="q1")],
+        joints=[joint("j", "revolute", "ground", "b", origin=[0, 1, 0], coordinate="q1")],
         points=[point("bob", "b", [("Ty", -1)])],
     )
 
@@ -133,7 +126,7 @@ def pinned() -> Scene:
         "pinned",
         gravity=[0, f"-{G}", 0],
         bodies=[body("b", particles=[{"mass": 1, "at": [0, 0, 0]}])],
-        joints=[planar("j", "ground", "b", coordinates=["x", "y", "phi"], start=[1, 0, 0], drive=False)],
+        joints=[joint("j", "planar", "ground", "b", coordinates=["x", "y", "phi"], start=[1, 0, 0], drive=False)],
         loops=[loop("pin", "revolute", "ground", "b", tip=[1, 0, 0])],
     )
 
@@ -144,7 +137,7 @@ def heavy_top() -> Scene:
         "heavy_top",
         gravity=[0, 0, f"-{G}"],
         bodies=[body("top", mass=15, com=[0, 1, 0], inertia=["15/64", "15/32", "15/64"], about="com")],
-        joints=[spherical("ball", "ground", "top", start_rates=[0, 150, "-4.61538"])],
+        joints=[joint("ball", "spherical", "ground", "top", start_rates=[0, 150, "-4.61538"])],
     )
 
 
@@ -153,7 +146,7 @@ def free_top() -> Scene:
     return scene(
         "free_top",
         bodies=[body("top", mass=1, com=[0, 0, 0], inertia=[1, 2, 3], about="com")],
-        joints=[spherical("ball", "ground", "top", start_rates=["1/1000", 10, "1/1000"])],
+        joints=[joint("ball", "spherical", "ground", "top", start_rates=["1/1000", 10, "1/1000"])],
     )
 
 
@@ -162,7 +155,7 @@ def stiff_spring(stiffness: int, damping: int) -> Scene:
     return scene(
         "stiff_spring",
         bodies=[body("b", mass=1, com=[0, 0, 0])],
-        joints=[prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", start=1)],
+        joints=[joint("j", "prismatic", "ground", "b", axis=[1, 0, 0], coordinate="x", start=1)],
         springs=[spring("s", joint="j", stiffness=stiffness)],
         dampers=[damper("d", joint="j", damping=damping)],
     )
@@ -174,7 +167,7 @@ def rubbing() -> Scene:
     return scene(
         "rubbing",
         bodies=[body("b", mass=1, com=[0, 0, 0])],
-        joints=[prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", start="1/2", friction=friction)],
+        joints=[joint("j", "prismatic", "ground", "b", axis=[1, 0, 0], coordinate="x", start="1/2", friction=friction)],
         springs=[spring("s", joint="j", stiffness=50)],
         dampers=[damper("d", joint="j", damping="2/5")],
     )
@@ -191,14 +184,34 @@ def parallelogram(second: bool = False) -> Scene:
     if second:
         bodies.append(body("d", **rod))  # type: ignore[arg-type]
     joints = [
-        revolute("j1", "ground", "a", coordinate="q1", start="pi/2", start_rates=-1, drive=False),
-        revolute("j2", "a", "b", origin=[1, 0, 0], coordinate="q2", start="-pi/2", start_rates=1, drive=False),
-        revolute("j3", "ground", "c", origin=[1, 0, 0], coordinate="q3", start="pi/2", start_rates=-1, drive=False),
+        joint("j1", "revolute", "ground", "a", coordinate="q1", start="pi/2", start_rates=-1, drive=False),
+        joint("j2", "revolute", "a", "b", origin=[1, 0, 0], coordinate="q2", start="-pi/2", start_rates=1, drive=False),
+        joint(
+            "j3",
+            "revolute",
+            "ground",
+            "c",
+            origin=[1, 0, 0],
+            coordinate="q3",
+            start="pi/2",
+            start_rates=-1,
+            drive=False,
+        ),
     ]
     loops = [loop("ring", "revolute", "b", "c", origin=[1, 0, 0], tip=[-1, 0, 0])]
     if second:
         joints.append(
-            revolute("j4", "a", "d", origin=["1/2", 0, 0], coordinate="q4", start="-pi/2", start_rates=1, drive=False)
+            joint(
+                "j4",
+                "revolute",
+                "a",
+                "d",
+                origin=["1/2", 0, 0],
+                coordinate="q4",
+                start="-pi/2",
+                start_rates=1,
+                drive=False,
+            )
         )
         loops.append(loop("ring2", "revolute", "d", "c", origin=[1, 0, 0], tip=["-1/2", 0, 0]))
     return scene("parallelogram", gravity=[0, f"-{G}", 0], bodies=bodies, joints=joints, loops=loops)

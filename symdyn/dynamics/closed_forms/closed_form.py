@@ -35,8 +35,9 @@ from symdyn.dynamics.mechanism.state import State, joint_motion, state_symbols, 
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import JOINTS, Scene, SceneLike, scene_of
+from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector

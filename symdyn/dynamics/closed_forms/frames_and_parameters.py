@@ -44,7 +44,8 @@ from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
-from symdyn.scene import GROUND, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import GROUND, Joint
 from symdyn.spatial import Inertia, Transform, no_inertia, symmetric
 
 Step = tuple[str, tuple[Expr, ...]]

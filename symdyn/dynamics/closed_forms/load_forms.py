@@ -27,9 +27,9 @@ from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
 from symdyn.dynamics.mechanism.state import State, joint_position, vector
 from symdyn.graph import Expr, Graph, Op, tangents
-from symdyn.scene import FORCES, Load, Scene, Strut
-from symdyn.scene.forces import elastic, resisting
-from symdyn.scene.values import ZERO
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES, elastic, resisting
+from symdyn.scene.values import ZERO, Load, Strut
 from symdyn.spatial import Transform, dot
 
 WAY, RATE = " x", " v"

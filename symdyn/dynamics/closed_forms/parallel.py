@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from symdyn.algebra import AngleGroup, TrigonometricRing
 from symdyn.dynamics.mechanism.state import placement
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import GROUND, JOINTS, Joint, Scene
-from symdyn.scene.joints import unit
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, unit
+from symdyn.scene.values import GROUND, Joint
 from symdyn.spatial import Vec, apply, dot
 
 

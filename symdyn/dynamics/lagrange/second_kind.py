@@ -20,7 +20,9 @@ from symdyn.dynamics.mechanism.loads import elastic_energy, elastic_slopes, gene
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, first_moment, joint_motion, joint_position, state_symbols, vector
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
-from symdyn.scene import JOINTS, Body, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Body, Joint
 from symdyn.spatial import Mat, Transform, Vec, apply as matvec, apply_transposed, cross, dot, spin, symmetric
 
 

@@ -33,7 +33,7 @@ from symdyn.dynamics.loops.newton import (
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
-from symdyn.scene import FORCES
+from symdyn.scene.forces import FORCES
 
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""

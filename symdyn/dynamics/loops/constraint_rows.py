@@ -27,7 +27,8 @@ from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
-from symdyn.scene import FORCES, Quantity, Scene
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.forces import FORCES
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, spin, sub, zero_vector
 
 Twist = tuple[Vec, Vec]  # angular, linear

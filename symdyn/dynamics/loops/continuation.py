@@ -14,7 +14,8 @@ from symdyn.dynamics.loops.assembly import Assembly, closed_position
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless, newton, seen_closed
 from symdyn.errors import DerivationError
-from symdyn.scene import Scene, start_of
+from symdyn.scene import Scene
+from symdyn.scene.joints import start_of
 
 FINEST = 2.0**-20
 """Part of a step of the path below which it is given up."""

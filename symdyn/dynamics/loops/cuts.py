@@ -16,7 +16,10 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import FORCES, JOINTS, Contact, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Contact, Joint
 from symdyn.spatial import Transform, Wrench, dot, identity
 
 

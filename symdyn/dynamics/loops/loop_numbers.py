@@ -31,7 +31,8 @@ from symdyn.dynamics.mechanism.state import placement, quaternions, state_symbol
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, operands, reachable
-from symdyn.scene import Quantity, Scene, SceneUnits, start_of
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.joints import start_of
 from symdyn.unlocked import cached_property
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -30,7 +30,9 @@ from symdyn.dynamics.loops.newton import dimensionless, free_motions
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.kinematics import tree_placements
 from symdyn.errors import DerivationError
-from symdyn.scene import JOINTS, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Joint
 from symdyn.spatial import add, apply, cross
 
 NOTHING = 1e-7

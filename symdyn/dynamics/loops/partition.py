@@ -14,7 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.scene import Scene, spell
+from symdyn.scene import Scene
+from symdyn.scene.values import spell
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene import JOINTS, Joint, Scene
-from symdyn.scene.joints import ORIENTATION, Gimbal
-from symdyn.scene.values import quantities_in
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, ORIENTATION, Gimbal
+from symdyn.scene.values import Joint, quantities_in
 
 
 @dataclass(frozen=True)

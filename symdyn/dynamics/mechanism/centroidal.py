@@ -23,7 +23,8 @@ from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
-from symdyn.scene import GROUND, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import GROUND
 from symdyn.spatial import (
     Inertia,
     Transform,

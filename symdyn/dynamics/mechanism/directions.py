@@ -41,8 +41,8 @@ from itertools import combinations
 
 from symdyn.dynamics.mechanism.state import joint_motion, state_symbols
 from symdyn.graph import Expr, Graph, gradient, tangents
-from symdyn.scene import JOINTS, Scene
-from symdyn.scene.joints import Block
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, Block
 from symdyn.spatial import apply, multiply, skew
 
 Brackets = Mapping[tuple[int, int], tuple[tuple[int, int], ...]]

@@ -17,9 +17,9 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, joint_position, state_symbols, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
-from symdyn.scene import FORCES, Joint, Load, Place, Scene, Strut
-from symdyn.scene.forces import elastic, resisting
-from symdyn.scene.values import ZERO
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES, elastic, resisting
+from symdyn.scene.values import ZERO, Joint, Load, Place, Strut
 from symdyn.spatial import Transform, Vec, Wrench, dot, power, rotated, spin, sub
 
 # Laws of force

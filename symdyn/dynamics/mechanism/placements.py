@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from symdyn.dynamics.mechanism.state import joint_motion, placement, vector
 from symdyn.graph import Graph
-from symdyn.scene import GROUND, Joint, Place, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import GROUND, Joint, Place
 from symdyn.spatial import Transform, Vec, sub, unit_transform
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene import JOINTS, Body, Joint, JointMotion, Pose, Quantity, Scene, acceleration_name, velocity_name
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.joints import JOINTS, JointMotion
+from symdyn.scene.values import Body, Joint, Pose, acceleration_name, velocity_name
 from symdyn.spatial import Transform, Vec, elementary, unit_transform
 
 

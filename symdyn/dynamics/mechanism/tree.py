@@ -33,7 +33,9 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Body, Joint, JointMotion, Scene, velocity_name
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, JointMotion
+from symdyn.scene.values import GROUND, Body, Joint, velocity_name
 from symdyn.spatial import (
     Inertia,
     Transform,

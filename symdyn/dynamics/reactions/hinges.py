@@ -31,8 +31,9 @@ from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Joint, Scene, velocity_name
-from symdyn.scene.joints import unit_wrenches
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS, unit_wrenches
+from symdyn.scene.values import GROUND, Joint, velocity_name
 from symdyn.spatial import (
     Transform,
     Vec,

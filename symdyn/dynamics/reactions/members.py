@@ -15,7 +15,9 @@ from symdyn.dynamics.mechanism.state import State, joint_motion, joint_position,
 from symdyn.dynamics.mechanism.tree import Tree, ball_rotor, body_inertia
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, Graph, tangents
-from symdyn.scene import FORCES, GROUND, Place, Scene, Strut
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import GROUND, Place, Strut
 from symdyn.spatial import (
     Inertia,
     Transform,

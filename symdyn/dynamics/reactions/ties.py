@@ -30,9 +30,9 @@ from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import PLACES, Hinge, relative_twists
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.scene import FORCES, JOINTS, Scene
-from symdyn.scene.forces import without_place
-from symdyn.scene.joints import unit
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES, without_place
+from symdyn.scene.joints import JOINTS, unit
 from symdyn.spatial import Vec, Wrench, dot, identity, power, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest

@@ -16,8 +16,8 @@ from symdyn.dynamics.mechanism.tree import Topology
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Joint, Scene
-from symdyn.scene.values import ZERO
+from symdyn.scene import Scene
+from symdyn.scene.values import ZERO, Joint
 from symdyn.spatial import Vec, neg, zero_vector
 
 

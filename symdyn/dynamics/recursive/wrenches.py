@@ -29,8 +29,9 @@ from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree, settled
 from symdyn.dynamics.recursive.links import Link
 from symdyn.graph import Expr, Graph
-from symdyn.scene import FORCES, Joint, Load, Place, Scene, Strut, velocity_name
-from symdyn.scene.forces import elastic as struts, resisting
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES, elastic as struts, resisting
+from symdyn.scene.values import Joint, Load, Place, Strut, velocity_name
 from symdyn.spatial import Transform, Vec, Wrench, about, add, dot, nothing, rotated, sub, transpose
 
 

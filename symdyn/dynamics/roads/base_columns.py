@@ -20,8 +20,8 @@ from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.linear_forces import Linear, driving, lagrange_driving, linear, parameters
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
-from symdyn.scene import INERTIAL, Joint, Scene
-from symdyn.scene.values import ZERO
+from symdyn.scene import INERTIAL, Scene
+from symdyn.scene.values import ZERO, Joint
 from symdyn.spatial import dot, symmetric, transpose, unit_transform, zero_vector
 
 TURNING = ("mx", "my", "Jxx", "Jyy", "Jxy", "Jxz", "Jyz")

@@ -38,7 +38,7 @@ from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.size import Size
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr
-from symdyn.scene import acceleration_name
+from symdyn.scene.values import acceleration_name
 
 # What the columns stand for
 

@@ -29,7 +29,7 @@ from symdyn.dynamics.roads.size import Size
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Slopes, gradient, operands, tangents
-from symdyn.scene import acceleration_name
+from symdyn.scene.values import acceleration_name
 
 Direction = dict[Expr, Expr]
 """How fast each symbol moves along it."""

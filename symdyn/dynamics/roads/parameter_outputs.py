@@ -13,8 +13,8 @@ from dataclasses import replace
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
-from symdyn.scene import FormulaError, Quantity, Scene
-from symdyn.scene.values import listed, quantities_in, substituted
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import FormulaError, listed, quantities_in, substituted
 
 
 def formulas(scene: Scene) -> list[Quantity]:

@@ -20,8 +20,8 @@ from symdyn.dynamics.roads.reaction_outputs import forward_reactions, unique as 
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
-from symdyn.scene import Quantity, Scene, spell
-from symdyn.scene.values import LETTERS, choice, suggestion
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import LETTERS, choice, spell, suggestion
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions

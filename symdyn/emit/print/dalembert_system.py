@@ -14,7 +14,8 @@ from symdyn.emit.print.lengths import Lengths, NamedLength, called
 from symdyn.emit.print.too_long import refuse_too_long
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
-from symdyn.scene import Scene, Strut, velocity_name
+from symdyn.scene import Scene
+from symdyn.scene.values import Strut, velocity_name
 
 MOST = 60
 """Unknowns beyond which nobody reads the system."""

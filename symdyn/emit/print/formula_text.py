@@ -16,8 +16,8 @@ from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
-from symdyn.scene import Quantity, spell
-from symdyn.scene.values import takes_exponent, value_of
+from symdyn.scene import Quantity
+from symdyn.scene.values import spell, takes_exponent, value_of
 
 LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35

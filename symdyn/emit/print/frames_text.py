@@ -10,7 +10,9 @@ from symdyn.dynamics import ChosenFrame, chosen_frames, formulas
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph
 from symdyn.rounding import digits_or
-from symdyn.scene import JOINTS, Pose, Scene, spell
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Pose, spell
 from symdyn.spatial import Transform
 
 DIGITS = 6

@@ -29,8 +29,9 @@ from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Printable, PrintedConstraints
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.rounding import digits_or
-from symdyn.scene import Scene, acceleration_name
+from symdyn.scene import Scene
 from symdyn.scene.forces import elastic
+from symdyn.scene.values import acceleration_name
 
 BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from symdyn.algebra import Compactor, Form
 from symdyn.dynamics import ClosedLoads
 from symdyn.emit.print.letters import LENGTH, Letters
-from symdyn.scene import Scene, Strut, velocity_name
+from symdyn.scene import Scene
+from symdyn.scene.values import Strut, velocity_name
 from symdyn.unlocked import cached_property
 
 

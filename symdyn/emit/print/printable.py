@@ -29,7 +29,8 @@ from symdyn.dynamics.roads import Rates
 from symdyn.emit.print.formula_text import rounded, shortened
 from symdyn.emit.print.lengths import Lengths, named_lengths
 from symdyn.graph import Graph
-from symdyn.scene import Scene, SceneUnits, acceleration_name
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import acceleration_name
 
 ENTRYWISE = {"equations": False, "coefficients": True, "textbook": False, "matrix": True}
 """How equations are grouped: one a joint, coefficient by coefficient, under-braced, M and c; and whether loops and rows

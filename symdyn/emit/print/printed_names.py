@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from symdyn.emit.escape import in_latex
-from symdyn.scene import Scene, acceleration_name, velocity_name
-from symdyn.scene.values import GREEK, letters_of
+from symdyn.scene import Scene
+from symdyn.scene.values import GREEK, acceleration_name, letters_of, velocity_name
 
 AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
 

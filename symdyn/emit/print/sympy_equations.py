@@ -19,8 +19,8 @@ from symdyn.dynamics.mechanism import TIME, state_symbols
 from symdyn.emit.print.printable import Printable
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.values import listed
+from symdyn.scene import Scene
+from symdyn.scene.values import acceleration_name, listed
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
 

@@ -15,7 +15,8 @@ from typing import Any
 from symdyn.algebra import Form, Symbol
 from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.text_page import coefficient_name
-from symdyn.scene import Scene, acceleration_name
+from symdyn.scene import Scene
+from symdyn.scene.values import acceleration_name
 
 WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi", "Function")
 """What the text takes from SymPy beside its functions."""

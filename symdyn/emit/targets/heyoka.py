@@ -23,7 +23,7 @@ from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
 from symdyn.graph import Op
 from symdyn.program import PARAMS, PREPARED
-from symdyn.scene import velocity_name
+from symdyn.scene.values import velocity_name
 
 SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,

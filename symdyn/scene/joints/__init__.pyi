@@ -7,5 +7,7 @@ from .blocks import (
     unit as unit,
 )
 from .forbidden import unit_wrenches as unit_wrenches
-from .joint_kind import Block as Block, Gimbal as Gimbal
+from .joint_kind import Block as Block, Gimbal as Gimbal, JointMotion as JointMotion
 from .joint_mark import MarkPart as MarkPart
+from .joint_table import JOINTS as JOINTS
+from .start import start_of as start_of

@@ -1,17 +1,27 @@
 """Names that `symdyn.scene.values` offers; each is imported when it is first used."""
 
+from .asked_units import (
+    as_written as as_written,
+    ask_for_units as ask_for_units,
+    in_si_here as in_si_here,
+    question as question,
+)
+from .body import Body as Body, Pose as Pose
 from .dimension import (
     force_unit as force_unit,
 )
+from .element import Contact as Contact, Element as Element, Load as Load, Place as Place, Strut as Strut
+from .folding import FormulaError as FormulaError
 from .formula import split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,
     letters_of as letters_of,
     takes_exponent as takes_exponent,
 )
+from .joint import Joint as Joint, acceleration_name as acceleration_name, velocity_name as velocity_name
 from .key import TIMED as TIMED
 from .mapping import quantities_in as quantities_in, substituted as substituted
-from .model import Letter as Letter
+from .model import GROUND as GROUND, Letter as Letter, Parameter as Parameter, Point as Point
 from .names import (
     LONGEST as LONGEST,
     RESERVED as RESERVED,
@@ -20,8 +30,10 @@ from .names import (
     nearest as nearest,
     suggestion as suggestion,
 )
-from .quantity import ZERO as ZERO
+from .outline import OUTLINES as OUTLINES
+from .quantity import ZERO as ZERO, number as number, symbol as symbol
 from .signals import LETTERS as LETTERS
+from .spelling import spell as spell
 from .table import Faults as Faults, shorten as shorten, show as show
 from .texts import in_language as in_language
 from .tolerance import read_tolerance as read_tolerance

@@ -15,8 +15,9 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, SceneUnits, bind, spell, start_of, velocity_name
-from symdyn.scene.values import Faults, split_commas, suggestion
+from symdyn.scene import Quantity, Scene, SceneUnits, bind
+from symdyn.scene.joints import start_of
+from symdyn.scene.values import Faults, spell, split_commas, suggestion, velocity_name
 from symdyn.simulation.prescribed.formulas_in_time import noted, parameter_values, read_formula, words
 
 OFF = 1 + 1 / 17

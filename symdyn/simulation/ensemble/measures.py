@@ -18,8 +18,8 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity, Scene, SceneUnits, spell
-from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, shorten, substituted
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, shorten, spell, substituted
 from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 

@@ -21,8 +21,9 @@ from fractions import Fraction
 from symdyn.dynamics.loops import FLAT, gauges
 from symdyn.dynamics.mechanism import angles_of, joint_position, joint_rates
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import JOINTS, Joint, Scene
-from symdyn.scene.values import Faults, force_unit
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Faults, Joint, force_unit
 from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
 
 SLACK = 1e-9

@@ -40,7 +40,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Workspace
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.program import PARAMS
-from symdyn.scene import acceleration_name
+from symdyn.scene.values import acceleration_name
 from symdyn.simulation.equations.compiled_routines import Compiled, acting, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations
 

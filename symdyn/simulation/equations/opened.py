@@ -16,8 +16,8 @@ from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops import Numbers
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
-from symdyn.scene import FormulaError, Parameter, Quantity, Scene, symbol, without_hidden_zeros
-from symdyn.scene.values import quantities_in, substituted
+from symdyn.scene import Quantity, Scene, without_hidden_zeros
+from symdyn.scene.values import FormulaError, Parameter, quantities_in, substituted, symbol
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
 

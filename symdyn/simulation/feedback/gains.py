@@ -23,7 +23,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation.prescribed.formulas_in_time import close, read_file
 from symdyn.unlocked import cached_property

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
-from symdyn.scene import FormulaError, Quantity, Scene, SceneUnits, parse, read_bounded, spell
-from symdyn.scene.values import Faults, Unit, fits, substituted, suggestion, value_of
+from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
+from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, substituted, suggestion, value_of
 
 TIME = "t"
 

@@ -26,8 +26,8 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate, tangents
-from symdyn.scene import FormulaError, Quantity
-from symdyn.scene.values import Faults, split_commas, suggestion
+from symdyn.scene import Quantity
+from symdyn.scene.values import Faults, FormulaError, split_commas, suggestion
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, number_of, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import Columns
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import quaternions
-from symdyn.scene import Scene, SceneUnits, acceleration_name, velocity_name
-from symdyn.scene.values import Faults, suggestion
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import Faults, acceleration_name, suggestion, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.forces import Table
 from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values

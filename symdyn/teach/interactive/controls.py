@@ -18,7 +18,9 @@ from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.emit import in_html
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import SymdynError
-from symdyn.scene import JOINTS, Joint, Parameter, Scene, SceneUnits, acceleration_name
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Joint, Parameter, acceleration_name
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
 from symdyn.teach.roads.dalembert.balance import Balance

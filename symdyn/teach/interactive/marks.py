@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from symdyn.draw import Formed, drawn, from_zero
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import FORCES, GROUND, JOINTS, Load, Scene, Strut
-from symdyn.scene.joints import unit
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS, unit
+from symdyn.scene.values import GROUND, Load, Strut
 from symdyn.spatial import Vec, add, apply, cross, identity, scale, sub
 
 AROUND, BLADE = 2, 1

@@ -9,7 +9,7 @@ from symdyn.algebra import Form, Number, Symbol, product_of
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit import in_html
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import acceleration_name
+from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Braced, Document, Formula, Step
 from symdyn.teach.interactive.shown import BY_STEP, Owners, pointed
 from symdyn.teach.masses import masses

@@ -6,7 +6,8 @@ from typing import Any
 
 from symdyn.draw import from_latex
 from symdyn.emit.print import latex_symbols
-from symdyn.scene import JOINTS, Scene, SceneUnits
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.joints import JOINTS
 from symdyn.teach.interactive.controls import UNITS
 
 

@@ -22,8 +22,8 @@ from symdyn.dynamics.mechanism import TIME, solve
 from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
-from symdyn.scene import JOINTS
 from symdyn.scene.forces import elastic
+from symdyn.scene.joints import JOINTS
 
 ACTING = "acting"
 

@@ -31,7 +31,9 @@ from symdyn.dynamics.mechanism import (
 from symdyn.dynamics.roads import unique
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
-from symdyn.scene import FORCES, GROUND, JOINTS, Body, Joint, Strut
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import GROUND, Body, Joint, Strut
 from symdyn.spatial import (
     Mat,
     Vec,

@@ -8,7 +8,8 @@ from typing import Any
 
 from symdyn.algebra import Form
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, acceleration_name
+from symdyn.scene import Scene
+from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Blank, Document
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.exercises import FREE, quantities

@@ -18,27 +18,10 @@ from symdyn.algebra import Floats, Form, Number, Symbol
 from symdyn.dynamics import energies, mass_matrix
 from symdyn.errors import SymdynError, TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.scene import (
-    FORCES,
-    JOINTS,
-    Body,
-    Element,
-    Joint,
-    Load,
-    Parameter,
-    Place,
-    Point,
-    Pose,
-    Quantity,
-    Scene,
-    SceneUnits,
-    Strut,
-    number,
-    read_text,
-    symbol,
-    write_text,
-)
-from symdyn.scene.values import ZERO
+from symdyn.scene import Quantity, Scene, SceneUnits, read_text, write_text
+from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import ZERO, Body, Element, Joint, Load, Parameter, Place, Point, Pose, Strut, number, symbol
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 

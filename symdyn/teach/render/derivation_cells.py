@@ -22,7 +22,8 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.emit.code import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import GROUND, Body, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import GROUND, Body
 from symdyn.spatial import symmetric, unit_transform
 from symdyn.teach.masses import AXES, masses
 from symdyn.unlocked import cached_property

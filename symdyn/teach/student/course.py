@@ -27,7 +27,9 @@ from symdyn.dynamics.mechanism import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
-from symdyn.scene import GROUND, JOINTS, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import GROUND, Joint
 from symdyn.spatial import Transform, Vec, apply, dot, sub
 from symdyn.teach.masses import Mass, masses
 from symdyn.unlocked import cached_property

@@ -10,7 +10,7 @@ from symdyn.dynamics.mechanism import solve
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, gradient, reachable
-from symdyn.scene import acceleration_name
+from symdyn.scene.values import acceleration_name
 from symdyn.teach.student.answer import EQUAL, HOLDS, Answer
 from symdyn.teach.student.quantity import equality, findings, judged, less, minus, same_value
 from symdyn.teach.student.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows

@@ -15,8 +15,8 @@ from types import MappingProxyType
 
 from symdyn.algebra import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.scene import Scene, SceneUnits, acceleration_name
-from symdyn.scene.values import Unit, UnitError, known_value
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import Unit, UnitError, acceleration_name, known_value
 from symdyn.teach.student.vocabulary import Names
 
 DRAWN, TWINS, MOVERS = 6, 4, 3

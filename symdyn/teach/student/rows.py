@@ -23,7 +23,9 @@ from symdyn.dynamics.reactions import Hinge
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, tangents
-from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.scene import Scene
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import acceleration_name
 from symdyn.spatial import Transform, sub
 
 LEVELS = ("position", "velocity", "acceleration")

@@ -18,8 +18,8 @@ from symdyn.algebra import Form, Function, Symbol, sum_of
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import Scene, SceneUnits, acceleration_name, velocity_name
-from symdyn.scene.values import LONGEST
+from symdyn.scene import Scene, SceneUnits
+from symdyn.scene.values import LONGEST, acceleration_name, velocity_name
 from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
 from symdyn.unlocked import cached_property

@@ -5,7 +5,8 @@ from __future__ import annotations
 from symdyn.dynamics.mechanism import at_time, prescribed
 from symdyn.errors import EmitError
 from symdyn.graph import evaluate
-from symdyn.scene import Scene, start_of
+from symdyn.scene import Scene
+from symdyn.scene.joints import start_of
 
 
 def starting_state(scene: Scene) -> tuple[list[float], list[float]]:

@@ -9,8 +9,8 @@ from symdyn.dynamics.mechanism import prescribed, quaternions
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import PARAMS, Program
-from symdyn.scene import Quantity, Scene, SceneUnits, velocity_name
-from symdyn.scene.values import known_value
+from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.scene.values import known_value, velocity_name
 
 TIME = "t"
 

@@ -43,7 +43,7 @@ from symdyn.dynamics.reactions import (
 from symdyn.emit.print import LENGTH, length_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
-from symdyn.scene import Strut, velocity_name
+from symdyn.scene.values import Strut, velocity_name
 from symdyn.spatial import (
     Mat,
     Transform,

@@ -27,7 +27,8 @@ from symdyn.dynamics.mechanism import body_placements
 from symdyn.dynamics.reactions import Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
-from symdyn.scene import JOINTS, acceleration_name
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import acceleration_name
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.solved_loops import solved_loops

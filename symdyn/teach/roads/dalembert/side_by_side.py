@@ -22,8 +22,8 @@ from symdyn.dynamics.reactions import frames, known_bivectors
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
-from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.values import ZERO as NONE
+from symdyn.scene import Scene
+from symdyn.scene.values import ZERO as NONE, acceleration_name
 from symdyn.spatial import apply_transposed, dot, scale, sub
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Prose

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Form, Function, Number, Power, Product, Sum, product_of, sum_of
 from symdyn.graph import Op
-from symdyn.scene import Scene, acceleration_name
+from symdyn.scene import Scene
+from symdyn.scene.values import acceleration_name
 
 CIRCULAR = (Op.SIN, Op.COS)
 

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 from symdyn.algebra import Form
 from symdyn.dynamics.reactions import COUPLING, DRIVE, REACTION
-from symdyn.scene import FORCES, GROUND, Contact, Scene
+from symdyn.scene import Scene
+from symdyn.scene.forces import FORCES
+from symdyn.scene.values import GROUND, Contact
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.roads.dalembert.balance import Balance

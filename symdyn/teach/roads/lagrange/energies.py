@@ -8,8 +8,8 @@ from symdyn.algebra import Form, Function, Number, Symbol, product_of, sum_of
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Joint
 from symdyn.scene.forces import elastic
+from symdyn.scene.values import Joint
 from symdyn.spatial import apply, cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named

@@ -14,8 +14,8 @@ from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import placement, vector
 from symdyn.emit.print import Printable
 from symdyn.graph import Expr
-from symdyn.scene import GROUND, JOINTS, Joint
-from symdyn.scene.joints import unit
+from symdyn.scene.joints import JOINTS, unit
+from symdyn.scene.values import GROUND, Joint
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
 from symdyn.teach.lesson import Lesson, named

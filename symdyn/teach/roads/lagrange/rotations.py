@@ -10,7 +10,8 @@ from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import joint_placement
 from symdyn.emit.print import body_number
 from symdyn.graph import Expr, tangents
-from symdyn.scene import GROUND, Body, Joint, Scene
+from symdyn.scene import Scene
+from symdyn.scene.values import GROUND, Body, Joint
 from symdyn.spatial import Vec, apply_transposed
 from symdyn.teach.document import Block, Fold, Letter, Matrix, Step
 from symdyn.teach.lesson import Lesson

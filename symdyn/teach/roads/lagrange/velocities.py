@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.graph import Expr, tangents
-from symdyn.scene import GROUND
+from symdyn.scene.values import GROUND
 from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Fold, Formula, Step
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named

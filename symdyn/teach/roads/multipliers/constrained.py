@@ -22,7 +22,7 @@ from symdyn.dynamics.loops import Cut, Label, Partition, cuts, differentiated
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
-from symdyn.scene import GROUND
+from symdyn.scene.values import GROUND
 from symdyn.spatial import sub
 from symdyn.teach.document import Block, Letter
 from symdyn.teach.lesson import Lesson, is_tied, refuse_quaternions

@@ -10,7 +10,7 @@ from symdyn.algebra import Form, Number, Power, Symbol, product_of, sum_of
 from symdyn.dynamics import mass_matrix
 from symdyn.emit.print import text_of
 from symdyn.graph import Expr, gradient, substitute
-from symdyn.scene import Joint
+from symdyn.scene.values import Joint
 from symdyn.spatial import apply_transposed, cross, dot
 from symdyn.teach.document import Block, Brace, Braced, Formula, Letter, Name, Rate, Step, Words
 from symdyn.teach.lesson import named, together

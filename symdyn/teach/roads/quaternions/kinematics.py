@@ -8,8 +8,9 @@ from symdyn.algebra import Number, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import joint_motion
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Joint, SceneUnits
+from symdyn.scene import SceneUnits
 from symdyn.scene.joints import rotation_of
+from symdyn.scene.values import Joint
 from symdyn.spatial import apply_transposed
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together

@@ -15,7 +15,7 @@ from symdyn.dynamics import angle_groups, elastic_forces, gravity_forces
 from symdyn.dynamics.mechanism import generalized_forces, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.scene import Contact, Joint
+from symdyn.scene.values import Contact, Joint
 from symdyn.spatial import Vec, apply_transposed
 from symdyn.teach.document import Block, Formula
 from symdyn.teach.lesson import together

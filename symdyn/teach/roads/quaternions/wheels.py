@@ -12,8 +12,8 @@ from dataclasses import replace
 
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.scene import GROUND, Contact
 from symdyn.scene.joints import unit
+from symdyn.scene.values import GROUND, Contact
 from symdyn.spatial import Vec, add, apply_transposed, cross, dot, scale, sub
 from symdyn.teach.document import Letter
 from symdyn.teach.roads.multipliers.constrained import Constrained

@@ -1,0 +1,79 @@
+"""What is said of a letter in its writer's unit, "500 mm", and asked where a bare number is given to one in a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from symdyn.errors import SceneError
+from symdyn.scene.values import folding
+from symdyn.scene.values.folding import FormulaError, fraction
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.model import Letter
+from symdyn.scene.values.quantity import ONE, ZERO
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.unit import Unit, in_si
+from symdyn.scene.values.value import value_of
+from symdyn.scene.values.with_unit import with_unit
+
+
+def as_written(letter: Letter) -> str:
+    """Return a letter's value as its writer said it, "500 mm", where that is in another unit than SI's, else ""."""
+    unit = letter.written or (letter.value.unit if letter.value is not None else "")
+    if not unit or letter.value is None or Unit.read(unit).is_coherent:
+        return ""
+    return with_unit(letter.value, unit)
+
+
+def ask_for_units(letters: Iterable[Letter], given: Iterable[tuple[str, str]], option: str) -> None:
+    """Look whether bare numbers were typed for letters that are in another unit than that of SI.
+
+    Args:
+        letters: those of the scene.
+        given: name and text of what was typed.
+        option: in which.
+
+    Raises:
+        SceneError: there are such, and what may be meant.
+    """
+    chosen = {one.name: one for one in letters if one.written}
+    told = (question(chosen[name], text) for name, text in given if name in chosen)
+    asked = [f"{option}: {one}" for one in told if one]
+    if asked:
+        raise SceneError(asked)
+
+
+def in_si_here(letters: Iterable[Letter], given: Iterable[tuple[str, str]]) -> tuple[str, ...]:
+    """Return what is to be said of formulas that were typed for letters that are in another unit than that of SI.
+
+    A formula cannot be asked about as a number can, since letters of it may stand in SI.
+    """
+    chosen = {one.name: one for one in letters if one.written}
+    told = []
+    for name, text in given:
+        try:
+            found = quantity(text) if name in chosen else ZERO
+        except FormulaError:
+            continue
+        if found.symbols and not found.unit:
+            told.append(f"{name} is in {chosen[name].unit} here, its file says {chosen[name].written}")
+    return tuple(dict.fromkeys(told))
+
+
+def question(letter: Letter, text: str) -> str:
+    """Return what a bare number may mean of a letter that is in another unit than that of SI; "" where all is said."""
+    if not letter.written or not _is_bare(text):
+        return ""
+    number = fraction(quantity(text))
+    size = ONE if number is None else folding.constant(number)
+    there = float(value_of(in_si(size, Unit.read(letter.written)), {}) or 0)
+    front = f"{letter.name} is given in {letter.written}: say {letter.name}="
+    return f"{front}{spell(size)}{letter.written} or {letter.name}={there:.12g}{letter.unit}"
+
+
+def _is_bare(text: str) -> bool:
+    """Tell whether a text is a number without a unit, other than zero, which is zero in all of them."""
+    try:
+        found = quantity(text)
+    except FormulaError:
+        return False
+    return not (found.unit or found.symbols or found == ZERO)
