@@ -23,8 +23,6 @@ from symdyn.emit.code.real import REALS
 from symdyn.graph import Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import ARITY, FUNCTIONS
-from symdyn.scene.forces import FORCES
-from symdyn.scene.joints import JOINTS
 from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.forces import FORCES

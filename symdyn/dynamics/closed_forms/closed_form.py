@@ -17,16 +17,7 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Any
 
-from symdyn.algebra import (
-    AngleGroup,
-    Compactor,
-    Form,
-    Polynomial,
-    Symbol,
-    TrigonometricRing,
-    product_of,
-    sum_of,
-)
+from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing, product_of, sum_of
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, ordered_graph, too_long
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
