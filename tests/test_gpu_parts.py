@@ -23,8 +23,8 @@ from symdyn.emit.targets.gpu import room as rooms_of
 from symdyn.emit.targets.gpu.kernels import rooms
 from symdyn.emit.targets.gpu.launchers import launchers
 from symdyn.emit.targets.gpu.parts import shares
+from symdyn.emit.targets.gpu.waiting import Line
 from symdyn.program import Program, formulate, lower
-from symdyn.program.waiting import Line
 from symdyn.verify.written import READERS, printed, prove_texts
 from symdyn.verify.written.proof import Files
 

@@ -8,8 +8,8 @@ from collections.abc import Hashable
 
 import pytest
 
-from symdyn.program.schedule import schedule, schedule_in_turn
-from symdyn.program.waiting import Line, Plan, plan
+from symdyn.emit.code.schedule import schedule, schedule_in_turn
+from symdyn.emit.targets.gpu.waiting import Line, Plan, plan
 
 
 def some_lines(seed: int) -> list[Line]:

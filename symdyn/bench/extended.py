@@ -21,7 +21,6 @@ import numpy.typing as npt
 from symdyn.algebra import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
-from symdyn.program import values_of
 from symdyn.simulation import METHODS, StateEquations, importable, library, refuses, translate
 
 Array = npt.NDArray[np.float64]
@@ -139,7 +138,7 @@ def _on_loops(system: StateEquations, x: Array) -> Long:
 
     def call(name: str, *given: list[Any]) -> list[Any]:
         function = system.compiled.prepared[name].function
-        return evaluate(function.entries, big, values_of(function, (*prepared, *given), lambda value: value))
+        return evaluate(function.entries, big, function.values((*prepared, *given), lambda value: value))
 
     for _ in range(NEWTON):
         moved = call("movement", q, call("correction", q, u))

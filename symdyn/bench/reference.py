@@ -26,13 +26,13 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb_mat
 
-from symdyn.algebra import Balls, Bounded, Floats, RunningErrors
+from symdyn.algebra import Balls, Bounded, Floats
 from symdyn.dynamics import Function, row_of
 from symdyn.dynamics.mechanism import has_motion
-from symdyn.emit.code import bound_of_sines
+from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate, reachable
-from symdyn.program import FUNCTION_ULPS, ROUNDOFF, Routine, formulate, lower, values_of
+from symdyn.program import Routine, formulate, lower
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]
@@ -77,14 +77,13 @@ class Reference:
 
 def reference(function: Function, states: Mapping[str, Array], count: int, accuracy: str = "") -> Reference:
     """Return the exact results of a function at `count` states, and error bounds of code of an accuracy."""
-    unit, sines = ROUNDOFF["double"], bound_of_sines(accuracy)
-    doubles = RunningErrors(_Doubles(), unit, 2 * FUNCTION_ULPS * unit, sines)  # type: ignore[arg-type]
+    doubles = REALS["double"].rounding(_Doubles(), accuracy)  # type: ignore[arg-type]
     kept, balls, bounds = [], [], []
     order = reachable(function.entries)
     with Balls(BITS) as algebra:
         for k in range(count):
             state = state_of(states, k)
-            given = values_of(function, [state[argument.name] for argument in function.arguments])
+            given = function.values([state[argument.name] for argument in function.arguments])
             try:
                 rough = evaluate(function.entries, doubles, {s: Bounded(v, 0.0) for s, v in given.items()}, order)
             except (ValueError, ZeroDivisionError, OverflowError):

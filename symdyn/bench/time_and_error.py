@@ -22,8 +22,9 @@ from symdyn.bench.work_precision import motion
 from symdyn.build import CACHE_VARIABLE, find_compiler, python_headers, run_python
 from symdyn.dynamics import Equations, Unasked, Workspace, available, derive_one, roads_of, row_of
 from symdyn.emit import emit
+from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
-from symdyn.program import ROUNDOFF, TINIEST, candidates, cheapest, formulate, lower
+from symdyn.program import candidates, cheapest, formulate, lower
 from symdyn.scene import Scene, SceneLike, scene_of
 
 Array = npt.NDArray[np.float64]
@@ -218,7 +219,7 @@ def _references(
 
 
 def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) -> Measured:
-    function, unit = one.routine.function, ROUNDOFF[one.real]
+    function, real = one.routine.function, REALS[one.real]
     errors, relative = [], []
     for region, here in regions.items():
         known = here.known
@@ -229,12 +230,14 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         gap = known.errors(computed)
         largest = np.max(np.abs(known.high), axis=1)
         scale = np.where(largest > 0, largest, 1.0)
-        ulp = np.max(gap, axis=1) / (2 * unit * np.maximum(largest, TINIEST[one.real] / unit))
-        own = known.bound * (unit / ROUNDOFF["double"]) + TINIEST[one.real]
+        ulp = np.max(gap, axis=1) / (2 * real.roundoff * np.maximum(largest, real.tiniest / real.roundoff))
+        own = known.bound * (real.roundoff / REALS["double"].roundoff) + real.tiniest
         share = np.max(gap / own, axis=1)
         solve, tau = here.solve, here.states.get("tau")
         plain = computed.ndim == 2  # else each number is a sum, which is not solved with here
-        backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None and plain else None
+        backward = (
+            solve.backward(computed, tau, known.kept, real.roundoff) if solve and tau is not None and plain else None
+        )
         errors.append(
             Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None)
         )

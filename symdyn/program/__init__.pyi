@@ -21,29 +21,16 @@ from .formulation import (
 )
 from .in_lines import in_lines as in_lines
 from .lower import at_rest as at_rest, count_derived as count_derived, lower as lower
-from .operands import operands as operands, standing as standing
 from .prepare import PREPARE as PREPARE, is_prepared as is_prepared, prepare as prepare
 from .routine import Program as Program, Routine as Routine, Step as Step, check as check
 from .row_loop import ABREAST as ABREAST, RowLoop as RowLoop, row_loop as row_loop
-from .schedule import (
-    most_alive as most_alive,
-    schedule as schedule,
-    schedule_backwards as schedule_backwards,
-    schedule_in_turn as schedule_in_turn,
-)
 from .skipped import skipped as skipped
 from .states import (
     ALLOWED as ALLOWED,
-    DRAWS as DRAWS,
-    FUNCTION_ULPS as FUNCTION_ULPS,
-    ROUNDOFF as ROUNDOFF,
-    TINIEST as TINIEST,
     WIDER as WIDER,
     quaternion_places as quaternion_places,
-    rounding as rounding,
     sample as sample,
-    values_of as values_of,
+    samples as samples,
 )
 from .table_numbers import MOMENTS as MOMENTS, table_in_order as table_in_order, table_numbers as table_numbers
 from .tunable import tunable as tunable
-from .waiting import Line as Line, Plan as Plan, plan as plan

@@ -19,9 +19,9 @@ import numpy as np
 
 from symdyn.algebra import Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Function
-from symdyn.emit.code import bound_of_sines
+from symdyn.emit.code import Real, find_real
 from symdyn.graph import Expr, evaluate, reachable, repeated
-from symdyn.program import ALLOWED, DRAWS, FUNCTION_ULPS, ROUNDOFF, TINIEST, WIDER, Program, sample, values_of
+from symdyn.program import ALLOWED, Program, samples
 from symdyn.verdict import HOLD, verdict
 from symdyn.verify.shaken import Shaken
 
@@ -80,20 +80,20 @@ def measure(
         real: "double" or "float", of the modules.
         accuracy: likewise, as for `emit`: what sines are off by is in the bounds then.
     """
-    numbers, found = Midpoints(DIGITS), []
+    numbers, kind, found = Midpoints(DIGITS), find_real(real), []
     with numbers:
-        analysis = RunningErrors(numbers, ROUNDOFF[real], 2 * FUNCTION_ULPS * ROUNDOFF[real], bound_of_sines(accuracy))
+        analysis = kind.rounding(numbers, accuracy)
         for routine in program.routines:
             function = routine.function
             if not function.entries:
                 continue
             rng, bounded_at = random.Random(f"{seed}:{function.name}"), repeated(function.entries, analysis)
-            first = _case(function, bounded_at, rng, analysis, real)
+            first = _case(function, bounded_at, rng, analysis, kind)
             if first is None:
                 order = reachable(function.entries)
-                tried = [_case_by_lot(function, order, rng, analysis, real) for _ in range(states)]
+                tried = [_case_by_lot(function, order, rng, analysis, kind) for _ in range(states)]
             else:
-                tried = [first, *(_case(function, bounded_at, rng, analysis, real) for _ in range(1, states))]
+                tried = [first, *(_case(function, bounded_at, rng, analysis, kind) for _ in range(1, states))]
             cases, bounded = [case for case in tried if case is not None], first is not None
             found += [
                 _compare(function, name, getattr(module, function.name), cases, real, bounded or not cases)
@@ -124,18 +124,17 @@ def _case(
     bounded_at: Callable[[Mapping[Expr, Bounded]], list[Bounded]],
     rng: random.Random,
     analysis: RunningErrors,
-    real: str,
+    real: Real,
 ) -> _Case | None:
     """Return a case at the next state where the function is real, trying ever wider ranges; None if there is none."""
-    for draw in range(DRAWS):
-        inputs = sample(function.arguments, rng, real, WIDER[draw * len(WIDER) // DRAWS])
-        values = values_of(function, inputs, lambda value: analysis.exact(analysis.numbers.number(value)))
+    for inputs in samples(function.arguments, rng, real.name):
+        values = function.values(inputs, lambda value: analysis.exact(analysis.numbers.number(value)))
         try:
             found = bounded_at(values)
         except (ValueError, ZeroDivisionError, OverflowError):
             continue
-        ulp = 2 * ROUNDOFF[real] * max(float(abs(entry.value)) for entry in found) or TINIEST[real]
-        allowed = [ALLOWED * float(entry.error) + TINIEST[real] for entry in found]
+        ulp = 2 * real.roundoff * max(float(abs(entry.value)) for entry in found) or real.tiniest
+        allowed = [ALLOWED * float(entry.error) + real.tiniest for entry in found]
         if not isfinite(ulp) or not all(map(isfinite, allowed)):
             continue  # beyond all numbers of the type, or no slope is defined near: there is nothing to compare with
         return _Case(inputs, [entry.value for entry in found], allowed, ulp)
@@ -143,22 +142,21 @@ def _case(
 
 
 def _case_by_lot(
-    function: Function, order: Sequence[Expr], rng: random.Random, analysis: RunningErrors, real: str
+    function: Function, order: Sequence[Expr], rng: random.Random, analysis: RunningErrors, real: Real
 ) -> _Case | None:
     """Return a case at a state where the function is real, allowed what runs with roundings by lot are off by."""
-    numbers, unit = analysis.numbers, ROUNDOFF[real]
-    for draw in range(DRAWS):
-        inputs = sample(function.arguments, rng, real, WIDER[draw * len(WIDER) // DRAWS])
-        values = values_of(function, inputs, numbers.number)
+    numbers, unit = analysis.numbers, real.roundoff
+    for inputs in samples(function.arguments, rng, real.name):
+        values = function.values(inputs, numbers.number)
         try:
             exact = evaluate(function.entries, numbers, values, order)
             if not all(isfinite(float(value)) for value in exact):
                 continue
-            lots = [Shaken(numbers, unit, 2 * FUNCTION_ULPS * unit, rng) for _ in range(RUNS)]
+            lots = [Shaken(numbers, unit, real.function_error, rng) for _ in range(RUNS)]
             runs = [evaluate(function.entries, lot, values, order) for lot in lots]
         except (ValueError, ZeroDivisionError, OverflowError):
             continue
-        ulp = 2 * unit * max(float(abs(value)) for value in exact) or TINIEST[real]
+        ulp = 2 * unit * max(float(abs(value)) for value in exact) or real.tiniest
         off = [max(float(abs(run[k] - value)) for run in runs) for k, value in enumerate(exact)]
         if not all(map(isfinite, off)):
             continue

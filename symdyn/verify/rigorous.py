@@ -24,8 +24,8 @@ from symdyn.dynamics import Equations, Function, LoopChoices, Workspace
 from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
-from symdyn.program import ROUNDOFF, TINIEST, lower, sample, values_of
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of
+from symdyn.program import lower, sample
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of, start_of
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
@@ -227,16 +227,16 @@ def _balls(
     function: Function, point: Sequence[Array], parameters: Mapping[str, Expr], real: str
 ) -> tuple[list[Any], int]:
     """Return a ball for every entry at a state, small beside an ulp of the largest entry, and the bits that it took."""
-    bits = Balls().bits
+    bits, kind = Balls().bits, REALS[real]
     while True:
         algebra = Balls(bits)
         with algebra:
-            values = values_of(function, point, algebra.number)
+            values = function.values(point, algebra.number)
             graph = function.entries[0].graph
             values |= {graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in parameters.items()}
             held = evaluate(function.entries, algebra, values)
             largest = max((float(ball.abs_upper()) for ball in held if ball.is_finite()), default=0.0)
-            wanted = max(ENOUGH * ROUNDOFF[real] * largest, TINIEST[real] * ROUNDOFF[real])
+            wanted = max(ENOUGH * kind.roundoff * largest, kind.tiniest * kind.roundoff)
             if bits >= MOST_BITS or all(ball.is_finite() and float(ball.rad()) <= wanted for ball in held):
                 return held, bits
         bits *= 2

@@ -19,7 +19,7 @@ from symdyn.emit import emit
 from symdyn.emit.code import function_names
 from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
-from symdyn.program import Program, choose, lower, values_of
+from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]
@@ -90,7 +90,7 @@ class Interpreted:
         def call(*given: Array) -> Array:
             if given[0].ndim > len(function.arguments[0].shape):
                 return np.array([call(*one) for one in zip(*given, strict=True)])
-            return np.array(evaluate(function.entries, Floats(), values_of(function, given))).reshape(function.shape)
+            return np.array(evaluate(function.entries, Floats(), function.values(given))).reshape(function.shape)
 
         return call
 
@@ -175,5 +175,5 @@ def _exact(function: Function, states: Mapping[str, Array], count: int) -> list[
     with Balls(SINGULAR_BITS) as algebra:
         for k in range(count):
             given = [states[argument.name][k] for argument in function.arguments]
-            found.append(evaluate(function.entries, algebra, values_of(function, given, algebra.number)))
+            found.append(evaluate(function.entries, algebra, function.values(given, algebra.number)))
     return found

@@ -21,8 +21,8 @@ from symdyn.bench.case import Case, worst
 from symdyn.bench.stress.calls import EPSILON, Calls, calls
 from symdyn.bench.stress.scenes import chain
 from symdyn.bench.stress.solving import BESIDE, cases
+from symdyn.emit.code import REALS
 from symdyn.graph import evaluate
-from symdyn.program import ROUNDOFF, values_of
 
 Array = npt.NDArray[np.float64]
 
@@ -72,17 +72,17 @@ def _inverse(name: str, n: int, absolute: bool) -> Case:
 def _doubles(made: Calls, name: str, q: Array) -> Array:
     """Return a function of q in plain doubles, shape (N, size)."""
     function = made.function(name)
-    return np.array([evaluate(function.entries, Floats(), values_of(function, [row])) for row in q], float)
+    return np.array([evaluate(function.entries, Floats(), function.values([row])) for row in q], float)
 
 
 def shares(
-    made: Calls, output: str, given: dict[str, Array], roundoff: float = ROUNDOFF["double"]
+    made: Calls, output: str, given: dict[str, Array], roundoff: float = REALS["double"].roundoff
 ) -> tuple[float | None, str]:
     """Return the largest error of any entry, state and implementation over its running error bound, and where."""
     known = made.truth(output, given)
     found = []
     for way, computed in made.results(output, given).items():
-        own = known.bound * (roundoff / ROUNDOFF["double"]) + np.finfo(float).tiny
+        own = known.bound * (roundoff / REALS["double"].roundoff) + np.finfo(float).tiny
         share = known.errors(computed) / own
         found.append((float(share.max()) if share.size else None, way))
     return worst(found)

@@ -13,9 +13,10 @@ from symdyn.bench.stress.calls import Calls, calls, looked_at
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import Function
+from symdyn.emit.code import REALS
 from symdyn.errors import SceneError
 from symdyn.graph import reachable
-from symdyn.program import ALLOWED, ROUNDOFF
+from symdyn.program import ALLOWED
 from symdyn.scene import Scene, body, joint, scene
 
 Array = npt.NDArray[np.float64]
@@ -62,7 +63,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
         yield Case(f"denormal states, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
     singles = calls(one, names, real="float")
     rounded = {name: value.astype(np.float32).astype(float) for name, value in given.items()}
-    yield Case(f"float, {kind}", metric, ALLOWED, *_worst_share(singles, names, rounded, ROUNDOFF["float"]))
+    yield Case(f"float, {kind}", metric, ALLOWED, *_worst_share(singles, names, rounded, REALS["float"].roundoff))
 
 
 def _states(one: Scene, made: Calls, names: tuple[str, ...]) -> dict[str, Array]:
@@ -76,7 +77,7 @@ def _states(one: Scene, made: Calls, names: tuple[str, ...]) -> dict[str, Array]
 
 
 def _worst_share(
-    made: Calls, names: tuple[str, ...], given: dict[str, Array], roundoff: float = ROUNDOFF["double"]
+    made: Calls, names: tuple[str, ...], given: dict[str, Array], roundoff: float = REALS["double"].roundoff
 ) -> tuple[float | None, str]:
     found = [(*shares(made, name, given, roundoff), name) for name in names]
     return worst([(share, f"{name}, {where}") for share, where, name in found])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.loops.partition import LoopChoices
@@ -82,6 +83,16 @@ class Function:
     def is_loop_alone(self) -> bool:
         """Whether its entries were left out, so that nothing but a loop over its table computes it."""
         return self.loop is not None and not self.entries
+
+    def values(self, given: Iterable[Any], number: Callable[[Any], Any] = float) -> dict[Expr, Any]:
+        """Return the value of every symbol of its arguments, given in calling order, each as `number` makes it."""
+        import numpy as np  # what computes nothing does without
+
+        return {
+            symbol: number(value)
+            for argument, values in zip(self.arguments, given, strict=True)
+            for symbol, value in zip(argument.symbols, np.ravel(values).tolist(), strict=True)
+        }
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,5 @@ from .operators import (
     Spelling as Spelling,
     call as call,
 )
-from .real import REALS as REALS, SINGLE as SINGLE, find_real as find_real, halves as halves
-from .short_sines import (
-    SHORT_SINES as SHORT_SINES,
-    bound_of_sines as bound_of_sines,
-    find_short_sines as find_short_sines,
-)
+from .real import REALS as REALS, SINGLE as SINGLE, Real as Real, find_real as find_real, halves as halves
+from .short_sines import SHORT_SINES as SHORT_SINES, find_short_sines as find_short_sines

@@ -10,9 +10,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
+from symdyn.algebra import BigFloats, LooseErrors, RunningErrors
+from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.errors import EmitError
 from symdyn.graph import Op
+
+if TYPE_CHECKING:
+    from symdyn.algebra import Midpoints
+
+FUNCTION_ULPS = 4.0  # what NumPy's vectorised sines are allowed
 
 
 @dataclass(frozen=True)
@@ -26,6 +34,8 @@ class Real:
         bits: of the significand.
         lowest: exponent of the smallest positive number.
         top: exponent of the first power of two that is too large.
+        roundoff: largest error of one rounding, relative.
+        tiniest: smallest number that has all its digits; below, some are lost by underflow.
         parts: how many numbers one is the sum of; all else is said of each of them.
         lacks: operations that there are no functions of so many digits for: why, and what would work.
     """
@@ -36,17 +46,38 @@ class Real:
     bits: int
     lowest: int
     top: int
+    roundoff: float
+    tiniest: float
     parts: int = 1
     lacks: Mapping[Op, str] = field(default_factory=dict, hash=False)
+
+    @property
+    def function_error(self) -> float:
+        """Largest error of a sine or another function, relative."""
+        return 2 * FUNCTION_ULPS * self.roundoff
+
+    def rounding(self, numbers: BigFloats | Midpoints, accuracy: str = "") -> RunningErrors:
+        """Return the analysis of what rounding may leave in this type, and in sines of an accuracy, a key of them."""
+        kind = RunningErrors if self.parts == 1 else LooseErrors
+        return kind(numbers, self.roundoff, self.function_error, bound_of_sines(accuracy))
 
 
 NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; leave --real dd out"
 
 REALS = {
-    "double": Real("double", "float64", "", 53, -1074, 1024),
-    "float": Real("float", "float32", "f", 24, -149, 128),
+    "double": Real("double", "float64", "", 53, -1074, 1024, 2.0**-53, 2.0**-1022),
+    "float": Real("float", "float32", "f", 24, -149, 128, 2.0**-24, 2.0**-126),
     "dd": Real(
-        "dd", "float64", "", 53, -1074, 1024, 2, dict.fromkeys((Op.EXP, Op.LOG, Op.TANH, Op.ATAN2), NO_FUNCTION)
+        "dd",
+        "float64",
+        "",
+        53,
+        -1074,
+        1024,
+        2.0**-102,
+        2.0**-960,
+        2,
+        dict.fromkeys((Op.EXP, Op.LOG, Op.TANH, Op.ATAN2), NO_FUNCTION),
     ),
 }
 

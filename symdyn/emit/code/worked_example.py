@@ -17,10 +17,9 @@ from typing import Any
 from symdyn.algebra import AllRoundingError, Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Argument, Function, values_over_table
 from symdyn.emit.code.real import digits, find_real
-from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.emit.code.target import Sources
 from symdyn.graph import Expr, evaluate
-from symdyn.program import ALLOWED, DRAWS, PREPARE, PREPARED, ROUNDOFF, TINIEST, WIDER, rounding, sample, table_numbers
+from symdyn.program import ALLOWED, PREPARE, PREPARED, samples, table_numbers
 
 DIGITS = 50
 SEED = "example"
@@ -89,14 +88,14 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
     rng, unsure = random.Random(SEED), Counter[str]()
     numbers = Midpoints(DIGITS)
     with numbers:
-        analysis = rounding(numbers, sources.real, bound_of_sines(sources.accuracy))
+        analysis = find_real(sources.real).rounding(numbers, sources.accuracy)
         tables = {
             one.name: [analysis.constant(x) for x in table_numbers(one.loop.table, program.scene)]
             for one in functions
             if one.loop
         }
-        for draw in range(DRAWS):
-            point = _point(arguments, rng, sources.real, WIDER[draw * len(WIDER) // DRAWS])
+        for draw, drawn in enumerate(samples(list(arguments.values()), rng, sources.real)):
+            point = _point(arguments, drawn)
             results = _results(functions, tables, point, analysis, unsure)
             if len(results) > len(best[0]) or not draw:
                 best = results, point
@@ -132,9 +131,8 @@ def _arguments(functions: Sequence[Function]) -> dict[str, Argument]:
     return {one.name if names.count(one.name) == 1 else f"{one.name}_{len(one.symbols)}": one for one in every.values()}
 
 
-def _point(arguments: Mapping[str, Argument], rng: random.Random, real: str, widen: float) -> dict[Expr, Any]:
-    """Return a value for every symbol, exact in the real type."""
-    drawn = sample(list(arguments.values()), rng, real, widen)
+def _point(arguments: Mapping[str, Argument], drawn: Sequence[Any]) -> dict[Expr, Any]:
+    """Return the value that was drawn for every symbol."""
     return {
         symbol: value
         for argument, values in zip(arguments.values(), drawn, strict=True)
@@ -192,5 +190,6 @@ def _fraction(value: Any) -> Fraction:
 
 def _allowed(found: Sequence[Bounded], sources: Sources, suffix: str) -> tuple[str, ...]:
     """Return how far each entry may be off, rounded up to two digits."""
-    slack = [ALLOWED * float(one.error) + float(abs(one.value)) * ROUNDOFF[sources.real] for one in found]
-    return tuple(f"{1.05 * bound + TINIEST[sources.real]:.1e}{suffix}" for bound in slack)
+    real = find_real(sources.real)
+    slack = [ALLOWED * float(one.error) + float(abs(one.value)) * real.roundoff for one in found]
+    return tuple(f"{1.05 * bound + real.tiniest:.1e}{suffix}" for bound in slack)

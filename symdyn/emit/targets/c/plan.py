@@ -14,6 +14,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 
+from symdyn.emit.code.operands import operands
+from symdyn.emit.code.schedule import schedule
 from symdyn.emit.targets.c.stages import (
     LONGEST,
     TRIGONOMETRIC,
@@ -24,7 +26,7 @@ from symdyn.emit.targets.c.stages import (
     stages_of,
 )
 from symdyn.graph import Expr
-from symdyn.program import Routine, Step, operands, schedule, shared
+from symdyn.program import Routine, Step, shared
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,10 @@ from fractions import Fraction
 from itertools import count
 from math import prod
 
+from symdyn.emit.code.operands import standing
+from symdyn.emit.code.schedule import schedule
 from symdyn.graph import Expr, Op
-from symdyn.program import Routine, Step, schedule, standing
+from symdyn.program import Routine, Step
 
 Constants = Mapping[Expr, Fraction]
 

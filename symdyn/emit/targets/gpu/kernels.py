@@ -13,12 +13,14 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from weakref import finalize
 
+from symdyn.emit.code.operands import operands, standing
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.targets.gpu.room import MANY, SPARE, Room, Task, room
+from symdyn.emit.targets.gpu.waiting import Line, Plan
 from symdyn.graph import Expr, Op
-from symdyn.program import Line, Plan, Program, Routine, operands, shared, standing
+from symdyn.program import Program, Routine, shared
 
 WAITING = "waiting"
 """Where values wait."""

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from symdyn.emit.code.real import Real
+from symdyn.emit.code.schedule import most_alive, schedule, schedule_backwards, schedule_in_turn
 from symdyn.emit.targets.gpu.parts import shares
+from symdyn.emit.targets.gpu.waiting import Line, Plan, plan
 from symdyn.graph import Op
-from symdyn.program import Line, Plan, most_alive, plan, schedule, schedule_backwards, schedule_in_turn
 
 BLOCKS = (128, 64, 32)
 """Threads of a block that registers are shared out for, the first one that leaves enough memory: with 128 each may have
