@@ -12,8 +12,7 @@ from harness import Timed
 from native import address, compiled, loops
 from peers.ours_c import flags, lengths, longs, padded
 
-from symdyn.build.run_cpp import with_calls
-from symdyn.emit import emit
+from symdyn.emit import emit, entries
 from tools.ours import MANY, many
 
 
@@ -24,11 +23,11 @@ def version() -> str:
 
 def timed(case: Case) -> list[Timed]:
     """Return inverse dynamics, one state a call and of many."""
-    files, names = with_calls(emit(case.programs["inverse_dynamics"], "cpp", option="batch"))
-    header, calls = files.items()
+    made = entries(emit(case.programs["inverse_dynamics"], "cpp", option="batch"))
+    header, calls = made.files.items()
     text = calls[1].replace(f'#include "{header[0]}"', header[1])
     library = CDLL(str(compiled(text, (*flags(), "-std=gnu++17"), "g++")))
-    one, _, rows = (getattr(library, name) for name in names)
+    one, _, rows = (getattr(library, name) for name in made.symbols.values())
     return [one_state(case, "cpp", one), many_states(case, "cpp, rows", rows)]
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build import build
-from symdyn.emit import BATCH, Sources, render
-from symdyn.emit.code import REALS, stem
+from symdyn.emit import Sources, render
+from symdyn.emit.code import REALS
 from symdyn.program import Routine, shared
 
 Array = npt.NDArray[Any]
@@ -27,10 +27,10 @@ def addressed_in(
     """Yield entries of a C file: a loop over its scalar function, and with batch code those for many states."""
     (routine,) = sources.program.routines
     for entry, way in entries.items():
-        call = getattr(library, f"{stem(sources.program.scene.name)}_{sources.functions[0]}_{entry}")
+        call = getattr(library, f"{sources.stem}_{sources.functions[0]}_{entry}")
         call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * (len(routine.function.arguments) + 1)]
         call.restype = None
-        yield way, _addressed(routine, call, real, columns=entry == BATCH), False
+        yield way, _addressed(routine, call, real, columns=entry == "batch"), False
 
 
 def with_loop(sources: Sources, machine: str) -> ctypes.CDLL:
@@ -53,7 +53,7 @@ def _looped(sources: Sources) -> Sources:
         return name if name == common else f"{name}[k]" if scalar else f"{name} + k * {length}"
 
     values = {
-        "name": f"{stem(sources.program.scene.name)}_{sources.functions[0]}",
+        "name": f"{sources.stem}_{sources.functions[0]}",
         "real": REALS[sources.real].name,
         "size": len(function.entries),
         "arguments": [
@@ -101,7 +101,7 @@ def _in_parts(values: Array, parts: int) -> Array:
     return whole.reshape(*values.shape[:-1], -1)
 
 
-ENTRIES = {"each": "C scalar", BATCH: "C batch", "rows": "C rows"}
+ENTRIES = {"each": "C scalar", "batch": "C batch", "rows": "C rows"}
 
 MANY = {entry: way for entry, way in ENTRIES.items() if entry != "each"}
 """For many states alone."""

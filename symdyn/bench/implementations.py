@@ -17,7 +17,7 @@ from symdyn.bench.c_entries import ALONE, ENTRIES, MANY, Array, Call, Prepare, S
 from symdyn.bench.reference import state_of
 from symdyn.build import RUNNERS, Runner, build_extension
 from symdyn.dynamics import Equations
-from symdyn.emit import BATCH, TARGETS, UFUNC, C, Sources, emit
+from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.code import REALS, SHORT_SINES, SINGLE, find_short_sines
 from symdyn.errors import EmitError, MissingCompiler
 from symdyn.program import Program, Routine, lower
@@ -191,28 +191,28 @@ def _python(routine: Routine, function: Any, real: str) -> Prepare:
 
 
 BUILT = (
-    Built(C.name, BATCH, with_loop, partial(addressed_in, ENTRIES), extra=0),
+    Built("c", "batch", with_loop, partial(addressed_in, ENTRIES), extra=0),
     *(
         Built(
-            C.name,
-            BATCH,
+            "c",
+            "batch",
             with_loop,
             partial(addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in ENTRIES}),
             accuracy=accuracy,
         )
         for accuracy in SHORT_SINES
     ),
-    Built(C.name, "", with_loop, partial(addressed_in, ALONE), extra=2),
+    Built("c", "", with_loop, partial(addressed_in, ALONE), extra=2),
     *(
-        Built(C.name, BATCH, as_it_is, partial(addressed_in, MANY), extra=2, real=name)
+        Built("c", "batch", as_it_is, partial(addressed_in, MANY), extra=2, real=name)
         for name in REALS
         if name not in SINGLE
     ),
     Built(
-        UFUNC.name,
+        "ufunc",
         "",
         lambda sources, machine: build_extension(sources, machine=machine)[1],
-        partial(_called, UFUNC.title),
+        partial(_called, TARGETS["ufunc"].title),
         together=True,
     ),
 )

@@ -10,12 +10,11 @@ from .compiler import (
     try_compiler as try_compiler,
 )
 from .complete import complete as complete
-from .dialects import Needs as Needs
 from .entry import distrust as distrust
 from .extension import build_extension as build_extension, python_headers as python_headers
 from .folder import CACHE_VARIABLE as CACHE_VARIABLE, cache_folder as cache_folder, trusted_folder as trusted_folder
 from .kept import keep as keep, kept as kept
-from .library import SUFFIX as SUFFIX, Kind as Kind, load_library as load_library
+from .library import load_functions as load_functions
 from .loaded import (
     Loaded as Loaded,
     is_large as is_large,

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.compiler import PATIENCE, find_compiler
-from symdyn.build.dialects import Needs
-from symdyn.build.library import SUFFIX, Kind, load_library
+from symdyn.build.compiler import PATIENCE, Compiler, Language, find_compiler
+from symdyn.build.library import load_functions
 from symdyn.build.on_threads import price, run_rows, split
 from symdyn.build.warned import check_target
-from symdyn.emit import BATCH, HEADER_ONLY, C, Sources, emit
-from symdyn.emit.code import find_real, stem
+from symdyn.emit import C, Sources, emit, entries
+from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
 from symdyn.program import Program, shared
 
@@ -47,21 +46,32 @@ def build(
         BuildError: no compiler, or its own words when it refuses.
         EmitError: the program cannot be written in C.
     """
-    sources = emit(what, C.name, real, option=BATCH) if isinstance(what, Program) else what
-    check_target(sources, C)
-    if sources.option == HEADER_ONLY:
+    sources = emit(what, C.name, real, option="batch") if isinstance(what, Program) else what
+    check_target(sources, C.name)
+    if not any(name.endswith(".c") for name in sources):
         raise BuildError("header-only sources have no file to compile; emit them without that option")
-    opening = stem(sources.program.scene.name)
-    endings = ("", "_batch", "_rows") if sources.option == BATCH else ("",)
-    exports = tuple(f"{opening}_{name}{ending}" for name in sources.functions for ending in endings)
-    kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
-    path, library = load_library(sources.texts, find_compiler(compiler, machine), patience, kind)
+    return _module(sources, find_compiler(compiler, machine), patience, threads)
+
+
+def module_in(sources: Sources, language: Language) -> Module:
+    """Return the compiled functions of sources of another language.
+
+    Raises:
+        BuildError: sources of another target, or the compiler's own words where it refuses them.
+        MissingCompiler: there is no compiler of this language.
+    """
+    return _module(sources, find_compiler(language=language))
+
+
+def _module(sources: Sources, compiler: Compiler, patience: float = PATIENCE, threads: int = 1) -> Module:
+    made = entries(sources)
+    path, library = load_functions(made.files, made.symbols.values(), compiler, patience)
     return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library, threads))
 
 
 def functions_of(sources: Sources, library: ctypes.CDLL, threads: int = 1) -> tuple[CFunction, ...]:
     """Return the functions of sources as a library has them, each under the names of the scene and its own."""
-    opening, real = stem(sources.program.scene.name), find_real(sources.real)
+    opening, real = sources.stem, REALS[sources.real]
     pair = (real.parts,) if real.parts > 1 else ()
     return tuple(
         CFunction(

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symdyn.build.mockup_binary import with_binaries
-from symdyn.emit import FMU, Sources
+from symdyn.emit import Sources
 from symdyn.errors import BuildError
 
 COMPLETED: dict[str, tuple[Callable[[Sources], Sources], str]] = {
-    FMU.name: (with_binaries, "sources, and a binary for this platform"),
+    "fmu": (with_binaries, "sources, and a binary for this platform"),
 }
 """By target: what adds to its sources, and what they hold then."""
 

@@ -158,9 +158,6 @@ CLANG_CL = Dialect(
     source=".c",
 )  # fmt: skip
 
-CALLS = "_calls"
-"""How the name of a file ends, but for its ending, that hands functions out to callers from elsewhere."""
-
 RUST = Dialect(
     flags=("--edition=2021", "--crate-type=cdylib", "-Copt-level=3"),
     machines={"native": (("-Ctarget-cpu=native",),), "portable": (("-Ctarget-cpu=x86-64-v2",),)},
@@ -170,7 +167,7 @@ RUST = Dialect(
     library=lambda made, needs: ("-o", str(made)),
     part=lambda made: ("--emit=obj", "-o", str(made)),
     object=".o",
-    source=f"{CALLS}.rs",
+    source="_calls.rs",  # the file of `symdyn.emit.entries` that the others are modules of
 )
 
 NVCC = Dialect(

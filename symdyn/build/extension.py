@@ -16,7 +16,7 @@ from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import Kind, load_library
 from symdyn.build.warned import check_target
-from symdyn.emit import UFUNC, Sources
+from symdyn.emit import Sources
 from symdyn.errors import MissingCompiler
 
 INCLUDE = Path(sysconfig.get_path("include"))
@@ -40,7 +40,7 @@ def build_extension(
     Raises:
         BuildError: sources of another target, no headers of Python, no compiler, or its own words when it refuses.
     """
-    check_target(sources, UFUNC)
+    check_target(sources, "ufunc")
     kind = extension_kind(Path(sources.files[0][0]).stem)
     path, module = load_library(sources.texts, find_compiler(compiler, machine), patience, kind)
     assert isinstance(module, ModuleType), "an extension's kind opens modules"

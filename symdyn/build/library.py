@@ -14,7 +14,7 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from errno import ENOSPC
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.build.commands import threads
-from symdyn.build.compiler import NOTHING, PATIENCE, Compiler, compile_library
+from symdyn.build.compiler import NOTHING, PATIENCE, Compiler, compile_library, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.entry import Damaged, load_entry, seal
 from symdyn.build.folder import folder_aside, instead, private_folder, trusted_folder
@@ -90,6 +90,25 @@ def load_library(
         except OSError as fault:  # such as a scanner that holds each file it sees
             folder, reason = private, fault.strerror or str(fault)
     raise MissingCompiler(f"{folder}: nothing can be compiled there ({reason}); set TMPDIR to another folder")
+
+
+def load_functions(
+    files: Files, symbols: Iterable[str], compiler: Compiler | None = None, patience: float = PATIENCE
+) -> tuple[Path, ctypes.CDLL]:
+    """Return the loaded library of plain code and its path, as `load_library` does.
+
+    Args:
+        files: sources by name.
+        symbols: functions that are looked up in it.
+        compiler: what to compile with; None looks for one of C.
+        patience: seconds until a compiler that hangs is stopped.
+
+    Raises:
+        BuildError: as `load_library`; MissingCompiler, which is one, where no compiler is found.
+    """
+    kind = Kind(SUFFIX, Needs(exports=tuple(symbols)), (), ctypes.CDLL)
+    path, library = load_library(files, compiler or find_compiler(), patience, kind)
+    return path, library
 
 
 def entry_name(files: Mapping[str, str], compiler: Compiler, kind: Kind = PLAIN) -> str:

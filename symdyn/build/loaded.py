@@ -22,7 +22,7 @@ from symdyn.dynamics import (
     request_of,
     row_of,
 )
-from symdyn.emit import NUMPY, TARGETS, C, emit
+from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, is_prepared, looped, lower, prepare as prepare_program
@@ -223,16 +223,16 @@ def load_program(program: Program) -> Mapping[str, Callable[..., Any]]:
 
 @overload
 def lambdify(
-    scene: SceneLike, name: str, target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
+    scene: SceneLike, name: str, target: str = "numpy", real: str = "double", closing: LoopChoices = ...
 ) -> NumericFunction: ...
 @overload
 def lambdify(
-    scene: SceneLike, name: tuple[str, ...], target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
+    scene: SceneLike, name: tuple[str, ...], target: str = "numpy", real: str = "double", closing: LoopChoices = ...
 ) -> tuple[NumericFunction, ...]: ...
 def lambdify(
     scene: SceneLike,
     name: str | tuple[str, ...],
-    target: str = NUMPY.name,
+    target: str = "numpy",
     real: str = "double",
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> NumericFunction | tuple[NumericFunction, ...]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+import io
 import platform
 import sys
 import tempfile
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
 from symdyn.build.compiler import PATIENCE, Compiler, compile_library, find_compiler
-from symdyn.emit import FMU, Sources, members, packed
+from symdyn.emit import TARGETS, Sources, packed
 from symdyn.errors import BuildError
+
+FMU = TARGETS["fmu"]
 
 SYSTEMS = {
     "linux": ("linux", "linux", ".so"),
@@ -57,7 +61,9 @@ def with_binaries(sources: Sources, compiler: str | None = None, patience: float
 
 def _filled(name: str, archive: bytes, compiler: Compiler, patience: float, folder: Path) -> bytes:
     identifier, _, version = name.removesuffix(".fmu").rpartition("_")
-    found, target = members(archive), binary_place(version, identifier)
+    target = binary_place(version, identifier)
+    with zipfile.ZipFile(io.BytesIO(archive)) as opened:
+        found = {member: opened.read(member) for member in opened.namelist()}
     place = folder / version
     place.mkdir()
     for file, text in found.items():

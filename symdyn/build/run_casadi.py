@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import CASADI, Sources
+from symdyn.emit import Sources
 from symdyn.errors import MissingProgram
 from symdyn.extras import install
 
@@ -26,7 +26,7 @@ def run_casadi(sources: Sources) -> SimpleNamespace:
         BuildError: sources of another target.
         MissingProgram: CasADi is not installed.
     """
-    check_target(sources, CASADI)
+    check_target(sources, "casadi")
     module = loaded(sources, "casadi", "optimal")
     named = zip(sources.functions, sources.program.routines, strict=True)
     calls = {name: called(_compute(module.functions[name]), routine.function) for name, routine in named}

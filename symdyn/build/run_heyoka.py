@@ -14,7 +14,7 @@ import numpy.typing as npt
 from symdyn.build.run_casadi import called, loaded
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import HEYOKA, Sources
+from symdyn.emit import Sources
 
 
 def run_heyoka(sources: Sources) -> SimpleNamespace:
@@ -26,7 +26,7 @@ def run_heyoka(sources: Sources) -> SimpleNamespace:
         BuildError: sources of another target.
         MissingProgram: heyoka is not installed.
     """
-    check_target(sources, HEYOKA)
+    check_target(sources, "heyoka")
     module = loaded(sources, "heyoka", "simulate")
     named = zip(sources.functions, sources.program.routines, strict=True)
     calls = {name: _call(getattr(module, name), routine.function) for name, routine in named}

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.warned import check_target
-from symdyn.emit import JSON, Sources
+from symdyn.emit import Sources
 
 OPERATIONS: Mapping[str, Callable[..., float]] = {
     "pi": lambda: math.pi,
@@ -35,7 +35,7 @@ def run_json(sources: Sources) -> SimpleNamespace:
     Raises:
         BuildError: sources of another target.
     """
-    check_target(sources, JSON)
+    check_target(sources, "json")
     (text,) = sources.texts.values()
     graph = json.loads(text)
     named = zip(sources.functions, graph["functions"], strict=True)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from symdyn.build.commands import waiting
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import JS, WASM, Sources, verbatim
+from symdyn.emit import Sources, verbatim
 from symdyn.errors import BuildError, MissingNode
 
 NODE_COMMANDS = ("node", "nodejs")
@@ -46,7 +46,7 @@ def run_js(sources: Sources) -> SimpleNamespace:
         BuildError: sources of another target, or Node.js's own words where it refuses them.
         MissingNode: there is no Node.js.
     """
-    check_target(sources, WASM if sources.target == WASM.name else JS)
+    check_target(sources, "js", "wasm")
     process = _Process(find_node(), next(iter(sources.texts.values())))
     named = zip(sources.functions, sources.program.routines, strict=True)
     return SimpleNamespace(**{name: _call(process, name, routine.function) for name, routine in named})

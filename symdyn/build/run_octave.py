@@ -16,13 +16,15 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.commands import waiting
+from symdyn.build.dialects import GNU
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
-from symdyn.emit import FLAGS, MATLAB, MEX, Sources, verbatim, write
-from symdyn.emit.code import stem
+from symdyn.emit import Sources, verbatim, write
 from symdyn.errors import BuildError, MissingProgram
 
 OCTAVE_COMMANDS = ("octave-cli", "octave")
+
+CFLAGS = " ".join((*(flag for flag in GNU.flags if flag != "-shared"), "-march=native"))
 
 OPTIONS = ("--quiet", "--norc", "--no-history", "--no-window-system")
 
@@ -52,7 +54,7 @@ def run_matlab(sources: Sources) -> SimpleNamespace:
         BuildError: sources of another target, or Octave's own words where it refuses them.
         MissingProgram: there is no Octave.
     """
-    check_target(sources, MATLAB)
+    check_target(sources, "matlab")
     process = _Process(find_octave(), sources)
     named = zip(sources.functions, sources.program.routines, strict=True)
     return SimpleNamespace(**{name: _call(process, name, routine.function) for name, routine in named})
@@ -69,7 +71,7 @@ def compile_mex(folder: str, package: str) -> None:
     if program is None:
         raise MissingProgram("no mkoctfile found; install it, `apt-get install octave-dev` for one")
     process = subprocess.Popen(
-        [program, "--mex", f"{package}_mex.c", f"{package}.c"], cwd=folder, env=os.environ | {"CFLAGS": FLAGS},
+        [program, "--mex", f"{package}_mex.c", f"{package}.c"], cwd=folder, env=os.environ | {"CFLAGS": CFLAGS},
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
     )  # fmt: skip
     with waiting(process):
@@ -105,9 +107,9 @@ class _Process:
     def __init__(self, octave: str, sources: Sources) -> None:
         """Write the package where it is found and start Octave; BuildError where it cannot be run."""
         self._folder = TemporaryDirectory()
-        self._package = stem(sources.program.scene.name)
+        self._package = sources.stem
         write(sources, self._folder.name)
-        if sources.option == MEX:
+        if f"{self._package}_mex.c" in sources:
             compile_mex(self._folder.name, self._package)
         command = (octave, *OPTIONS, "--path", self._folder.name, "--eval", verbatim("matlab/calls.m"))
         try:

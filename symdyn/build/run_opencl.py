@@ -19,8 +19,8 @@ import numpy as np
 
 from symdyn.build.c_module import Array, CFunction
 from symdyn.build.warned import check_target
-from symdyn.emit import GPU, Sources, rooms
-from symdyn.emit.code import find_real, stem
+from symdyn.emit import Sources, rooms
+from symdyn.emit.code import REALS
 from symdyn.errors import BuildError, MissingProgram
 
 VENDORS, VENDORS_VARIABLE = "/etc/OpenCL/vendors", "OCL_ICD_VENDORS"
@@ -39,10 +39,10 @@ def run_opencl(sources: Sources) -> SimpleNamespace:
         BuildError: sources of another target, or OpenCL's own words where it refuses them.
         MissingProgram: there is no PyOpenCL, no OpenCL, or no device that computes in the type of the sources.
     """
-    check_target(sources, GPU)
-    opening = stem(sources.program.scene.name)
+    check_target(sources, "gpu")
+    opening = sources.stem
     queue, kernels = compiled_kernels(sources)
-    real = find_real(sources.real)
+    real = REALS[sources.real]
     functions = {
         name: KernelFunction(
             name=name,

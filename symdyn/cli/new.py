@@ -7,7 +7,7 @@ from pathlib import Path
 
 from symdyn.cli.talk import print_paths
 from symdyn.emit import write
-from symdyn.emit.code import is_device
+from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError, SceneError
 from symdyn.scene import STARTERS, example_text, examples, starter
 
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     name = (options.name or options.example or "").replace("-", "_")
     text = _example(options, name) if options.example else _starter(options, name)
     path = Path(f"{name}.toml")
-    if is_device(name):
+    if page_stem(name) != name:
         raise EmitError(f"{path} is a device on Windows, whatever the letters' case; try {name}1")
     if path.exists() and not options.force:
         raise EmitError(f"{path} exists; give another name, or --force to overwrite it")

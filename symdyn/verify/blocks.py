@@ -17,8 +17,7 @@ import numpy.typing as npt
 
 from symdyn.build import RUNNERS, bind_rows
 from symdyn.dynamics import Function
-from symdyn.emit import CPP, LANES, RUST, C
-from symdyn.emit.code import stem
+from symdyn.emit.code import REALS
 from symdyn.program import WIDER, shared
 from symdyn.verdict import HOLD, verdict
 from symdyn.verify.building import Building
@@ -26,13 +25,13 @@ from symdyn.verify.building import Building
 COLUMNS, ROWS = "columns", "rows"
 
 WAYS: Mapping[str, Mapping[str, str]] = {
-    C.name: {COLUMNS: "batch", ROWS: "rows"},
-    CPP.name: {COLUMNS: "batch", ROWS: "rows"},
-    RUST.name: {ROWS: "rows"},
+    "c": {COLUMNS: "batch", ROWS: "rows"},
+    "cpp": {COLUMNS: "batch", ROWS: "rows"},
+    "rust": {ROWS: "rows"},
 }
 """Targets whose code for many states is run: how states may lie, and how functions of C end that take them so."""
 
-LONGEST = 3 * LANES
+LONGEST = 3 * REALS["double"].lanes
 """States of three blocks: no target has longer ones than C."""
 
 NEAR = {"double": 1e-6, "float": 1e-2}
@@ -85,7 +84,7 @@ def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:
     program, ways, option = building.program, WAYS[target], RUNNERS[target].many
     sources, module = building.compiled(target, option)
     library = ctypes.CDLL(str(module.path))
-    opening, count, wrong = stem(program.scene.name), 0, ""
+    opening, count, wrong = sources.stem, 0, ""
     without: list[str] = []
     for name, routine in zip(sources.functions, program.routines, strict=True):
         function = routine.function

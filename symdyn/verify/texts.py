@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Redraw
 from symdyn.emit import TARGETS, Sources
-from symdyn.emit.code import find_real, stem
+from symdyn.emit.code import find_real
 from symdyn.errors import MissingProgram
 from symdyn.verdict import Unclaimed
 from symdyn.verify.building import Building
@@ -78,5 +78,4 @@ def _text_of(target: str) -> str:
 
 def files_of(sources: Sources) -> Files:
     """Return the files of a target as readers take them."""
-    name = stem(sources.program.scene.name)
-    return Files(sources.target, sources.option, name, sources.functions, dict(sources))
+    return Files(sources.target, sources.option, sources.stem, sources.functions, dict(sources))

@@ -16,10 +16,9 @@ from symdyn.bench.reference import Reference, column, norm, reference
 from symdyn.build import build, run_python
 from symdyn.dynamics import Equations, Function, Unasked, Workspace, available, derive_one, row_of
 from symdyn.emit import emit
-from symdyn.emit.code import function_names
 from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
-from symdyn.program import Program, choose, lower
+from symdyn.program import Program, choose, identifier, lower
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]
@@ -49,7 +48,7 @@ class Calls:
     def results(self, name: str, states: Mapping[str, Array]) -> dict[str, Array]:
         """Return the results of every implementation at states, a row a state; shapes (N, size)."""
         function = self.function(name)
-        (legal,) = function_names([function.name])
+        legal = identifier(function.name)
         given = [states[a.name][..., 0] if a.scalar else states[a.name] for a in function.arguments]
         count = max(
             (len(x) for x, a in zip(given, function.arguments, strict=True) if x.ndim > len(a.shape)), default=1

@@ -16,9 +16,11 @@ from typing import Any
 
 from symdyn.build.compiler import CUDA, NOTHING, find_compiler
 from symdyn.build.library import SUFFIX, Kind, load_library
-from symdyn.emit import GPU, Sources, emit
+from symdyn.emit import TARGETS, Entries, Sources, emit
 from symdyn.errors import ArgumentError
 from symdyn.program import Program
+
+GPU = TARGETS["gpu"]
 
 Files = Mapping[str, str]
 
@@ -32,20 +34,20 @@ class Kernels:
     Attributes:
         machine: the architecture, as the compiler calls it.
         build: returns the library of files for an architecture, and its path.
-        write: returns files and the names of what is called there, of sources of target "gpu".
-        open: returns what is called, of sources, these names, and the library and its path.
+        write: returns files and what is called there, of sources of target "gpu".
+        open: returns what is called, of sources, these entries, and the library and its path.
     """
 
     machine: str
     build: Callable[[Files, str], tuple[Path, ctypes.CDLL]]
-    write: Callable[[Sources], tuple[Files, Sequence[str]]]
-    open: Callable[[Sources, Sequence[str], Path, ctypes.CDLL], Any]
+    write: Callable[[Sources], Entries]
+    open: Callable[[Sources, Entries, Path, ctypes.CDLL], Any]
 
     def __call__(self, program: Program, real: str, _: tuple[int, ...]) -> Any:
         """Return what is called of a program's kernels in one real type."""
         sources = emit(program, GPU.name, real)
-        files, names = self.write(sources)
-        return self.open(sources, names, *self.build(files, self.machine))
+        entries = self.write(sources)
+        return self.open(sources, entries, *self.build(entries.files, self.machine))
 
 
 def compiled(files: Files, machine: str, kind: Kind = PLAIN) -> tuple[Path, ctypes.CDLL]:

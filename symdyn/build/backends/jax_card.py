@@ -8,7 +8,7 @@ call. Nothing leaves the card.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import prod
@@ -23,7 +23,7 @@ from symdyn.build.backends.words import Word
 from symdyn.build.backends.xla_library import ABI, HEADERS, hand_over
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind
-from symdyn.emit import Sources, card_handlers
+from symdyn.emit import Entries, Sources, xla_entries
 from symdyn.errors import BuildError
 from symdyn.program import shared
 
@@ -42,12 +42,12 @@ class Card:
 
     machine: Callable[[], str]
     build: Callable[[Mapping[str, str], str], tuple[Path, ctypes.CDLL]]
-    open: Callable[[Sources, Sequence[str], Path, ctypes.CDLL], Mapping[tuple[str, str], str]]
+    open: Callable[[Sources, Entries, Path, ctypes.CDLL], Mapping[tuple[str, str], str]]
 
     @property
     def kernels(self) -> Kernels:
         """What makes handlers for the devices that are there."""
-        return Kernels(self.machine(), self.build, card_handlers, self.open)
+        return Kernels(self.machine(), self.build, xla_entries, self.open)
 
 
 def over_columns(handler: str, platform: str, word: Word, leading: tuple[int, ...], *given: Array) -> Array:

@@ -15,7 +15,6 @@ from jax.interpreters import mlir
 
 from symdyn.build.backends.jax_card import CARDS, over_columns
 from symdyn.build.backends.words import Word
-from symdyn.emit import COLUMNS, WEIGHTED
 from symdyn.errors import BuildError
 
 REALS = {"float64": "double", "float32": "float"}
@@ -47,7 +46,7 @@ def times_lowered(
     (result,) = context.avals_out
     if platform in CARDS or 0 in result.shape:
         return _as_written(partial(plain, word=word, left=left), context, *operands)
-    return jax.ffi.ffi_lowering(_handler(platform, word, result, WEIGHTED if left else COLUMNS))(context, *operands)
+    return jax.ffi.ffi_lowering(_handler(platform, word, result, "weighted" if left else "columns"))(context, *operands)
 
 
 def _handler(platform: str, word: Word, result: Any, kind: str = "") -> str:

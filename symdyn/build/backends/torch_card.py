@@ -19,7 +19,7 @@ import torch
 
 from symdyn.build.backends.card import Kernels, architecture, compiled, several
 from symdyn.build.backends.words import Word
-from symdyn.emit import Sources, launchers
+from symdyn.emit import Entries, Sources, entries
 from symdyn.errors import BuildError
 from symdyn.program import shared
 
@@ -74,13 +74,13 @@ def launch(card: Card, word: Word, given: Sequence[Array]) -> Array:
 
 def kernels(card: Card, device: Any) -> Kernels:
     """Return what makes launchers for a device."""
-    return Kernels(card.machine(device), card.build, launchers, _launchers)
+    return Kernels(card.machine(device), card.build, entries, _launchers)
 
 
-def _launchers(sources: Sources, names: Sequence[str], _: Path, library: ctypes.CDLL) -> list[Callable[..., bytes]]:
+def _launchers(sources: Sources, made: Entries, _: Path, library: ctypes.CDLL) -> list[Callable[..., bytes]]:
     """Return a launcher for every function: of a stream, the number of states, and pointers."""
     found = []
-    for name, routine in zip(names, sources.program.routines, strict=True):
+    for name, routine in zip(made.symbols.values(), sources.program.routines, strict=True):
         run = getattr(library, name)
         pointers = [ctypes.c_void_p] * (len(routine.function.arguments) + 1)
         run.argtypes, run.restype = [ctypes.c_void_p, ctypes.c_size_t, *pointers], ctypes.c_char_p

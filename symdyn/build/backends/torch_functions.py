@@ -22,13 +22,15 @@ from symdyn.build.extension import build_extension
 from symdyn.build.loaded import Loaded
 from symdyn.build.runners import run_or_python
 from symdyn.dynamics import LoopChoices
-from symdyn.emit import UFUNC, emit
+from symdyn.emit import TARGETS, emit
 from symdyn.errors import ArgumentError
 from symdyn.program import Program
 from symdyn.scene import Scene
 
 MANY = 4
 """Directions from which J and a product cost less than a product along each."""
+
+UFUNC = TARGETS["ufunc"]
 
 TYPES = (torch.float32, torch.float64)
 

@@ -12,7 +12,7 @@ import jaxlib
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load_library
-from symdyn.emit import BATCH, COLUMNS, WEIGHTED, C, Sources, emit, handler, handlers
+from symdyn.emit import C, Entries, Sources, emit, xla_entries
 from symdyn.program import Program
 
 HEADERS, ABI = (jax.ffi.include_dir(),), ("xla", jaxlib.__version__)
@@ -34,26 +34,22 @@ def register(
         BuildError: no compiler, or its own words when it refuses.
         EmitError: the program cannot be written in this type.
     """
-    sources = emit(program, C.name, real, option=BATCH)
-    more, symbols = handlers(sources, columns)
-    needs = Needs(headers=HEADERS, exports=tuple(symbols))
+    sources = emit(program, C.name, real, option="batch")
+    entries = xla_entries(sources, columns)
+    needs = Needs(headers=HEADERS, exports=tuple(entries.symbols.values()))
     kind = Kind(SUFFIX, needs, ABI, ctypes.CDLL)
-    path, library = load_library({**sources.texts, **more}, find_compiler(compiler, machine), PATIENCE, kind)
-    return hand_over("cpu", sources, symbols, path, library)
+    path, library = load_library(entries.files, find_compiler(compiler, machine), PATIENCE, kind)
+    return hand_over("cpu", sources, entries, path, library)
 
 
 def hand_over(
-    platform: str, sources: Sources, symbols: Sequence[str], path: Path, library: ctypes.CDLL
+    platform: str, _: Sources, entries: Entries, path: Path, library: ctypes.CDLL
 ) -> Mapping[tuple[str, str], str]:
     """Return what XLA calls handlers of a library, by function and kind, when it knows them for a platform."""
     known = {}
-    for spelled, routine in zip(sources.functions, sources.program.routines, strict=True):
-        for one in ("", COLUMNS, WEIGHTED):
-            symbol = handler(sources, spelled, one)
-            if symbol not in symbols:
-                continue
-            known[routine.function.name, one] = target = f"symdyn_{path.stem}_{symbol}"
-            if target not in REGISTERED:
-                REGISTERED[target] = library
-                jax.ffi.register_ffi_target(target, jax.ffi.pycapsule(getattr(library, symbol)), platform=platform)
+    for key, symbol in entries.symbols.items():
+        known[key] = target = f"symdyn_{path.stem}_{symbol}"
+        if target not in REGISTERED:
+            REGISTERED[target] = library
+            jax.ffi.register_ffi_target(target, jax.ffi.pycapsule(getattr(library, symbol)), platform=platform)
     return known

@@ -1,6 +1,6 @@
 """Names that `symdyn.emit.code` offers; each is imported when it is first used."""
 
-from .identifiers import function_names as function_names, is_device as is_device, page_stem as page_stem, stem as stem
+from .identifiers import page_stem as page_stem, stem as stem
 from .operators import (
     OPERATORS as OPERATORS,
     PRODUCT as PRODUCT,
@@ -9,5 +9,5 @@ from .operators import (
     Spelling as Spelling,
     call as call,
 )
-from .real import REALS as REALS, SINGLE as SINGLE, Real as Real, find_real as find_real, halves as halves
+from .real import REALS as REALS, SINGLE as SINGLE, Real as Real, find_real as find_real
 from .short_sines import SHORT_SINES as SHORT_SINES, find_short_sines as find_short_sines

@@ -36,7 +36,10 @@ class Real:
         top: exponent of the first power of two that is too large.
         roundoff: largest error of one rounding, relative.
         tiniest: smallest number that has all its digits; below, some are lost by underflow.
+        lanes: states of a block in the C that computes many: enough to hide what starting a loop costs, few enough for
+            the nearest cache; of double-doubles two of the widest vectors, so that one hides the latency of the other.
         parts: how many numbers one is the sum of; all else is said of each of them.
+        limit_exponent: angles below 2 to this in size have a sine; 0 where all have.
         lacks: operations that there are no functions of so many digits for: why, and what would work.
     """
 
@@ -48,13 +51,19 @@ class Real:
     top: int
     roundoff: float
     tiniest: float
+    lanes: int
     parts: int = 1
+    limit_exponent: int = 0
     lacks: Mapping[Op, str] = field(default_factory=dict, hash=False)
 
     @property
     def function_error(self) -> float:
         """Largest error of a sine or another function, relative."""
         return 2 * FUNCTION_ULPS * self.roundoff
+
+    def numbers(self, value: Fraction) -> tuple[float, ...]:
+        """Return the number nearest to `value`, as those that it is the sum of; EmitError if it is too large."""
+        return halves(value) if self.parts > 1 else (nearest(value, self),)
 
     def rounding(self, numbers: BigFloats | Midpoints, accuracy: str = "") -> RunningErrors:
         """Return the analysis of what rounding may leave in this type, and in sines of an accuracy, a key of them."""
@@ -65,8 +74,8 @@ class Real:
 NO_FUNCTION = "its functions of 31 digits are sine, cosine and square root; leave --real dd out"
 
 REALS = {
-    "double": Real("double", "float64", "", 53, -1074, 1024, 2.0**-53, 2.0**-1022),
-    "float": Real("float", "float32", "f", 24, -149, 128, 2.0**-24, 2.0**-126),
+    "double": Real("double", "float64", "", 53, -1074, 1024, 2.0**-53, 2.0**-1022, 64),
+    "float": Real("float", "float32", "f", 24, -149, 128, 2.0**-24, 2.0**-126, 64),
     "dd": Real(
         "dd",
         "float64",
@@ -76,7 +85,9 @@ REALS = {
         1024,
         2.0**-102,
         2.0**-960,
+        16,
         2,
+        20,
         dict.fromkeys((Op.EXP, Op.LOG, Op.TANH, Op.ATAN2), NO_FUNCTION),
     ),
 }

@@ -18,6 +18,9 @@ from symdyn.scene import Scene
 
 Contents = str | bytes
 
+BATCH = "batch"
+"""The option for functions over many states."""
+
 
 def alone(sources: Sources) -> dict[str, str]:
     """Return nothing, of a target whose files stand alone."""
@@ -160,6 +163,16 @@ class Sources(Mapping[str, Contents]):
     def __len__(self) -> int:
         """Return the number of files."""
         return len(self.files)
+
+    @property
+    def stem(self) -> str:
+        """How the names of the files begin, and in C those of the functions."""
+        return stem(self.program.scene.name)
+
+    @property
+    def batch(self) -> bool:
+        """Whether there are functions over many states."""
+        return self.option == BATCH
 
     @property
     def texts(self) -> dict[str, str]:

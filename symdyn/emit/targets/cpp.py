@@ -22,11 +22,10 @@ from symdyn.emit.code.identifiers import names_of_c, stem
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import digits
 from symdyn.emit.code.source_text import FunctionText
-from symdyn.emit.code.target import Draft, Sources, Target
+from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.batch import FEW
-from symdyn.emit.targets.c.c99 import BATCH
 from symdyn.emit.targets.c.cuts import CutText, cuts
 from symdyn.emit.targets.c.sincos import CHAINS, sincos_values
 from symdyn.graph import Op

@@ -19,10 +19,10 @@ from functools import partial
 from symdyn.emit.code.operators import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, digits
 from symdyn.emit.code.source_text import FunctionText, Line
-from symdyn.emit.code.target import Contents, Draft, Target, alone
+from symdyn.emit.code.target import BATCH, Contents, Draft, Target, alone
 from symdyn.emit.escape import in_percent_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c.c99 import BATCH, C
+from symdyn.emit.targets.c.c99 import C
 from symdyn.errors import EmitError
 from symdyn.graph import Op
 from symdyn.program import Program, assemble, shared

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from math import prod
 from typing import Any
 
-from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.target import Sources
 from symdyn.emit.render import render
 from symdyn.emit.targets.gpu.launchers import END, launchers
@@ -15,45 +14,37 @@ from symdyn.program import shared
 TYPES = {"double": "XLA_FFI_DataType_F64", "float": "XLA_FFI_DataType_F32"}
 
 
-COLUMNS, WEIGHTED = "_columns", "_weighted"
-"""Ends of the names of handlers that multiply a matrix by directions, or by weights from the left."""
+COLUMNS, WEIGHTED = "columns", "weighted"
+"""Handlers that multiply a matrix by directions, or by weights from the left."""
+
+Written = tuple[dict[str, str], dict[tuple[str, str], str]]
+"""Files by name, and handlers by function and kind."""
 
 
-def handler(sources: Sources, function: str, kind: str = "") -> str:
-    """Return what a handler of one of the functions is called."""
-    return f"{stem(sources.program.scene.name)}_{function}{kind}_xla"
-
-
-def handlers(sources: Sources, columns: Sequence[int] = ()) -> tuple[dict[str, str], list[str]]:
-    """Return one file more for sources of C with batch code, by its name, and its handlers.
-
-    It includes XLA's `xla/ffi/api/c_api.h`, which comes with jaxlib. Functions without entries have no handler.
-
-    Args:
-        sources: of target "c" with option "batch".
-        columns: of a function that returns a matrix: columns for each argument. It gets handlers more, which take
-            directions (k, columns) of each argument, or weights (k, rows), behind its own operands.
-    """
+def on_cpu(sources: Sources, columns: Sequence[int] = ()) -> Written:
+    """Return sources of C with batch code and the file of their handlers; as to `columns` see `xla_entries`."""
     values, kinds = _values(sources), ("", COLUMNS, WEIGHTED) if columns else ("",)
     text = render("jax/handlers.c.jinja", {**values, "columns": columns})
-    return {f"{values['stem']}_xla.c": text}, _made(sources, values, kinds)
+    return {**sources.texts, f"{sources.stem}_xla.c": text}, _made(values, kinds)
 
 
-def card_handlers(sources: Sources) -> tuple[dict[str, str], list[str]]:
-    """Return kernels for CUDA with launchers and a handler each as one file, by its name, and the handlers.
+def on_card(sources: Sources) -> Written:
+    """Return kernels for CUDA with launchers and a handler each as one file.
 
-    Arrays of states are columns there; parameters are one set. It includes the same header.
-
-    Args:
-        sources: of target "gpu".
+    Arrays of states are columns there; parameters are one set.
     """
-    values, ((name, text),) = _values(sources), launchers(sources)[0].items()
+    values, ((name, text),) = _values(sources), launchers(sources).items()
     more = render("jax/card_handlers.cu.jinja", {**values, "end": END})
-    return {name: f"{text}\n{more}"}, _made(sources, values, ("",))
+    return {name: f"{text}\n{more}"}, _made(values, ("",))
 
 
-def _made(sources: Sources, values: Mapping[str, Any], kinds: Sequence[str]) -> list[str]:
-    return [handler(sources, one["name"], kind) for one in values["functions"] for kind in kinds]
+def _made(values: Mapping[str, Any], kinds: Sequence[str]) -> dict[tuple[str, str], str]:
+    opening = values["stem"]
+    return {
+        (one["function"], kind): f"{opening}_{one['name']}{kind and '_'}{kind}_xla"
+        for one in values["functions"]
+        for kind in kinds
+    }
 
 
 def _values(sources: Sources) -> dict[str, Any]:
@@ -69,6 +60,7 @@ def _values(sources: Sources) -> dict[str, Any]:
         functions.append(
             {
                 "name": spelled,
+                "function": routine.function.name,
                 "ranks": [len(one.shape) for one in arguments],
                 "lengths": lengths,
                 "common": names.index(common) if common else -1,
@@ -77,7 +69,7 @@ def _values(sources: Sources) -> dict[str, Any]:
             }
         )
     return {
-        "stem": stem(sources.program.scene.name),
+        "stem": sources.stem,
         "real": sources.real,
         "dtype": TYPES[sources.real],
         "operands": max((len(one.function.arguments) for one in sources.program.routines), default=1),

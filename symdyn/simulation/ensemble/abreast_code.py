@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array
-from symdyn.build import SUFFIX, Kind, Needs, find_compiler, load_library
-from symdyn.emit import BATCH, LANES, C, emit, render
-from symdyn.emit.code import stem
+from symdyn.build import load_functions
+from symdyn.emit import C, emit, render
+from symdyn.emit.code import REALS
 from symdyn.program import PREPARE
 from symdyn.simulation.ensemble.abreast_functions import Abreast
 from symdyn.simulation.integrate.looks import CLOSER, FIRST, Looks
@@ -83,19 +83,19 @@ def library(functions: Abreast, quaternions: Iterable[int]) -> Library:
         BuildError: its own words where it refuses the code.
     """
     program = functions.program
-    sources = emit(program, C.name, option=BATCH)
-    opening = stem(program.scene.name)
+    sources = emit(program, C.name, option="batch")
+    opening = sources.stem
     nq, nv = len(program.scene.coordinates), len(program.scene.velocities)
     values = {
-        "stem": opening, "lanes": LANES, "nq": nq, "nx": nq + nv, "values": functions.values, "seen": functions.seen,
-        "watched": functions.watched, "outward": functions.outward, "quaternions": list(quaternions), **tableau(),
+        "stem": opening, "lanes": REALS["double"].lanes, "nq": nq, "nx": nq + nv, "values": functions.values,
+        "seen": functions.seen, "watched": functions.watched, "outward": functions.outward,
+        "quaternions": list(quaternions), **tableau(),
         "first": _looks(FIRST), "closer": _looks(CLOSER), "rounding": repr(ROUNDING),
     }  # fmt: skip
     name = f"{opening}.c"
     files = {**sources.texts, name: sources.texts[name] + render("ensemble/abreast.c.jinja", values)}
     exports = (f"{opening}_abreast", *((f"{opening}_{PREPARE}_rows",) if functions.values else ()))
-    kind = Kind(SUFFIX, Needs(exports=exports), (), ctypes.CDLL)
-    _, found = load_library(files, find_compiler(), kind=kind)
+    _, found = load_functions(files, exports)
     p, n, d = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     run, prepare = found[exports[0]], found[exports[1]] if functions.values else None
     run.argtypes, run.restype = [n, p, p, n, p, d, d, n, p, p, p, p, p, p], n

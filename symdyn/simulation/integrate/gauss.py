@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.build import SUFFIX, Kind, Needs, find_compiler, load_library
+from symdyn.build import load_functions
 from symdyn.dynamics import Equations, Workspace
-from symdyn.emit import BATCH, DD_LANES, LIMIT_EXPONENT, C, emit, render
-from symdyn.emit.code import REALS, halves, stem
+from symdyn.emit import C, emit, render
+from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
 from symdyn.graph import Op, evaluate, reachable, substitute
 from symdyn.program import Program, cheapest, lower
@@ -36,6 +36,9 @@ from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 FIRST = 1e-3
 """First step, s."""
+
+DD = REALS["dd"]
+"""What it computes with."""
 
 MOST = 50
 """Steps after which the caller hears of it."""
@@ -98,12 +101,12 @@ def _why_stuck(system: StateEquations, t: float, x: Array) -> str:
     for angle in angles:
         with suppress(ArithmeticError, ValueError):
             (size,) = evaluate([angle], Floats(), values)
-            if abs(size) > ALMOST * 2.0**LIMIT_EXPONENT:
+            if abs(size) > ALMOST * 2.0**DD.limit_exponent:
                 name = angle.value if angle.op is Op.SYMBOL else "an angle"
                 return (
                     f"{name} = {size:.9g} rad at t = {t:.9g} s is too large: sines of 31 digits are there for angles "
-                    f"below 2^{LIMIT_EXPONENT} = {2**LIMIT_EXPONENT} rad; start it whole turns nearer to zero, or give "
-                    "--rtol 1e-16 or more"
+                    f"below 2^{DD.limit_exponent} = {2**DD.limit_exponent} rad; start it whole turns nearer to zero, "
+                    "or give --rtol 1e-16 or more"
                 )
     return (
         f"the steps of the iteration get too short after t = {t:.9g} s: the motion is stiff, leaves what numbers "
@@ -127,7 +130,7 @@ def refuses(system: StateEquations) -> str:
     found = sorted(node.op.name.lower() for node in reachable(system.program["rates"].function.entries))
     if Op.ABS.name.lower() in found:
         return "abs bends where it is zero, which its steps may go past unseen"
-    lacking = {Op.SIGN, *REALS["dd"].lacks}
+    lacking = {Op.SIGN, *DD.lacks}
     named = [name for name in dict.fromkeys(found) if Op[name.upper()] in lacking]
     return f"there is no {', '.join(named)} of 31 digits in it" if named else ""
 
@@ -135,17 +138,17 @@ def refuses(system: StateEquations) -> str:
 def _library(system: StateEquations) -> Callable[..., int]:
     """Return the compiled loop, from the cache if it was compiled before."""
     program = _program(system)
-    sources = emit(program, C.name, "dd", option=BATCH)
-    opening = stem(program.scene.name)
+    sources = emit(program, C.name, "dd", option="batch")
+    opening = sources.stem
     values = {
-        "stem": opening, "lanes": DD_LANES, "nq": system.nq, "nv": system.nv,
+        "stem": opening, "lanes": DD.lanes, "nq": system.nq, "nv": system.nv,
         "nx": system.nq + system.nv + system.works, "settled": SETTLED, "at_rest": AT_REST, "iterations": ITERATIONS,
         "finer": FINER, **tableau(),
     }  # fmt: skip
     name = f"{opening}.c"
     files = {**sources.texts, name: sources.texts[name] + render("gauss/gauss.c.jinja", values)}
     export = f"{opening}_gauss"
-    _, found = load_library(files, find_compiler(), kind=Kind(SUFFIX, Needs(exports=(export,)), (), ctypes.CDLL))
+    _, found = load_functions(files, (export,))
     call: Any = found[export]
     p, d = ctypes.c_void_p, ctypes.c_double
     call.argtypes, call.restype = [p, p, p, d, d, d, d, ctypes.c_int64, p, p], ctypes.c_int32
@@ -175,24 +178,24 @@ def tableau() -> dict[str, Any]:
     c: Any = MPContext()
     c.dps = 60
     legendre = [[c.mpf(1)], [c.mpf(0), c.mpf(1)]]  # by powers
-    for n in range(1, DD_LANES):
+    for n in range(1, DD.lanes):
         up = [c.mpf(0), *((2 * n + 1) * a for a in legendre[n])]
         down = [n * a for a in legendre[n - 1]] + [c.mpf(0)] * (len(up) - n)
         legendre.append([(a - b) / (n + 1) for a, b in zip(up, down, strict=True)])
-    roots = sorted(c.re(r) for r in c.polyroots(legendre[DD_LANES][::-1], maxsteps=400, extraprec=400))
+    roots = sorted(c.re(r) for r in c.polyroots(legendre[DD.lanes][::-1], maxsteps=400, extraprec=400))
     nodes = [(1 + r) / 2 for r in roots]
     c.dps = 120  # Vandermonde's matrix of 16 nodes costs a dozen digits
-    powers = c.matrix([[x**k for x in nodes] for k in range(DD_LANES)])
+    powers = c.matrix([[x**k for x in nodes] for k in range(DD.lanes)])
     inverse = c.inverse(powers)
 
     def integrated(end: Any) -> list[Any]:
-        return [c.fsum(end ** (k + 1) / (k + 1) * inverse[j, k] for k in range(DD_LANES)) for j in range(DD_LANES)]
+        return [c.fsum(end ** (k + 1) / (k + 1) * inverse[j, k] for k in range(DD.lanes)) for j in range(DD.lanes)]
 
     rows = [integrated(x) for x in nodes]
     return {
         "nodes": _pairs(nodes),
         "weights": _pairs(integrated(c.mpf(1))),
-        "columns": [_pairs([row[j] for row in rows]) for j in range(DD_LANES)],
+        "columns": [_pairs([row[j] for row in rows]) for j in range(DD.lanes)],
     }
 
 
@@ -201,7 +204,7 @@ def _pairs(numbers: Sequence[Any]) -> dict[str, list[str]]:
     found = []
     for x in numbers:
         sign, mantissa, exponent, _ = x._mpf_
-        found.append(halves(Fraction((-1) ** sign * int(mantissa)) * Fraction(2) ** int(exponent)))
+        found.append(DD.numbers(Fraction((-1) ** sign * int(mantissa)) * Fraction(2) ** int(exponent)))
     return {"high": [repr(high) for high, _ in found], "low": [repr(low) for _, low in found]}
 
 

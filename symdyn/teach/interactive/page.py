@@ -15,7 +15,7 @@ import numpy as np
 
 from symdyn.draw import View, from_latex, places, pose, spread, style, watched, words
 from symdyn.dynamics.mechanism import quaternions
-from symdyn.emit import JS, emit, in_html, in_script, in_script_code, render, verbatim
+from symdyn.emit import TARGETS, emit, in_html, in_script, in_script_code, render, verbatim
 from symdyn.emit.code import stem
 from symdyn.emit.print import Letters, head, latex_symbols
 from symdyn.graph import Expr
@@ -27,6 +27,8 @@ from symdyn.teach.interactive.plotted import pairs, plotted
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathml import inline
+
+JS = TARGETS["js"]
 
 DOCUMENTED = re.compile(r"^/\*\*\n(?: \*.*\n)+?(?=const )", re.MULTILINE)
 """What generated code says above each of its functions, which a page has no reader for."""

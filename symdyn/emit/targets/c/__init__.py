@@ -1,5 +1,6 @@
 """The C target: `c99.py` is its row, the other files say how batches are computed."""
 
-from symdyn.emit.targets.c.c99 import BATCH, HEADER_ONLY, ROWS, C
+from symdyn.emit.code.target import BATCH
+from symdyn.emit.targets.c.c99 import HEADER_ONLY, ROWS, C
 
 __all__ = ["BATCH", "HEADER_ONLY", "ROWS", "C"]

@@ -22,7 +22,7 @@ from typing import Any
 
 from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
 from symdyn.emit.code.real import REALS, Real, digits
-from symdyn.emit.code.target import Draft, Sources, Target
+from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
 from symdyn.emit.targets.c import dd_functions, double_double
@@ -52,7 +52,7 @@ def _spellings(real: Real) -> Mapping[Op, Spelling]:
     }
 
 
-BATCH, HEADER_ONLY = "batch", "header-only"
+HEADER_ONLY = "header-only"
 
 ROWS = "rows"
 """What other targets ask for in place of "batch": many states in rows alone."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from symdyn.emit.code.operators import Printer
+from symdyn.emit.code.real import REALS
 from symdyn.emit.code.source_text import ArgumentText, FunctionText, Line
 from symdyn.emit.code.target import Draft
 from symdyn.emit.render import render
@@ -21,8 +22,8 @@ from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
 from symdyn.graph import Expr, Op
 from symdyn.program import PARAMS, PREPARED, Program, Routine, Step, is_prepared, shared
 
-DD_LANES = 16
-"""States in a block: two of the widest vectors, so that one hides the latency of the other."""
+DD_LANES = REALS["dd"].lanes
+"""States in a block."""
 
 LONGEST = 600
 """Operations up to which a routine is one loop; each becomes about ten of doubles."""

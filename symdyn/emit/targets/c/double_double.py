@@ -45,9 +45,6 @@ NAMES: Mapping[Op, Spelling] = {
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")
 """To 101 digits, of which the reduction of an angle needs 62."""
 
-LIMIT_EXPONENT = 20
-"""Angles below 2^20 in size are reduced; others give no number."""
-
 CUT, PARTS = 33, 3
 """Bits of the first parts of π/2, so that 20 bits times one of them is exact, and how many such parts there are."""
 
@@ -104,7 +101,7 @@ def sincos_numbers() -> Mapping[str, Any]:
     sine = [Fraction((-1) ** m, factorial(2 * m + 1)) for m in range(1, SINE_TERMS + 1)]
     cosine = [Fraction((-1) ** m, factorial(2 * m)) for m in range(2, COSINE_TERMS + 1)]
     return {
-        "limit_exponent": LIMIT_EXPONENT,
+        "limit_exponent": REALS["dd"].limit_exponent,
         "two_over_pi": repr(float(2 / PI)),
         "half_pi": [f"{part!r}" for part in half_pi()],
         "sine": _series(sine, SINE_IN_DOUBLE - 1),

@@ -12,10 +12,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from symdyn.emit.code.real import REALS
 from symdyn.program import Program, Routine
 
-LANES = 64
-"""States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
+LANES = REALS["double"].lanes
+"""States in a block, of all types but double-doubles."""
 
 LINE = 64
 """Bytes of a line of the cache."""

@@ -20,9 +20,3 @@ def packed(files: Mapping[str, str | bytes]) -> bytes:
             member.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(member, contents)
     return stream.getvalue()
-
-
-def members(archive: bytes) -> dict[str, bytes]:
-    """Return the files of an archive, in their order."""
-    with zipfile.ZipFile(io.BytesIO(archive)) as opened:
-        return {name: opened.read(name) for name in opened.namelist()}

@@ -12,8 +12,8 @@ END = "_launch"
 """How the name of a launcher ends, behind the name of its kernel."""
 
 
-def launchers(sources: Sources) -> tuple[dict[str, str], list[str]]:
-    """Return kernels for CUDA with a launcher each as one file, by its name, and the launchers' names in order.
+def launchers(sources: Sources) -> dict[str, str]:
+    """Return kernels for CUDA with a launcher each as one file, by its name.
 
     Args:
         sources: of target "gpu".
@@ -32,4 +32,4 @@ def launchers(sources: Sources) -> tuple[dict[str, str], list[str]]:
     ]
     values = {"real": sources.real, "kernels": listed, "end": END}
     text = f"{sources.texts[f'{name}.cu']}\n{render('gpu/launchers.cu.jinja', values)}"
-    return {f"{name}.cu": text}, [f"{one['name']}{END}" for one in listed]
+    return {f"{name}.cu": text}

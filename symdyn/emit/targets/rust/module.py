@@ -21,10 +21,9 @@ from typing import Any
 
 from symdyn.emit.code.operators import OPERATORS, Spelling, call
 from symdyn.emit.code.real import SINGLE, digits
-from symdyn.emit.code.target import Draft, Sources, Target
+from symdyn.emit.code.target import BATCH, Draft, Sources, Target
 from symdyn.emit.escape import in_comment
 from symdyn.emit.render import render
-from symdyn.emit.targets.c.c99 import BATCH
 from symdyn.emit.targets.c.cuts import cuts
 from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.emit.targets.rust.blocks import blocks
