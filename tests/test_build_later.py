@@ -23,7 +23,7 @@ import symdyn
 from symdyn import shell
 from symdyn.build.compiler import find_compiler
 from symdyn.dynamics import Workspace, available, called, derive_one
-from symdyn.emit.targets.later import fits_float, runtime_code
+from symdyn.emit.targets.later import Code
 from symdyn.errors import BuildError, DerivationError
 from symdyn.simulation.integrate.heyoka_expressions import without_sympy
 
@@ -252,7 +252,7 @@ def test_a_constant_too_large_for_float_leaves_double_alone(cache):
     pendulum = symdyn.read(ARM.parent / "pendulum.toml")
     heavy = symdyn.load(pendulum, "gravity_forces", parameters={pendulum.parameters[0].name: 10**60})
     assert [kind[-1] for kind in heavy.gravity_forces.call.found().types] == ["d"]
-    assert not fits_float(symdyn.lower(symdyn.derive(heavy.scene, ["gravity_forces"])))
+    assert not Code.of(symdyn.lower(symdyn.derive(heavy.scene, ["gravity_forces"]))).fits_float
     usual = symdyn.load(pendulum, "gravity_forces")
     assert [kind[-1] for kind in usual.gravity_forces.call.found().types] == ["f", "d"]
 
@@ -261,7 +261,7 @@ def test_the_same_program_gives_the_same_text():
     program = symdyn.lower(symdyn.derive(symdyn.read(ARM), ["mass_matrix"]))
     for real in ("double", "float"):
         for rows in (False, True):
-            assert runtime_code(program, real, rows) == runtime_code(program, real, rows)
+            assert Code.of(program, real, rows) == Code.of(program, real, rows)
 
 
 def test_sympy_is_hidden_in_a_process_of_the_shell_alone(monkeypatch):

@@ -18,8 +18,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, lower
 from symdyn.program.constants import constants
-from symdyn.program.routine import check
-from symdyn.scene import Scene, read_text
+from symdyn.scene import Parameter, Scene, number, read_text
 from symdyn.scene.values import Parameter, number
 
 
@@ -157,7 +156,7 @@ def test_a_symbol_that_is_no_argument_is_our_own_mistake():
 
 def test_every_lowered_tree_passes_the_check():
     program = lower(derive(random_tree(2, 4)))
-    assert check(program) is program
+    assert program.checked() is program
 
 
 def test_a_constant_that_cancels_to_few_digits_is_not_taken_for_zero():

@@ -23,8 +23,7 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.program import Program, formulate, lower, prepare
-from symdyn.program.prepare import is_prepared
-from symdyn.scene import Scene, bind, read
+from symdyn.scene import Parameter, Scene, bind, read
 from symdyn.scene.values import Parameter
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import certify
@@ -114,7 +113,7 @@ def test_without_free_parameters_nothing_changes():
     bound = bind(two_link(), {"m1": 1, "m2": 1, "h1": 1, "h2": 1, "g": 1})
     program = lower(formulate(bound, ("mass_matrix",)))
     assert prepare(program) is program
-    assert not is_prepared(program)
+    assert not program.is_prepared
 
 
 def test_a_function_may_not_have_the_name():

@@ -29,7 +29,6 @@ from symdyn.build import RUNNERS
 from symdyn.emit import Sources, emit
 from symdyn.errors import SymdynError
 from symdyn.program import Program, prepare as prepare_program
-from symdyn.program.prepare import is_prepared
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, languages, printed, prove_texts
 from symdyn.verify.written.proof import read_text
@@ -137,7 +136,7 @@ def score(program: Program, target: str, every: int, option: str = "", first: in
     """
     alone = [replace(program, routines=(routine,)) for routine in program.routines]
     total = Score()
-    for place, one in enumerate([program] if is_prepared(program) else alone):
+    for place, one in enumerate([program] if program.is_prepared else alone):
         sources = emit(one, target, option=option)
         planted, silent = _planted(sources, every, with_fixed_text=place == 0)
         total.comments += silent

@@ -19,7 +19,7 @@ from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
-from symdyn.build import CACHE_VARIABLE, find_compiler, python_headers, run_python
+from symdyn.build import CACHE_VARIABLE, RUNNERS, find_compiler, python_headers
 from symdyn.dynamics import Equations, Unasked, Workspace, available, derive_one, roads_of, row_of
 from symdyn.emit import emit
 from symdyn.emit.code import REALS
@@ -137,7 +137,7 @@ def _positions(scene: Scene, seed: int) -> Positions:
     last = [f"jacobian:{point.name}" for point in scene.points] or [f"jacobian:{scene.bodies[-1].name}"]
     rows = ["constraint_jacobian"] if scene.is_closed else []
     program = lower(formulate(scene, ("mass_matrix", *last, *rows)))
-    module = run_python(emit(program))
+    module = RUNNERS["numpy"].run(emit(program))
     anywhere = positions_of(scene, seed)
     matrices = []
     for routine in program.routines:

@@ -49,6 +49,10 @@ class Commands:
         if stopped:
             raise Stopped
 
+    def threads(self, most: int | None = None) -> ThreadPoolExecutor:
+        """Return threads, at most so many, whose commands are among them."""
+        return ThreadPoolExecutor(most, initializer=COMMANDS.set, initargs=(self,))
+
     def stop(self) -> None:
         """Stop those that run, and those that come later."""
         with self._lock:
@@ -65,7 +69,7 @@ COMMANDS = ContextVar("commands", default=Commands())  # noqa: B039  nobody stop
 def threads() -> Iterator[ThreadPoolExecutor]:
     """Lend threads whose commands are stopped where a fault or Ctrl-C leaves the block, or the starter is stopped."""
     commands = Commands(COMMANDS.get())
-    with ThreadPoolExecutor(initializer=COMMANDS.set, initargs=(commands,)) as pool:
+    with commands.threads() as pool:
         try:
             yield pool
         except BaseException:

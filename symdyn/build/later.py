@@ -20,7 +20,7 @@ from symdyn.build.extension import extension_kind
 from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.lock import Lock
 from symdyn.build.runners import or_warn, run_python
-from symdyn.emit import RUNTIME, Code, Entry, emit, fits_float, runtime, runtime_code, runtime_templates
+from symdyn.emit import RUNTIME, Code, emit
 from symdyn.program import Program
 
 
@@ -40,8 +40,8 @@ class Makers:
         """
         self.asked = compiler
         self._compiler = find_compiler(compiler, machine)
-        kind = extension_kind(RUNTIME)
-        self.module: ModuleType = load_library(runtime_templates(), self._compiler, PATIENCE, kind, runtime)[1]
+        kind = extension_kind(RUNTIME.name)
+        self.module: ModuleType = load_library(RUNTIME.key, self._compiler, PATIENCE, kind, RUNTIME.source)[1]
 
     def places(self, made: Code, soon: bool = False) -> list[int]:
         """Return where the entries of code are in memory, compiled unless they are in the cache.
@@ -54,8 +54,9 @@ class Makers:
         library = load_library(made.files, self._compiler, PATIENCE, kind)[1]
         return [ctypes.cast(getattr(library, one), ctypes.c_void_p).value or 0 for one in symbols]
 
-    def ufunc(self, entry: Entry, place: int, floats: bool, later: Callable[[str, bool], int] | None) -> np.ufunc:
-        """Return the ufunc of an entry for one state in double; `later` says where the others are."""
+    def ufunc(self, code: Code, number: int, place: int, later: Callable[[str, bool], int] | None = None) -> np.ufunc:
+        """Return the ufunc of one of the entries of code for one state in double; `later` says where the others are."""
+        entry, floats = code.entries[number], later is not None and code.fits_float
         made: np.ufunc = self.module.make(
             entry.name, entry.doc, entry.signature, entry.shapes, entry.params, floats, place, later
         )
@@ -91,7 +92,7 @@ class Places:
         """
         with self._lock:
             if (real, rows) not in self._found:
-                made = partial(self._compiled, runtime_code(self.program, real, rows, self.accuracy))
+                made = partial(self._compiled, Code.of(self.program, real, rows, self.accuracy))
                 self._found[real, rows] = (or_warn(made, self.makers.asked) or 0) if rows else made()
         return self._found[real, rows]
 
@@ -101,11 +102,11 @@ class Places:
         Raises:
             BuildError: it cannot be compiled.
         """
-        made = runtime_code(self.program)
+        made = Code.of(self.program)
         if not made.entries:
             return None
         self._found["double", False] = place = self._compiled(made)
-        return self.makers.ufunc(made.entries[0], place, fits_float(self.program), self)
+        return self.makers.ufunc(made, 0, place, self)
 
     def _compiled(self, made: Code) -> int:
         return self.makers.places(made)[0]
@@ -138,7 +139,7 @@ class Later:
 
     def doc(self) -> str | None:
         """Return what `help` says, for which nothing is compiled."""
-        entries = runtime_code(self._places.program).entries
+        entries = Code.of(self._places.program).entries
         return entries[0].doc if entries else self.found().__doc__
 
     def everything(self) -> None:
@@ -174,9 +175,9 @@ def soon(program: Program) -> Mapping[str, Callable[..., Any]]:
     """Return the functions of a program by name, of doubles, compiled in a tenth of the time that `load` takes."""
 
     def make() -> dict[str, Callable[..., Any]]:
-        makers, made = Makers(), runtime_code(program)
+        makers, made = Makers(), Code.of(program)
         places = makers.places(made, soon=True) if made.entries else ()
-        return {one.name: makers.ufunc(one, at, False, None) for one, at in zip(made.entries, places, strict=True)}
+        return {made.entries[k].name: makers.ufunc(made, k, at) for k, at in enumerate(places)}
 
     found = or_warn(make) or {}
     names = [one.function.name for one in program.routines]

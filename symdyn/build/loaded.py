@@ -14,7 +14,6 @@ from symdyn.build.runners import RUNNERS, or_warn, run_or_python
 from symdyn.dynamics import (
     Function,
     LoopChoices,
-    Unasked,
     Workspace,
     available_on,
     called,
@@ -25,7 +24,7 @@ from symdyn.dynamics import (
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
-from symdyn.program import Program, formulate, identifier, is_prepared, looped, lower, prepare as prepare_program
+from symdyn.program import Program, formulate, identifier, looped, lower, prepare as prepare_program
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import suggestion, value_of
 from symdyn.shown import Shown
@@ -170,7 +169,7 @@ def loaded(
     else:
         program = lower(formulate(scene, requests, closing=closing, lines=not C.loops))
         program = prepare_program(program) if prepare else program
-        prepared, heads = is_prepared(program), tuple(one.function for one in program.routines)
+        prepared, heads = program.is_prepared, tuple(one.function for one in program.routines)
         makes = [partial(replace, program, routines=(one,)) for one in program.routines]
     found: Sequence[Callable[..., Any]] = [Later(makers, one, accuracy) for one in makes] if makers else plain(program)
     settings = (scene, requests, compiler, machine, prepared, closing, free, accuracy)
@@ -208,12 +207,7 @@ def _one_loaded(*settings: Any) -> NumericFunction:
 def usual(workspace: Workspace) -> tuple[str, ...]:
     """Return the functions that `load` takes unasked; what may be lacking is then derived in the workspace."""
     outputs, _ = available_on(workspace)
-    return tuple(name for name in outputs if not is_large(name))
-
-
-def is_large(request: str) -> bool:
-    """Tell whether an output is one of those that are written, and loaded only when they are asked for."""
-    return row_of(request)[0].unasked is Unasked.WRITTEN
+    return tuple(name for name in outputs if not row_of(name)[0].is_large)
 
 
 def load_program(program: Program) -> Mapping[str, Callable[..., Any]]:

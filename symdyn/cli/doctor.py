@@ -12,23 +12,10 @@ import sys
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, packages_distributions, version as installed
 from importlib.util import find_spec
-from os import W_OK, access
 from typing import Any
 
-from symdyn.build import (
-    CACHE_VARIABLE,
-    CPLUSPLUS,
-    NODE_COMMANDS,
-    OCTAVE_COMMANDS,
-    RUSTC,
-    cache_folder,
-    distrust,
-    find_compiler,
-    python_headers,
-    try_compiler,
-)
+from symdyn.build import CACHE_VARIABLE, RUNTIMES, here
 from symdyn.cli.talk import give, print_table, print_text
-from symdyn.errors import BuildError, printable
 from symdyn.extras import EXTRAS, install
 from symdyn.resources import version
 
@@ -36,19 +23,16 @@ PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "python-flint", "jinja2", "rich
 
 PROGRAMS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "LaTeX": (("pdflatex",), "walkthrough writes no PDF"),
-    "C++ compiler": (CPLUSPLUS.candidates, "verify measures no C++, which is written all the same"),
-    "Rust compiler": (RUSTC.candidates, "verify measures no Rust, which is written all the same"),
-    "Node.js": (NODE_COMMANDS, "verify runs no JavaScript, which is written all the same"),
-    "Octave": (OCTAVE_COMMANDS, "verify measures no MATLAB, which is written all the same"),
+    "C++ compiler": (RUNTIMES["C++ compiler"], "verify measures no C++, which is written all the same"),
+    "Rust compiler": (RUNTIMES["Rust compiler"], "verify measures no Rust, which is written all the same"),
+    "Node.js": (RUNTIMES["Node.js"], "verify runs no JavaScript, which is written all the same"),
+    "Octave": (RUNTIMES["Octave"], "verify measures no MATLAB, which is written all the same"),
     "Chromium": (
         ("chromium", "chromium-browser", "google-chrome", "chrome"),
         "nothing: only tests of pages run it, and any browser shows them",
     ),
 }
 """Programs by title: their commands, and what one does without."""
-
-NO_COMPILER = "load, lambdify and simulate run the NumPy module: the same results, slower; verify measures no C"
-NO_HEADERS = "load runs the NumPy module: the same results, slower"
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -73,9 +57,7 @@ def looked() -> dict[str, Any]:
         "python": {"version": platform.python_version(), "path": sys.executable},
         "system": platform.platform(),
         "packages": {name: _version(name) for name in PACKAGES},
-        "compiler": _compiler(),
-        "headers": _headers(),
-        "cache": _cache(),
+        **here(),
         "extras": [_extra(name, packages) for name in EXTRAS],
         "programs": [_program(title) for title in PROGRAMS],
     }
@@ -86,47 +68,6 @@ def _version(package: str) -> str | None:
         return installed(package)
     except PackageNotFoundError:
         return None
-
-
-def _compiler() -> dict[str, Any]:
-    """Return the compiler, whether it compiles, and what one does without one that does."""
-    facts: dict[str, Any] = {"command": None, "version": None, "works": False, "why": None, "without": NO_COMPILER}
-    try:
-        compiler = find_compiler()
-        facts |= {
-            "command": " ".join(compiler.command),
-            "version": printable(next(iter(compiler.version.splitlines()), "")),
-        }
-        try_compiler(compiler)
-    except (BuildError, OSError) as fault:
-        return facts | {"why": str(fault).splitlines()[0]}
-    return facts | {"works": True, "without": None}
-
-
-def _headers() -> dict[str, Any]:
-    """Return whether Python's headers are there."""
-    try:
-        return {"folder": python_headers(), "why": None, "without": None}
-    except BuildError as fault:
-        return {"folder": None, "why": str(fault), "without": NO_HEADERS}
-
-
-def _cache() -> dict[str, Any]:
-    """Return the folder of compiled code, whether it is safe, and how much is there; nothing is made or changed."""
-    folder = cache_folder()
-    facts: dict[str, Any] = {"folder": str(folder), "safe": True, "why": None, "entries": 0, "bytes": 0}
-    try:
-        if not folder.exists():
-            above = next(one for one in folder.parents if one.exists())
-            if not above.is_dir() or not access(above, W_OK):
-                return facts | {"safe": False, "why": f"it is not there, and you may not write to {above}"}
-            return facts | {"why": "is made when something is compiled"}
-        reason = distrust(folder.stat()) or ("" if access(folder, W_OK) else "you may not write there")
-        reason = reason if folder.is_dir() else "it is no folder"
-        sizes = [path.lstat().st_size for path in folder.iterdir()] if folder.is_dir() else []
-    except OSError as fault:
-        return facts | {"safe": False, "why": fault.strerror or str(fault)}
-    return facts | {"safe": not reason, "why": reason or None, "entries": len(sizes), "bytes": sum(sizes)}
 
 
 def _extra(name: str, packages: Mapping[str, list[str]]) -> dict[str, Any]:

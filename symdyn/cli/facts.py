@@ -22,8 +22,18 @@ from symdyn.dynamics.roads import COMPONENTS, RESIDUAL, STATE_MATRICES, UNPROJEC
 from symdyn.emit.print import base_parameter_texts, frame_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
-from symdyn.program import choose, count_derived, formulate, is_prepared, lower, prepare, skipped
-from symdyn.scene import Quantity, Scene, SceneUnits
+from symdyn.program import choose, count_derived, formulate, lower, prepare, skipped
+from symdyn.scene import (
+    FORCES,
+    JOINTS,
+    Joint,
+    Place,
+    Quantity,
+    Scene,
+    SceneUnits,
+    as_written,
+    spell,
+)
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint, Letter, Place, as_written, spell
@@ -136,7 +146,7 @@ def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, An
         program = lower(equations)
         bindings = [dict(routine.binding) for routine in program.routines]
         prepared = prepare(program)
-        first = prepared.routines[0] if is_prepared(prepared) else None
+        first = prepared.routines[0] if prepared.is_prepared else None
     if n > MEASURED:
         said.append(f"what was left out is not measured for more than {MEASURED} velocities")
     functions = [

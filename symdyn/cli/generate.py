@@ -23,7 +23,7 @@ from symdyn.dynamics import Equations, LoopChoices, available
 from symdyn.emit import TARGETS, beside, emit, write
 from symdyn.emit.code import REALS, SHORT_SINES
 from symdyn.errors import EmitError
-from symdyn.program import at_rest, formulate, is_prepared, kept_in_lines, lower, prepare, tunable
+from symdyn.program import at_rest, formulate, kept_in_lines, lower, prepare, tunable
 from symdyn.scene import Scene
 
 MADE, BEGINNING = b"Written by symdyn generate", 1000
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
             say(f"symdyn: {told}")
         if options.prepare:
             program = prepare(program)
-            if not is_prepared(program):
+            if not program.is_prepared:
                 say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
         if options.accuracy and not any(routine.counts.sincos for routine in program.routines):
             say(f"symdyn: {scene.name}: no function takes a sine; --accuracy {options.accuracy} makes none faster")

@@ -16,14 +16,6 @@ from .targets.entries import Entries as Entries, entries as entries, xla_entries
 from .targets.fmu.archive import packed as packed
 from .targets.gpu.kernels import rooms as rooms
 from .targets.json_reader import read_program as read_program
-from .targets.later import (
-    RUNTIME as RUNTIME,
-    Code as Code,
-    Entry as Entry,
-    fits_float as fits_float,
-    runtime as runtime,
-    runtime_code as runtime_code,
-    runtime_templates as runtime_templates,
-)
+from .targets.later import RUNTIME as RUNTIME, Code as Code
 from .targets.ufunc import docstrings as docstrings
 from .writing import Contents as Contents, write as write, write_file as write_file

@@ -1,13 +1,6 @@
 """Names that `symdyn.program` offers; each is imported when it is first used."""
 
-from .assemble import (
-    ANGULAR as ANGULAR,
-    PARAMS as PARAMS,
-    PREPARED as PREPARED,
-    assemble as assemble,
-    identifier as identifier,
-    shared as shared,
-)
+from .assemble import ANGULAR as ANGULAR, assemble as assemble, identifier as identifier, shared as shared
 from .constants import constants as constants
 from .formulation import (
     candidates as candidates,
@@ -21,9 +14,9 @@ from .formulation import (
 )
 from .in_lines import in_lines as in_lines
 from .lower import at_rest as at_rest, count_derived as count_derived, lower as lower
-from .prepare import PREPARE as PREPARE, is_prepared as is_prepared, prepare as prepare
-from .routine import Program as Program, Routine as Routine, Step as Step, check as check
-from .row_loop import ABREAST as ABREAST, RowLoop as RowLoop, row_loop as row_loop
+from .prepare import PREPARE as PREPARE, prepare as prepare
+from .routine import PARAMS as PARAMS, PREPARED as PREPARED, Program as Program, Routine as Routine, Step as Step
+from .row_loop import RowLoop as RowLoop, row_loop as row_loop
 from .skipped import skipped as skipped
 from .states import (
     ALLOWED as ALLOWED,

@@ -20,7 +20,7 @@ from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.roads import count_by_binding
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program.constants import constants
-from symdyn.program.routine import Program, Routine, Step
+from symdyn.program.routine import PARAMS, PREPARED, Program, Routine, Step
 from symdyn.scene import Scene
 
 NEG, SYMBOL = Op.NEG, Op.SYMBOL  # see `Op`
@@ -35,8 +35,6 @@ NAME, OPERATOR, CALL = 5, 3, 12
 
 ANGULAR = (Op.SIN, Op.COS)
 """Operations that always get a name."""
-
-PARAMS, PREPARED = "params", "prepared"
 
 
 def shared(arguments: Sequence[str]) -> str:

@@ -16,7 +16,7 @@ from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.passes import DEFAULT, optimise
-from symdyn.program.routine import Program, check
+from symdyn.program.routine import Program
 
 Functions = tuple[Function, ...]
 
@@ -47,7 +47,7 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     if passes := tuple(passes):
         functions = _fold(_gather(_optimised(functions, passes)))
     graph, functions = _at_home(functions, equations.graph)
-    return check(assemble(equations.scene, graph, functions))
+    return assemble(equations.scene, graph, functions).checked()
 
 
 @growing()

@@ -18,15 +18,10 @@ from dataclasses import replace
 from symdyn.dynamics import Argument, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
-from symdyn.program.assemble import PARAMS, PREPARED, assemble
-from symdyn.program.routine import Program, check
+from symdyn.program.assemble import assemble
+from symdyn.program.routine import PARAMS, PREPARED, Program
 
 PREPARE = "prepare"
-
-
-def is_prepared(program: Program) -> bool:
-    """Tell whether `prepare` has been here."""
-    return any(argument.name == PREPARED for routine in program.routines for argument in routine.function.arguments)
 
 
 def prepare(program: Program) -> Program:
@@ -74,7 +69,7 @@ def prepare(program: Program) -> Program:
         )
         for function in functions
     )
-    return check(assemble(program.scene, graph, (first, *rest)))
+    return assemble(program.scene, graph, (first, *rest)).checked()
 
 
 def _frontier(function: Function) -> Iterable[Expr]:

@@ -2,7 +2,7 @@
 
 A step gives a name to a node; every node between two names is printed inside the line that uses it. The nodes stay
 what they were, exact expressions on one graph, so a program runs over any algebra: `evaluate(program.outputs, …)`.
-A pass is a function `Program -> Program` and ends with `check`.
+A pass is a function `Program -> Program` and ends with `checked`.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
+
+PARAMS, PREPARED = "params", "prepared"
+"""Arguments: free parameters, and what depends on them alone."""
 
 
 @dataclass(frozen=True)
@@ -106,27 +109,32 @@ class Program(Shown):
         """Entries of all routines, one routine after the other."""
         return tuple(entry for routine in self.routines for entry in routine.function.entries)
 
+    @property
+    def is_prepared(self) -> bool:
+        """Whether work on parameters alone is in a function of its own, of whose result the others are functions."""
+        return any(argument.name == PREPARED for routine in self.routines for argument in routine.function.arguments)
 
-def check(program: Program) -> Program:
-    """Return `program` after asserting what every pass must keep: names are unique and defined before they are used."""
-    for routine in program.routines:
-        where = routine.function.name
-        names = [step.name for step in routine.inputs + routine.steps]
-        assert len(set(names)) == len(names), f"{where}: a name is given twice"
-        size = 1
-        for length in routine.function.shape:
-            size *= length
-        there = size if not routine.function.is_loop_alone else 0
-        assert len(routine.function.entries) == there, f"{where}: shape {routine.function.shape} and entries disagree"
-        defined = {*program.constants, *(step.node for step in routine.inputs)}
-        for step in routine.steps:
-            late = _undefined(step.node, defined)
-            assert not late, f"{where}: {step.name} needs {late}, which come later or are no arguments"
-            defined.add(step.node)
-        for entry in routine.function.entries:
-            missing = _undefined(entry, defined)
-            assert not missing, f"{where} needs {missing}, which are none of its arguments"
-    return program
+    def checked(self) -> Program:
+        """Return it after asserting what every pass must keep: names are unique and defined before they are used."""
+        for routine in self.routines:
+            where = routine.function.name
+            names = [step.name for step in routine.inputs + routine.steps]
+            assert len(set(names)) == len(names), f"{where}: a name is given twice"
+            size = 1
+            for length in routine.function.shape:
+                size *= length
+            there = size if not routine.function.is_loop_alone else 0
+            shape = routine.function.shape
+            assert len(routine.function.entries) == there, f"{where}: shape {shape} and entries disagree"
+            defined = {*self.constants, *(step.node for step in routine.inputs)}
+            for step in routine.steps:
+                late = _undefined(step.node, defined)
+                assert not late, f"{where}: {step.name} needs {late}, which come later or are no arguments"
+                defined.add(step.node)
+            for entry in routine.function.entries:
+                missing = _undefined(entry, defined)
+                assert not missing, f"{where} needs {missing}, which are none of its arguments"
+        return self
 
 
 def _undefined(node: Expr, defined: set[Expr]) -> list[Expr]:

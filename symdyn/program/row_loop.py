@@ -59,6 +59,11 @@ class RowLoop:
         """Entries of r, before the first step."""
         return self.program.routines[0].function.entries
 
+    @property
+    def vectors(self) -> int:
+        """Vectors that a step goes over."""
+        return self.width // ABREAST
+
     def composed(self, entries: Sequence[Expr]) -> list[Expr]:
         """Return the entries of the result from those of r, on any graph."""
         r = list(entries)

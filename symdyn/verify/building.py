@@ -7,12 +7,13 @@ in the order of the targets, as if one had been built after the other.
 from __future__ import annotations
 
 from collections.abc import Container, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any
 
-from symdyn.build import COMMANDS, RUNNERS, Commands, is_large
+from symdyn.build import RUNNERS, Commands
+from symdyn.dynamics import row_of
 from symdyn.emit import TARGETS, Sources, emit
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.program import Program
@@ -40,13 +41,15 @@ class Building:
     def __init__(self, program: Program, real: str, accuracy: str = "") -> None:
         """Start with nothing written; accuracy as for `emit`."""
         self.program, self.real, self.accuracy = program, real, accuracy
-        small = [one for one in program.routines if not (one.function.request and is_large(one.function.request))]
+        small = [
+            one for one in program.routines if not (one.function.request and row_of(one.function.request)[0].is_large)
+        ]
         whole = len(small) == len(program.routines)
         self._usual = program if whole else replace(program, routines=tuple(small))
         self._written: dict[tuple[bool, str, str], Sources] = {}
         self._begun: dict[tuple[bool, str, str], Future[Any]] = {}
         self._commands, most = Commands(), max(1, sum(runner.aside for runner in RUNNERS.values()))
-        self._threads = ThreadPoolExecutor(most, initializer=COMMANDS.set, initargs=(self._commands,))
+        self._threads = self._commands.threads(most)
 
     def __enter__(self) -> Building:
         """Return it; what was begun ends before the block does."""

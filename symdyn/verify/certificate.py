@@ -14,7 +14,7 @@ from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.emit.code import SINGLE, find_short_sines
 from symdyn.errors import VerifyError
 from symdyn.graph import growing
-from symdyn.program import Program, is_prepared, lower, prepare as prepare_program
+from symdyn.program import Program, lower, prepare as prepare_program
 from symdyn.scene import SceneLike, scene_of
 from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed
@@ -193,7 +193,7 @@ def certify(
             progress("running blocks of states at every length")
             blocks = tuple(run_blocks(building, name, seed) for name in made.built if name in WAYS)
     modules = {name: InRows(module, code) for name, module in made.built.items()} if sines else made.built
-    if is_prepared(code):
+    if code.is_prepared:
         modules = {name: _Composed(module) for name, module in modules.items()}
     looked, nowhere = look(Seen(workspace, outputs, program, {} if sines else modules, seed), progress)
     progress("measuring against 50 digits")

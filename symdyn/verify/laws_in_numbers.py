@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build import run_python
+from symdyn.build import RUNNERS
 from symdyn.emit import emit
 from symdyn.program import sample
 from symdyn.verdict import Unclaimed, verdict
@@ -31,7 +31,7 @@ def positive_definite(seen: Seen) -> Looked:
     rng = random.Random(seen.seed)
     states = [sample(mass.arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
     measured = next(iter(seen.modules.values()), None)  # whose own accuracy is known
-    module = run_python(emit(seen.program)) if measured is None else measured
+    module = RUNNERS["numpy"].run(emit(seen.program)) if measured is None else measured
     with np.errstate(all="ignore"):
         matrices = [getattr(module, mass.name)(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only

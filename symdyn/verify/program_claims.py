@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics import Function, row_of
 from symdyn.graph import Expr, reachable, substitute
-from symdyn.program import PREPARE, Program, RowLoop, is_prepared, row_loop
+from symdyn.program import PREPARE, Program, RowLoop, row_loop
 from symdyn.scene import Scene
 from symdyn.verify.equality import Claim
 
@@ -48,7 +48,7 @@ def loop_claim(function: Function) -> Claim:
 
 def composed_claims(program: Program, prepared: Program) -> list[Claim]:
     """Return that each routine of a prepared program, after `prepare`, is the routine of the program."""
-    if not is_prepared(prepared):
+    if not prepared.is_prepared:
         return []
     first, *rest = prepared.routines
     claims = []

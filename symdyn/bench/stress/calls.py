@@ -13,7 +13,7 @@ from flint import arb_mat
 
 from symdyn.algebra import Balls, Floats
 from symdyn.bench.reference import Reference, column, norm, reference
-from symdyn.build import build, run_python
+from symdyn.build import RUNNERS, build
 from symdyn.dynamics import Equations, Function, Unasked, Workspace, available, derive_one, row_of
 from symdyn.emit import emit
 from symdyn.errors import MissingCompiler
@@ -113,7 +113,7 @@ def calls(
     others = lower(Equations(scene, w.graph, tuple(derive_one(w, name) for name in beside)), passes=())
     if not compiled:
         return Calls(program, others, {"program": Interpreted(program)})
-    modules: dict[str, Any] = {"NumPy": run_python(emit(program, real=real))}
+    modules: dict[str, Any] = {"NumPy": RUNNERS["numpy"].run(emit(program, real=real))}
     with suppress(MissingCompiler):
         modules["C"] = build(program, real=real)
     return Calls(program, others, modules)

@@ -12,7 +12,7 @@ from symdyn.build.loaded import Loaded, usual
 from symdyn.build.numeric_function import NumericFunction, numeric_function, signature
 from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.emit import docstrings
-from symdyn.program import PREPARE, Program, formulate, is_prepared, lower, prepare as prepare_program
+from symdyn.program import PREPARE, Program, formulate, lower, prepare as prepare_program
 from symdyn.scene import Scene
 
 
@@ -74,7 +74,7 @@ def loaded_for(
     requests = usual(Workspace(scene, closing)) if requests is None else requests
     program = lower(formulate(scene, requests, closing=closing))
     program = prepare_program(program) if prepare else program
-    settings = (backend, scene, requests, compiler, machine, is_prepared(program), closing, free)
+    settings = (backend, scene, requests, compiler, machine, program.is_prepared, closing, free)
     code = Code(program, library.make)
     code.ready(library.real)
     told = docstrings(program)
@@ -91,7 +91,7 @@ def loaded_for(
     functions = [one.function for one in program.routines]
     signatures = {one.name: signature(one.name, one) for one in functions}
     return Loaded(
-        scene, requests, calls, signatures, True, compiler, machine, is_prepared(program), closing, free,
+        scene, requests, calls, signatures, True, compiler, machine, program.is_prepared, closing, free,
         library.title, (again, settings),
     )  # fmt: skip
 

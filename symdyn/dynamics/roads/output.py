@@ -169,3 +169,8 @@ class Output:
         """Return the name of the road that code is generated from."""
         name: str = workspace.once(self.prefer) if self.prefer else next(iter(self.roads))
         return name
+
+    @property
+    def is_large(self) -> bool:
+        """Whether it is written unasked, but loaded only when it is asked for."""
+        return self.unasked is Unasked.WRITTEN

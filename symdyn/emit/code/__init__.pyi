@@ -1,13 +1,6 @@
 """Names that `symdyn.emit.code` offers; each is imported when it is first used."""
 
+from .for_sympy import SYMPY as SYMPY
 from .identifiers import page_stem as page_stem, stem as stem
-from .operators import (
-    OPERATORS as OPERATORS,
-    PRODUCT as PRODUCT,
-    SIGN as SIGN,
-    Printer as Printer,
-    Spelling as Spelling,
-    call as call,
-)
 from .real import REALS as REALS, SINGLE as SINGLE, Real as Real, find_real as find_real
 from .short_sines import SHORT_SINES as SHORT_SINES, find_short_sines as find_short_sines

@@ -23,7 +23,8 @@ from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import EmitError
 from symdyn.graph import growing
-from symdyn.program import PREPARE, Program, in_lines, is_prepared
+from symdyn.program import PREPARE, Program, in_lines
+from symdyn.scene import spell
 from symdyn.scene.values import spell
 
 TARGETS: dict[str, Target] = {
@@ -123,7 +124,7 @@ def _no_shorter(target: Target, accuracy: str) -> str:
 
 def _command(program: Program, target: Target, real: str, option: str, accuracy: str) -> str:
     """Return the command line that makes the same files."""
-    first = is_prepared(program)
+    first = program.is_prepared
     asked = (routine.function for routine in program.routines if not (first and routine.function.name == PREPARE))
     functions = ",".join(function.request or function.name for function in asked)
     precision = "" if real == "double" else f" --real {real}"

@@ -18,8 +18,6 @@ from symdyn.errors import EmitError
 from symdyn.graph import growing
 from symdyn.program import Program, shared, table_in_order
 
-RUNTIME = "symdyn_ufuncs"
-
 TEMPLATES = ("runtime.c.jinja", "operands.c.jinja", "loops.c.jinja", "state.c.jinja", "named.c.jinja")
 """What the extension module's source is made of."""
 
@@ -53,64 +51,83 @@ class Entry:
 
 
 @dataclass(frozen=True)
+class Runtime:
+    """The extension module, under its name."""
+
+    name: str
+
+    @property
+    def key(self) -> dict[str, str]:
+        """All that its source is made of, which stands for it."""
+        return {f"{self.name}.c": f"{OPERANDS} {RANK}", **{one: verbatim(f"ufunc/{one}") for one in TEMPLATES}}
+
+    def source(self) -> dict[str, str]:
+        """Return its source by the file's name."""
+        reals = [{"name": name, "tag": tag} for name, tag in TAGS.items()]
+        values = {"module": self.name, "reals": reals, "operands": OPERANDS, "rank": RANK}
+        return {f"{self.name}.c": render("ufunc/runtime.c.jinja", values)}
+
+
+RUNTIME = Runtime("symdyn_ufuncs")
+
+
+@dataclass(frozen=True)
 class Code:
-    """Files by name, the one to compile first, and the entries in them."""
+    """A program as C.
+
+    Attributes:
+        files: by name, the one to compile first.
+        entries: what is called there; what has an empty operand has none.
+    """
 
     files: Mapping[str, str]
     entries: tuple[Entry, ...]
+    program: Program
 
+    @classmethod
+    @growing()
+    def of(cls, program: Program, real: str = "double", rows: bool = False, accuracy: str = "") -> Code:
+        """Return a program as C with entries for one state, or for rows of them.
 
-def runtime_templates() -> dict[str, str]:
-    """Return all that the source of the extension module is made of, which stands for it."""
-    return {f"{RUNTIME}.c": f"{OPERANDS} {RANK}", **{one: verbatim(f"ufunc/{one}") for one in TEMPLATES}}
+        The accuracy, as for `emit`, is that of rows in its type; all others are as accurate as their type allows.
 
+        Raises:
+            EmitError: it cannot be written in this type.
+        """
+        short = find_short_sines(accuracy)
+        sines = short if short and rows and short.real == real else None
+        draft = C.draft(program, REALS[real], "symdyn.load", ROWS if rows else "", sines)
+        functions, entries = [], []
+        for text, routine in zip(draft.page.functions, program.routines, strict=True):
+            arguments = routine.function.arguments
+            symbol = f"{draft.stem}__{text.name}"  # a name that no scene's function has, whatever the scene is called
+            shapes = (*(one.shape for one in arguments), routine.function.shape)
+            if any(0 in shape for shape in shapes):
+                continue
+            names = [one.name for one in arguments]
+            common = shared(names)
+            params = names.index(common) if common else -1
+            entries.append(Entry(routine.function.name, symbol, shapes, params, docstring(draft.page, text)))
+            scalars = [one.scalar for one in arguments]
+            functions.append({"c": f"{draft.stem}_{text.name}", "symbol": symbol, "scalars": scalars})
+        files = {name: text for name, text in C.write(draft).items() if isinstance(text, str)}
+        first = next(iter(files))
+        calls = render("ufunc/calls.c.jinja", {"functions": functions, "real": real, "rows": rows})
+        return cls({**files, first: files[first] + calls}, tuple(entries), program)
 
-def runtime() -> dict[str, str]:
-    """Return the source of the extension module by its file's name."""
-    reals = [{"name": name, "tag": tag} for name, tag in TAGS.items()]
-    values = {"module": RUNTIME, "reals": reals, "operands": OPERANDS, "rank": RANK}
-    return {f"{RUNTIME}.c": render("ufunc/runtime.c.jinja", values)}
-
-
-@growing()
-def runtime_code(program: Program, real: str = "double", rows: bool = False, accuracy: str = "") -> Code:
-    """Return a program as C with entries for one state, or for rows of them; what has an empty operand has none.
-
-    The accuracy, as for `emit`, is that of rows in its type; all others are as accurate as their type allows.
-
-    Raises:
-        EmitError: it cannot be written in this type.
-    """
-    short = find_short_sines(accuracy)
-    sines = short if short and rows and short.real == real else None
-    draft = C.draft(program, REALS[real], "symdyn.load", ROWS if rows else "", sines)
-    functions, entries = [], []
-    for text, routine in zip(draft.page.functions, program.routines, strict=True):
-        arguments = routine.function.arguments
-        symbol = f"{draft.stem}__{text.name}"  # a name that no scene's function has, whatever the scene is called
-        shapes = (*(one.shape for one in arguments), routine.function.shape)
-        if any(0 in shape for shape in shapes):
-            continue
-        names = [one.name for one in arguments]
-        common = shared(names)
-        params = names.index(common) if common else -1
-        entries.append(Entry(routine.function.name, symbol, shapes, params, docstring(draft.page, text)))
-        scalars = [one.scalar for one in arguments]
-        functions.append({"c": f"{draft.stem}_{text.name}", "symbol": symbol, "scalars": scalars})
-    files = {name: text for name, text in C.write(draft).items() if isinstance(text, str)}
-    first = next(iter(files))
-    calls = render("ufunc/calls.c.jinja", {"functions": functions, "real": real, "rows": rows})
-    return Code({**files, first: files[first] + calls}, tuple(entries))
-
-
-def fits_float(program: Program) -> bool:
-    """Tell whether a program can be written in float: no constant is too large."""
-    tables = (table_in_order(one.function.loop.table, program.scene) for one in program.routines if one.function.loop)
-    numbers = (value for some in (program.constants.values(), *tables) for value in some)
-    if all(abs(value) < 2 ** (REALS["float"].top - 1) for value in numbers):
+    @property
+    def fits_float(self) -> bool:
+        """Whether the program can be written in float: no constant is too large."""
+        tables = (
+            table_in_order(one.function.loop.table, self.program.scene)
+            for one in self.program.routines
+            if one.function.loop
+        )
+        numbers = (value for some in (self.program.constants.values(), *tables) for value in some)
+        if all(abs(value) < 2 ** (REALS["float"].top - 1) for value in numbers):
+            return True
+        try:
+            C.write(C.draft(self.program, REALS["float"], ""))
+        except EmitError:
+            return False
         return True
-    try:
-        C.write(C.draft(program, REALS["float"], ""))
-    except EmitError:
-        return False
-    return True

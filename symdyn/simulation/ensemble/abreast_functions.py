@@ -19,7 +19,7 @@ from symdyn.algebra import Array, Batches
 from symdyn.dynamics import OUTPUTS, Equations, Workspace, derive_one
 from symdyn.dynamics.roads import driven, expressed
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.program import PREPARE, PREPARED, Program, assemble, cheapest, check, is_prepared, lower, prepare
+from symdyn.program import PREPARE, PREPARED, Program, assemble, cheapest, lower, prepare
 from symdyn.scene import Quantity
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.crossings import SLACK, STOPS, ends, limits_of
@@ -88,7 +88,7 @@ def abreast(
         if entries
     ]  # fmt: skip
     made = prepare(_with_parameters(w, functions))
-    if not is_prepared(made):
+    if not made.is_prepared:
         return Abreast(made, (), 0, len(seen), len(watched), len(both))
     first = made[PREPARE].function
     apart = [
@@ -104,7 +104,7 @@ def abreast(
         if one.function.entries
     ]
     graph = apart[0].entries[0].graph
-    program = check(assemble(found.scene, graph, tuple(apart)))
+    program = assemble(found.scene, graph, tuple(apart)).checked()
     names = tuple(str(one.value) for a in first.arguments for one in a.symbols)
     return Abreast(program, names, len(first.entries), len(seen), len(watched), len(both))
 

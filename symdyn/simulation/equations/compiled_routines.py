@@ -19,7 +19,7 @@ from symdyn.dynamics.mechanism import body_placements, inputs_of, placement
 from symdyn.dynamics.roads import DRIVES, arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
-from symdyn.program import PARAMS, PREPARE, Program, is_prepared, lower, prepare
+from symdyn.program import PARAMS, PREPARE, Program, lower, prepare
 from symdyn.scene import Scene
 from symdyn.scene.values import ZERO
 from symdyn.simulation.prescribed.forces import Forces
@@ -94,7 +94,7 @@ class Compiled:
         Raises:
             DerivationError: they are not finite, as where something is divided by zero.
         """
-        if not is_prepared(self.prepared):
+        if not self.prepared.is_prepared:
             return np.empty(0)
         (names,) = (a.symbols for a in self.prepared[PREPARE].function.arguments)
         with np.errstate(all="ignore"):
@@ -127,7 +127,7 @@ def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compi
     ]
     program = lower(Equations(scene, graph, tuple(functions)))
     prepared = prepare(program)
-    if is_prepared(prepared) and not prepared[PREPARE].function.entries:  # nothing depends on what is free
+    if prepared.is_prepared and not prepared[PREPARE].function.entries:  # nothing depends on what is free
         free = [tuple(a for a in one.arguments if a.name != PARAMS) for one in functions]
         return compiled(scene, graph, [replace(f, arguments=a) for f, a in zip(functions, free, strict=True)])
     return Compiled(program, prepared, load_program(prepared))

@@ -13,14 +13,14 @@ them, or has them.
 from __future__ import annotations
 
 import copyreg
+import warnings
 from collections.abc import Sequence
 
 from symdyn.algebra import Array
-from symdyn.build import warn
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one
 from symdyn.dynamics.mechanism import inputs_of
 from symdyn.dynamics.roads import check_letters, driven, expressed, followers, forward_dynamics
-from symdyn.errors import SimulateError
+from symdyn.errors import SimulateError, SymdynWarning
 from symdyn.graph import substitute
 from symdyn.program import cheapest
 from symdyn.scene import Quantity, Scene
@@ -133,7 +133,8 @@ def _again(scene: Scene, forces: Forces, events: tuple[Quantity, ...], key: str)
     """Return what was pickled: those that this process has, or written and compiled anew."""
     found = state_equations(scene, forces, events)
     if found.key != key:
-        warn(f"{scene.name}: its equations are written otherwise here than where they were pickled")
+        message = f"{scene.name}: its equations are written otherwise here than where they were pickled"
+        warnings.warn(message, SymdynWarning, stacklevel=2)
     return found
 
 

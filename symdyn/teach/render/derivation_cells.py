@@ -6,8 +6,7 @@ what Python, SymPy or a cell calls something else.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.algebra import NAMES
@@ -20,7 +19,7 @@ from symdyn.dynamics.mechanism import (
     state_symbols,
     vector,
 )
-from symdyn.emit.code import OPERATORS, PRODUCT, SIGN, Printer, Spelling, call
+from symdyn.emit.code import SYMPY
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Body
@@ -39,40 +38,6 @@ TAKEN = (
     "lesson", "pi", "read_text", "scene", "simplify", "symbols", "t",
 )  # fmt: skip
 """What cells call something; K, P, L and names such as R1, m1 of places and energies come on top."""
-
-
-class _Powers(Printer):
-    """Writes a product of equal factors as a power."""
-
-    def _written(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:
-        if node.op is not Op.MUL:
-            return super()._written(node, names, constants)
-        pieces: list[str] = []
-        for factor, count in Counter(_factors(node, names)).items():
-            text, binds = self._bound(factor, names, constants)
-            bare = binds > SIGN if pieces or count > 1 else binds >= PRODUCT
-            pieces.append((text if bare else f"({text})") + (f"**{count}" if count > 1 else ""))
-        return "*".join(pieces), PRODUCT
-
-
-def _factors(node: Expr, names: Mapping[Expr, str]) -> Iterator[Expr]:
-    if node.op is Op.MUL and node not in names:
-        for arg in node.args:
-            yield from _factors(arg, names)
-    else:
-        yield node
-
-
-_SYMPY = _Powers(
-    {
-        **OPERATORS,
-        **{op: call(name, 2 if op is Op.ATAN2 else 1) for op, name in NAMES.items()},
-        Op.PI: Spelling("pi"),
-        Op.NEG: Spelling("-{}", SIGN, (PRODUCT,)),
-    },
-    lambda value: str(value) if value.denominator == 1 else f"Rational({value.numerator}, {value.denominator})",
-)
-"""Graphs as Python for SymPy, which importing takes longer than writing a lesson."""
 
 
 def derivable(scene: Scene) -> bool:
@@ -128,7 +93,7 @@ class Cells:
         nodes = reachable([node])
         names = {x: self.variables[str(x.value)] for x in nodes if x.op is Op.SYMBOL}
         constants = {x: Fraction(str(x.value)) for x in nodes if x.op is Op.CONSTANT}
-        return _SYMPY.code(node, names, constants)
+        return SYMPY.code(node, names, constants)
 
     def matrix(self, rows: Sequence[Sequence[Expr]]) -> str:
         """Return a matrix as Python; a column as a list."""

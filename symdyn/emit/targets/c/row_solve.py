@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.program import ABREAST, RowLoop
+from symdyn.program import RowLoop
 
 LARGEST = 1 << 16
 """Numbers of tables, which are short ones, are smaller."""
@@ -50,7 +50,7 @@ def row_solve_text(rows: RowLoop) -> RowSolveText:
         else:
             copies.append([to, place, 1])
     told = tuple((to, place, count) for to, place, count in copies)
-    return RowSolveText(len(rows.entries), tuple(table), _side_by_side(rows.width // ABREAST), told)
+    return RowSolveText(len(rows.entries), tuple(table), _side_by_side(rows.vectors), told)
 
 
 def _side_by_side(vectors: int) -> tuple[int, ...]:

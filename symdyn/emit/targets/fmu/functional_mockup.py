@@ -29,7 +29,6 @@ from symdyn.emit.targets.fmu.start import starting_state
 from symdyn.emit.targets.fmu.variables import Variable, driven, variables
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
-from symdyn.program import is_prepared
 from symdyn.scene import Scene
 
 TOLERANCE = "1e-09"
@@ -128,7 +127,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
         "ny": len(scene.outputs),
         "np": len(free),
         "nr": rows,
-        "nprepared": shapes["prepare"][0] if is_prepared(program) else 0,
+        "nprepared": shapes["prepare"][0] if program.is_prepared else 0,
         "names": ", ".join(f'"{one.name}"' for one in there),
         "start_states": _numbers([there[one.state].start for one in states]),
         "start_inputs": _numbers([*(one.start for one in inputs), 0.0]),
