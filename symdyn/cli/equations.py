@@ -6,7 +6,7 @@ import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.talk import Waiting, print_text
-from symdyn.emit.print import ANGLES, FORMATS, GROUPS, base_parameters_text, equations_text
+from symdyn.emit.print import CHOICES, base_parameters_text, equations_text
 from symdyn.errors import EmitError
 from symdyn.scene import Scene
 
@@ -14,16 +14,16 @@ from symdyn.scene import Scene
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
     add_reading_options(verb)
-    verb.add_argument("--format", choices=tuple(FORMATS), default="latex", help="default: latex")
+    verb.add_argument("--format", choices=CHOICES["format"], default="latex", help="default: latex")
     verb.add_argument(
         "--as",
         dest="group",
-        choices=(*GROUPS, *OTHERS),
+        choices=(*CHOICES["group"], *OTHERS),
         default="equations",
         help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, M and c; in "
         "place of them the regrouped inertias that they depend on, or D'Alembert's system (5.18) for all reactions",
     )
-    verb.add_argument("--angles", choices=ANGLES, default="long", help="sin(q1 + q2) or s_{12}")
+    verb.add_argument("--angles", choices=CHOICES["angles"], default="long", help="sin(q1 + q2) or s_{12}")
     verb.add_argument("--document", action="store_true", help="a whole LaTeX document with a symbol table")
 
 
@@ -48,17 +48,9 @@ def _base_parameters(scene: Scene, options: argparse.Namespace) -> str:
 
 
 def _dalembert(scene: Scene, options: argparse.Namespace) -> str:
-    if options.format == "text" and not options.document:
-        from symdyn.emit.print import dalembert_lines
+    from symdyn.emit.print import dalembert_equations
 
-        return dalembert_lines(scene)
-    from symdyn.emit.print import dalembert_text
-
-    if options.format != "latex":
-        raise EmitError(
-            f"D'Alembert's system is written in LaTeX and, without --document, as text, not as {options.format}"
-        )
-    return dalembert_text(scene, options.document)
+    return dalembert_equations(scene, options.format, options.document)
 
 
 OTHERS = {"base-parameters": _base_parameters, "dalembert": _dalembert}

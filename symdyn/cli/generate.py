@@ -20,7 +20,7 @@ from symdyn.cli.scene_options import (
 )
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, available
-from symdyn.emit import TARGETS, beside, emit, write
+from symdyn.emit import TARGETS, emit, write
 from symdyn.emit.code import REALS, SHORT_SINES
 from symdyn.errors import EmitError
 from symdyn.program import at_rest, formulate, kept_in_lines, lower, prepare, tunable
@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> int:
         sources, told = complete(sources)
         if told:
             say(f"symdyn: {told}")
-        more = beside(sources)
+        more = dict(TARGETS[sources.target].beside(sources))
     print_paths(*write({**sources, **_ours(more, Path(options.output))}, options.output))
     return 0
 

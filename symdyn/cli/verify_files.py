@@ -22,7 +22,7 @@ from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
 from symdyn.emit import TARGETS, emit
-from symdyn.emit.code import find_real
+from symdyn.emit.code import REALS
 from symdyn.errors import MissingProgram, VerifyError, printable
 from symdyn.program import lower, prepare
 from symdyn.verdict import DIFFERENT, Unclaimed
@@ -206,7 +206,7 @@ def _of_command(
     there = {name: (folder / name).read_bytes() for name in fresh.contents if (folder / name).is_file()}
     found = replace(fresh, contents=there)
     try:
-        loops = TARGETS[asked.target].loops_in(find_real(asked.real))
+        loops = TARGETS[asked.target].loops_in(REALS[asked.real])
         numbers = printed(program, asked.real, options.seed, loops)
         written = prove_texts(numbers, found, languages(asked.target, asked.option), fresh.contents)
     except Redraw:

@@ -17,5 +17,4 @@ from .targets.fmu.archive import packed as packed
 from .targets.gpu.kernels import rooms as rooms
 from .targets.json_reader import read_program as read_program
 from .targets.later import RUNTIME as RUNTIME, Code as Code
-from .targets.ufunc import docstrings as docstrings
 from .writing import Contents as Contents, write as write, write_file as write_file

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Symbol
-from symdyn.emit.print import Latex, bmatrix, latex_symbols, rounded, text_of
+from symdyn.emit.print import Latex, bmatrix, latex_symbols, text_of
 from symdyn.linear.axis import Axis
 from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.modes import Mode
@@ -71,7 +71,7 @@ def roots(formulas: Symbolic | None) -> list[str]:
 def _spelled(form: Form) -> str:
     """Return a formula in print, its numbers rounded where that is asked for."""
     digits = asked()
-    return text_of(form if digits is None else rounded(form, digits))
+    return text_of(form, digits)
 
 
 def _root(root: Root) -> str:

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from symdyn.algebra import Form, Number, product_of, sum_of
 from symdyn.emit import in_latex
-from symdyn.emit.print import BREAK, Latex, PrintName, head, latex_symbols
+from symdyn.emit.print import BREAK, Latex, PrintName, latex_symbols
 from symdyn.rounding import digits_or, in_digits
 from symdyn.scene.values import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
@@ -154,7 +154,7 @@ def equals(value: float, decimal: str = ".") -> str:
 
 def letter(look: Letter) -> str:
     r"""Return \dot x_{2}, v_{2}^{2} or \bar F_{22}^{A}."""
-    shown = PrintName(head(look.letter), ",".join(map(_index, look.index)))
+    shown = PrintName.of(look.letter, *map(_index, look.index))
     if look.dots:
         return shown.accented("d" * look.dots + "ot")
     text = shown.accented(look.accent) if look.accent else str(shown)

@@ -19,7 +19,7 @@ import numpy as np
 
 from symdyn.algebra import Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Function
-from symdyn.emit.code import Real, find_real
+from symdyn.emit.code import REALS, Real
 from symdyn.graph import Expr, evaluate, reachable, repeated
 from symdyn.program import ALLOWED, Program, samples
 from symdyn.verdict import HOLD, verdict
@@ -80,7 +80,7 @@ def measure(
         real: "double" or "float", of the modules.
         accuracy: likewise, as for `emit`: what sines are off by is in the bounds then.
     """
-    numbers, kind, found = Midpoints(DIGITS), find_real(real), []
+    numbers, kind, found = Midpoints(DIGITS), REALS[real], []
     with numbers:
         analysis = kind.rounding(numbers, accuracy)
         for routine in program.routines:

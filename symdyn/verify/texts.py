@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Redraw
 from symdyn.emit import TARGETS, Sources
-from symdyn.emit.code import find_real
+from symdyn.emit.code import REALS
 from symdyn.errors import MissingProgram
 from symdyn.verdict import Unclaimed
 from symdyn.verify.building import Building
@@ -45,7 +45,7 @@ def texts_of(building: Building, targets: Sequence[str], asked: bool, seed: int)
     if not targets:
         return Texts(())
     try:
-        loops = {name: TARGETS[name].loops_in(find_real(building.real)) for name in targets}
+        loops = {name: TARGETS[name].loops_in(REALS[building.real]) for name in targets}
         numbers = {one: printed(building.program, building.real, seed, one) for one in set(loops.values())}
     except Redraw:
         return Texts((), unshown=tuple(Unclaimed(_text_of(name), NOWHERE) for name in targets))

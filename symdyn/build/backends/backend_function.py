@@ -11,7 +11,8 @@ from symdyn.build.backends.words import VALUE, Code, Word
 from symdyn.build.loaded import Loaded, usual
 from symdyn.build.numeric_function import NumericFunction, numeric_function, signature
 from symdyn.dynamics import LoopChoices, Workspace
-from symdyn.emit import docstrings
+from symdyn.emit import C, render
+from symdyn.emit.code import REALS
 from symdyn.program import PREPARE, Program, formulate, lower, prepare as prepare_program
 from symdyn.scene import Scene
 
@@ -77,7 +78,7 @@ def loaded_for(
     settings = (backend, scene, requests, compiler, machine, program.is_prepared, closing, free)
     code = Code(program, library.make)
     code.ready(library.real)
-    told = docstrings(program)
+    told = _docstrings(program)
     asked = [PREPARE] * (len(program.routines) - len(requests)) + list(requests)
     calls = {}
     for place, (routine, request) in enumerate(zip(program.routines, asked, strict=True)):
@@ -99,3 +100,11 @@ def loaded_for(
 def _one_of(again: Callable[..., Loaded], settings: tuple[Any, ...], name: str) -> NumericFunction:
     """Return one of the functions, in a process that has none of them yet."""
     return again(*settings).calls[name]
+
+
+def _docstrings(program: Program) -> dict[str, str]:
+    """Return what `help` says about every function of a program, by its name, where it is no ufunc."""
+    page = C.draft(program, REALS["double"], "").page
+    names = (routine.function.name for routine in program.routines)
+    texts = (render("ufunc/doc.txt.jinja", {"page": page, "function": one, "ufunc": False}) for one in page.functions)
+    return {name: text.strip("\n") for name, text in zip(names, texts, strict=True)}

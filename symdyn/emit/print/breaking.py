@@ -83,14 +83,19 @@ def sides(left: str, right: str, column: float = 0.0, line: float = LINE) -> Lin
     return lines_of(left.replace(BREAK, ""), right, column=column, line=line)
 
 
+def aligned(pairs: Sequence[tuple[str, str]], line: float = LINE) -> list[Lines]:
+    """Return the lines of left and right of each pair, in one display, on lines of so much room; see `sides`."""
+    column = column_of(left for left, _ in pairs)
+    return [sides(left, right, column, line) for left, right in pairs]
+
+
 def definitions(pairs: Sequence[tuple[str, str]]) -> list[str]:
     """Return displays of left = right, aligned at the signs.
 
     Args:
         pairs: both sides of each, with break marks; without a left one the other is all that is written.
     """
-    column = column_of(left for left, _ in pairs)
-    return list(align([sides(left, f"= {right}" if left else right, column) for left, right in pairs]))
+    return list(align(aligned([(left, f"= {right}" if left else right) for left, right in pairs])))
 
 
 def equations(pairs: Sequence[tuple[str, str]]) -> list[str]:

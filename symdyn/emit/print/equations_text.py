@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Form
@@ -41,7 +41,9 @@ FORMATS = {
     "sympy": Format(sympy_page, sympy_definitions),
 }
 GROUPS = tuple(ENTRYWISE)
-ANGLES = ("long", "short")
+
+CHOICES = {"format": tuple(FORMATS), "group": GROUPS, "angles": ("long", "short")}
+"""What equations can be printed as, by argument of `equations_text`."""
 
 
 def equations_text(
@@ -66,9 +68,9 @@ def equations_text(
         EmitError: an unknown choice, or a document in another format than LaTeX.
         DerivationError: the scene has no closed form, or its loops cannot be assembled.
     """
-    _check("format", format, FORMATS)
-    _check("group", group, GROUPS)
-    _check("angles", angles, ANGLES)
+    _check("format", format)
+    _check("group", group)
+    _check("angles", angles)
     write = FORMATS[format].document if document else FORMATS[format].page
     if write is None:
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
@@ -82,15 +84,15 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
         EmitError: an unknown format.
         DerivationError: a formula has no closed form.
     """
-    _check("format", format, FORMATS)
+    _check("format", format)
     digits, named = asked(), base_parameter_forms(scene)
     shown = named if digits is None else [(name, rounded(form, digits)) for name, form in named]
     return FORMATS[format].definitions(scene, shown)
 
 
-def _check(name: str, value: str, known: Collection[str]) -> None:
-    if value not in known:
-        *others, last = known
+def _check(name: str, value: str) -> None:
+    if value not in CHOICES[name]:
+        *others, last = CHOICES[name]
         raise EmitError(f"{name} {value!r} is not known; give {', '.join(others)} or {last}")
 
 

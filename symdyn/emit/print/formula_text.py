@@ -70,9 +70,9 @@ def value_text(formula: Quantity) -> str:
 # Plain text
 
 
-def text_of(form: Form) -> str:
-    """Return a form as text that `symdyn.scene.parse` and Python read, numbers exact."""
-    return _text(form).replace(BREAK, "")
+def text_of(form: Form, digits: int | None = None) -> str:
+    """Return a form as text that `symdyn.scene.parse` and Python read, numbers exact, or to so many digits."""
+    return _text(form if digits is None else rounded(form, digits)).replace(BREAK, "")
 
 
 def broken_text(form: Form) -> str:

@@ -25,9 +25,9 @@ from symdyn.emit.print.breaking import (
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
 from symdyn.emit.print.latex_width import BREAK, INDENT, LINE, latex_width
-from symdyn.emit.print.letters import Letters, head
+from symdyn.emit.print.letters import Letters
 from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Printable, PrintedConstraints
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print.printed_names import head, latex_symbols
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
 from symdyn.scene.forces import elastic

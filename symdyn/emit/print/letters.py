@@ -12,9 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
 
-from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print.printed_names import head, latex_symbols
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import GREEK
 from symdyn.unlocked import cached_property
 
 _TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has several
@@ -93,6 +92,10 @@ class Letters:
         """Return what stands for a family's wanted letter: a Latin letter, a Greek name, or LaTeX with a backslash."""
         return self._chosen.get(letter, letter)
 
+    def latex(self, letter: str) -> str:
+        """Return what stands for a family's wanted letter in LaTeX."""
+        return head(self[letter])
+
     @cached_property
     def _chosen(self) -> dict[str, str]:
         scene = self.scene
@@ -118,11 +121,6 @@ class Letters:
         """Return the scene's symbols as they print, but for a drive tau_i of velocity i, which pages mean too."""
         own = {drive for i, drive in enumerate(self.scene.drives, 1) if drive and bare(drive) == f"tau{i}"}
         return [bare(shown) for name, shown in latex_symbols(self.scene).items() if name not in own]
-
-
-def head(letter: str) -> str:
-    """Return a letter in LaTeX; what begins with a backslash is LaTeX."""
-    return f"\\{letter}" if letter in GREEK else letter
 
 
 def body_number(j: int) -> int:

@@ -21,6 +21,11 @@ class PrintName:
     head: str
     subscript: str = ""
 
+    @classmethod
+    def of(cls, letter: str, *index: str) -> PrintName:
+        """Return a letter, Greek by its name or LaTeX, with indices."""
+        return cls(head(letter), ",".join(index))
+
     def __str__(self) -> str:
         """Return the symbol."""
         return self.head + _index(self.subscript)
@@ -29,6 +34,11 @@ class PrintName:
         r"""Return the symbol with an accent, such as "dot"."""
         simple = len(self.head) == 1
         return f"\\{accent}{' ' if simple else '{'}{self.head}{'' if simple else '}'}{_index(self.subscript)}"
+
+
+def head(letter: str) -> str:
+    """Return a letter in LaTeX; what begins with a backslash is LaTeX."""
+    return f"\\{letter}" if letter in GREEK else letter
 
 
 def _index(subscript: str) -> str:

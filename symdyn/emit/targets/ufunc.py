@@ -15,7 +15,7 @@ from symdyn.emit.code.target import Contents, Draft, Target, alone
 from symdyn.emit.render import render
 from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.errors import EmitError
-from symdyn.program import Program, shared
+from symdyn.program import shared
 
 TAGS: Mapping[str, str] = {"float": "f32", "double": "f64"}
 """In the order in which NumPy tries them: the first type that all operands fit is taken."""
@@ -79,14 +79,6 @@ def _ufunc(page: Page, function: FunctionText) -> dict[str, object]:
 def docstring(page: Page, function: FunctionText) -> str:
     """Return what `help` says about one function: arguments by name with shapes and units, the result, the cost."""
     return render("ufunc/doc.txt.jinja", {"page": page, "function": function, "ufunc": True}).strip("\n")
-
-
-def docstrings(program: Program) -> dict[str, str]:
-    """Return what `help` says about every function of a program, by its name, where it is no ufunc."""
-    page = C.draft(program, REALS["double"], "").page
-    names = (routine.function.name for routine in program.routines)
-    texts = (render("ufunc/doc.txt.jinja", {"page": page, "function": one, "ufunc": False}) for one in page.functions)
-    return {name: text.strip("\n") for name, text in zip(names, texts, strict=True)}
 
 
 def _literal(line: str) -> str:

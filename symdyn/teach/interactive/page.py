@@ -17,7 +17,7 @@ from symdyn.draw import View, from_latex, places, pose, spread, style, watched, 
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import TARGETS, emit, in_html, in_script, in_script_code, render, verbatim
 from symdyn.emit.code import stem
-from symdyn.emit.print import Letters, head, latex_symbols
+from symdyn.emit.print import Letters, latex_symbols
 from symdyn.graph import Expr
 from symdyn.scene import Scene
 from symdyn.scene.values import in_language
@@ -99,7 +99,7 @@ def interactive(
     extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
     letters, symbols = Letters(scene), latex_symbols(scene)
     body = {
-        "letters": {key: inline(head(letters[key])) for key in ("K", "P")},
+        "letters": {key: inline(letters.latex(key)) for key in ("K", "P")},
         "numbered": bool(named),
         "name": name,
         "title": in_html(scene.name),

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from symdyn.emit import in_html
-from symdyn.emit.print import Letters, head, latex_symbols, together
-from symdyn.scene import Scene, SceneUnits
+from symdyn.emit.print import Letters, latex_symbols, together
+from symdyn.scene import Scene, SceneUnits, acceleration_name
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
@@ -30,10 +30,10 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
     for i, velocity in enumerate(computed.rows):
         drive = scene.drives[velocity]
         if computed.held:
-            label, drives = rf"{head(letters['tau'])}_{{{i + 1}}}^{{*}}", computed.held.drives
+            label, drives = rf"{letters.latex('tau')}_{{{i + 1}}}^{{*}}", computed.held.drives
             passive = velocity not in drives and set(drives) <= set(computed.rows)
         else:
-            label, passive = symbols[drive] if drive else rf"{head(letters['tau'])}_{{{i + 1}}}", not drive
+            label, passive = symbols[drive] if drive else rf"{letters.latex('tau')}_{{{i + 1}}}", not drive
         terms = [(k, term) for k, term in enumerate(computed.terms) if term.row == i]
         tables.append(
             {
@@ -63,11 +63,11 @@ def _term(
     rate = inline(f"{_grouped(factors[0])}^{{2}}") if square else "\u00a0".join(inline(x) for x in factors)
     above = f"^{{{star}}}" if star else ""
     if term.sign < 0:
-        Q = head(letters["Q"])
+        Q = letters.latex("Q")
         return {"coefficient": f"−{inline(f'{Q}_{{{term.row + 1}}}{above}')}", "rate": "", "text": words["Q"]}
     letter, (first, *rest) = term.function[2:], [str(index + 1) for index in term.indices]
     index = f"{letter},{first},{together(rest)}" if len(rest) > 1 else f"{letter},{together([first, *rest])}"
-    return {"coefficient": inline(f"{head(letters['k'])}_{{{index}}}{above}"), "rate": rate, "text": ""}
+    return {"coefficient": inline(f"{letters.latex('k')}_{{{index}}}{above}"), "rate": rate, "text": ""}
 
 
 def _grouped(latex: str) -> str:
@@ -78,7 +78,7 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
     """Return rows of what drives and multipliers exert, none for a tree: name, words, unit, which result and entry."""
     if computed.held is None:
         return []
-    symbols, multiplier = latex_symbols(scene), head(Letters(scene)["lambda"])
+    symbols, multiplier = latex_symbols(scene), Letters(scene).latex("lambda")
     rows = []
     driven = [k for k, drive in enumerate(scene.drives) if drive]
     for k, (joint, drive, unit) in zip(driven, SceneUnits(scene).each_drive(), strict=True):

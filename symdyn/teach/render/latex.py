@@ -13,7 +13,7 @@ from pathlib import Path
 
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
-from symdyn.emit.print import LINE, bmatrix, column_of, latex_width, matrix_width, sides
+from symdyn.emit.print import LINE, aligned, bmatrix, latex_width, matrix_width
 from symdyn.errors import EmitError
 from symdyn.teach.document import (
     Blank,
@@ -112,11 +112,11 @@ class _Page:
     def _display(self, group: Sequence[Block], room: float) -> str:
         formulas = [block for block in group if isinstance(block, (Formula, Braced))]
         pairs = [self.spell.formula(one) if isinstance(one, Formula) else self.spell.braced(one) for one in formulas]
-        column, rows = column_of(left for left, _ in pairs), []
+        rows = []
         tagged = room - TAG * any(block.number for block in formulas)
-        for block, (left, right) in zip(formulas, pairs, strict=True):
+        for block, lines in zip(formulas, aligned(pairs, tagged), strict=True):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
-            rows.append(" \\\\\n  ".join(sides(left, right, column, tagged)) + tag)
+            rows.append(" \\\\\n  ".join(lines) + tag)
         inside = " \\\\\n  ".join(rows)
         return f"\\begin{{align*}}\n  {inside}\n\\end{{align*}}"
 
@@ -131,8 +131,7 @@ class _Page:
         if matrix_width(whole) + aside <= room:
             return f"\\begin{{equation*}}\n  {left}{right}{tag}\n\\end{{equation*}}"
         rows, pairs = self.spell.named_matrix(block)
-        column = column_of(name for name, _ in pairs)
-        written = [sides(name, form, column, room) for name, form in pairs]
+        written = aligned(pairs, room)
         if matrix_width(rows) + aside <= room:
             written.insert(0, [f"{left} &= {bmatrix(rows)}"])
         inside = " \\\\\n  ".join(line for paragraph in written for line in paragraph)

@@ -8,7 +8,7 @@ import numpy as np
 
 from symdyn.algebra import Batches
 from symdyn.draw import Array, Text, lettered
-from symdyn.emit.print import head, latex_symbols
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
 from symdyn.teach.document import Block, Letter, Picture, Step
@@ -66,7 +66,7 @@ def phase_step(lesson: Lesson, left: Reduced) -> Step | None:
     letter = lesson.called("V:", Letter("V"))
     lines = [Curve(np.stack([x, np.where(level >= V, level, np.nan)], axis=1), FAINT, size=0.8) for level in levels]
     hill = Panel(
-        with_unit(q, unit), with_unit(lettered(head(lesson.letters["V"])), shown("J")), (low, bottom), (high, ceiling),
+        with_unit(q, unit), with_unit(lettered(lesson.letters.latex("V")), shown("J")), (low, bottom), (high, ceiling),
         [*lines, Curve(np.stack([x, V], axis=1))], [((place, _at(left, place)), look) for place, look in marks],
         (left.turns, False), 130.0,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.draw import Wrench, free_body
 from symdyn.dynamics.reactions import frames
-from symdyn.emit.print import body_number, head, latex_symbols, text_of
+from symdyn.emit.print import body_number, latex_symbols, text_of
 from symdyn.graph import Expr
 from symdyn.spatial import apply, cross, sub, zero_vector
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
@@ -62,7 +62,7 @@ def _free(lesson: Balance, j: int, chosen: Chosen) -> Step:
 def _points(lesson: Balance, j: int, chosen: Chosen) -> dict[str, tuple[float, float, float]]:
     """Return O_j and T_j as they are written and where they are, ground frame; one point where they are one."""
     one, number = lesson.cuts[j], body_number(j)
-    O, T = (f"{head(lesson.letters[letter])}_{{{number}}}" for letter in "OT")  # noqa: E741  the book's name
+    O, T = (f"{lesson.letters.latex(letter)}_{{{number}}}" for letter in "OT")  # noqa: E741  the book's name
     x, y, z = chosen.of(*frames(lesson.workspace.hanging)[j].p)
     if one is None:
         return {O: (x, y, z)}
@@ -84,7 +84,7 @@ def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
     spelled = latex_symbols(lesson.scene) | {
         key: letter(name.look) for key, name in lesson.names.items() if isinstance(name.look, Letter)
     }
-    F, M = (head(lesson.letters[letter]) for letter in "FM")
+    F, M = (lesson.letters.latex(letter) for letter in "FM")
     acting = [
         (f"{F}_{{{here}}}^A", f"{M}_{{{here}}}^A", still, known.action),
         (f"{F}_{{{here}}}^D", f"{M}_{{{here}}}^D", still, known.inertia),

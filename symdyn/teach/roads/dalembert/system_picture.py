@@ -9,7 +9,7 @@ import numpy as np
 
 from symdyn.algebra import Number, product_of, sum_of
 from symdyn.draw import FONT, Drawing, Item, Label, Put, Run, Shape, Text, Title, dot, lettered, path, svg
-from symdyn.emit.print import head, latex_symbols
+from symdyn.emit.print import latex_symbols
 from symdyn.graph import reachable
 from symdyn.teach.document import Block, Formula, Letter, Picture, Step
 from symdyn.teach.mathematics import letter
@@ -85,7 +85,7 @@ def _drawn(lesson: Balance, title: str) -> str:
         sheet.text(name, -4.2 * FONT - name.width / 2, (each * j + each / 2) * CELL)
         for k, (kind, axis) in enumerate(lesson.axes):
             y = (each * j + k + 0.5) * CELL
-            sheet.text(lettered(f"{head(lesson.letters[kind])}_{axis}"), -1.6 * FONT, y)
+            sheet.text(lettered(f"{lesson.letters.latex(kind)}_{axis}"), -1.6 * FONT, y)
             for u, x in enumerate(lefts):
                 entry = A[each * j + k][u]
                 if not entry.is_zero:

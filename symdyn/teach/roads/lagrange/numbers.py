@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.draw import Lettered, Wrench, picture
 from symdyn.dynamics.mechanism import TIME, vector
-from symdyn.emit.print import Printable, head
+from symdyn.emit.print import Printable
 from symdyn.graph import Expr, tangents
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
@@ -141,7 +141,7 @@ def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Pictur
     gravity = chosen.of(*vector(lesson.scene.gravity, lesson.graph))
     if not any(gravity):
         return None
-    wrenches, G = [], head(lesson.letters["G"])
+    wrenches, G = [], lesson.letters.latex("G")
     for mass in found:
         m, *at = chosen.of(mass.m, *mass.place)
         if m > 0:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Form, Number, Polynomial, Power, Symbol, product_of, sum_of
 from symdyn.dynamics.loops import solve_transposed
-from symdyn.emit.print import Printable, head, latex_symbols, text_of
+from symdyn.emit.print import Printable, latex_symbols, text_of
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
@@ -71,7 +71,7 @@ def _principle(lesson: Constrained, page: Printable) -> Step:
     lesson.called("delta:W", Letter(r"\delta W"), node)
     blocks: list[Block] = [Formula("delta:W", sum_of(terms)), lesson.say("principle.allowed")]
     for tie in lesson.ties:
-        letter = head(lesson.letters["c" if tie.residual is None else "f"])
+        letter = lesson.letters.latex("c" if tie.residual is None else "f")
         moved = graph.total(a * graph.symbol(way.name) for a, way in zip(tie.slopes, ways, strict=True))
         key = lesson.called(f"delta:f{tie.number}", Letter(rf"\delta {letter}", (tie.number,)), moved).name
         form = sum_of(_long(lesson, tie, i).signed_product(way) for i, way in enumerate(ways))
