@@ -14,7 +14,7 @@ from arms import EXAMPLES, chain
 from formulas import argument, every_op, function, states
 
 from symdyn.build import build, run_python
-from symdyn.build.run_cpp import run_cpp
+from symdyn.build.c_module import run_cpp
 from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations

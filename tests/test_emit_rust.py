@@ -18,7 +18,7 @@ from formulas import argument, every_op, function, states
 from mechanisms import random_tree
 
 from symdyn.build import build, run_python
-from symdyn.build.run_rust import run_rust
+from symdyn.build.c_module import run_rust
 from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations

@@ -5,9 +5,9 @@ from __future__ import annotations
 from cases import Case
 from harness import Timed
 
+from symdyn.build.c_module import run_rust
 from symdyn.build.compiler import RUSTC, find_compiler
 from symdyn.build.dialects import RUST
-from symdyn.build.run_rust import run_rust
 from symdyn.emit import emit
 from tools.cpp import many_states, one_state
 

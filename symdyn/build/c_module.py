@@ -1,4 +1,4 @@
-"""The C target, compiled and loaded: callables as of the NumPy module, shapes checked, batches broadcast."""
+"""The C target, and those behind functions of C, compiled and loaded: callables as of the NumPy module, shapes checked, batches broadcast."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.compiler import PATIENCE, Compiler, Language, find_compiler
+from symdyn.build.compiler import CPLUSPLUS, PATIENCE, RUSTC, Compiler, find_compiler
 from symdyn.build.library import load_functions
 from symdyn.build.on_threads import price, run_rows, split
 from symdyn.build.warned import check_target
@@ -53,14 +53,21 @@ def build(
     return _module(sources, find_compiler(compiler, machine), patience, threads)
 
 
-def module_in(sources: Sources, language: Language) -> Module:
-    """Return the compiled functions of sources of another language.
+def run_cpp(sources: Sources) -> Module:
+    """Return the functions of sources that `emit(program, "cpp")` made: its templates for doubles, behind those of C.
 
     Raises:
         BuildError: sources of another target, or the compiler's own words where it refuses them.
-        MissingCompiler: there is no compiler of this language.
+        MissingCompiler: there is no C++ compiler.
     """
-    return _module(sources, find_compiler(language=language))
+    check_target(sources, "cpp")
+    return _module(sources, find_compiler(language=CPLUSPLUS))
+
+
+def run_rust(sources: Sources) -> Module:
+    """Return the functions of sources that `emit(program, "rust")` made, behind those of C; raises as `run_cpp`."""
+    check_target(sources, "rust")
+    return _module(sources, find_compiler(language=RUSTC))
 
 
 def _module(sources: Sources, compiler: Compiler, patience: float = PATIENCE, threads: int = 1) -> Module:

@@ -8,17 +8,15 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, TypeVar
 
-from symdyn.build.c_module import build
+from symdyn.build.c_module import build, run_cpp, run_rust
 from symdyn.build.compiler import COMPILER_VARIABLE
 from symdyn.build.extension import build_extension
 from symdyn.build.run_casadi import run_casadi
-from symdyn.build.run_cpp import run_cpp
 from symdyn.build.run_heyoka import run_heyoka
 from symdyn.build.run_json import run_json
 from symdyn.build.run_node import run_js
 from symdyn.build.run_octave import run_matlab
 from symdyn.build.run_opencl import run_opencl
-from symdyn.build.run_rust import run_rust
 from symdyn.build.warned import check_target, warn_once
 from symdyn.emit import Sources, emit
 from symdyn.errors import CompilerFault, MissingProgram

@@ -7,7 +7,7 @@ from .breaking import (
     matrix_width as matrix_width,
     together as together,
 )
-from .dalembert_equations import dalembert_equations as dalembert_equations
+from .dalembert_page import dalembert_equations as dalembert_equations
 from .dalembert_system import length_symbols as length_symbols
 from .equations_of_motion import EquationsOfMotion as EquationsOfMotion, equations as equations
 from .equations_text import (

@@ -14,15 +14,30 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import DRIVE, REACTION, Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definitions, lines_of, matrix_width
+from symdyn.emit.print.dalembert_lines import dalembert_lines
 from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
 from symdyn.emit.print.latex_width import BREAK, LINE
 from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.errors import EmitError
 from symdyn.graph import Expr, reachable
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
+
+
+def dalembert_equations(scene: Scene, format: str = "latex", document: bool = False) -> str:
+    """Return the system in LaTeX, a whole document of it where that is asked for, or as plain text.
+
+    Raises:
+        EmitError: another format, a document of text, or more than anybody reads.
+    """
+    if format == "text" and not document:
+        return dalembert_lines(scene)
+    if format != "latex":
+        raise EmitError(f"D'Alembert's system is written in LaTeX and, without --document, as text, not as {format}")
+    return dalembert_text(scene, document)
 
 
 def dalembert_text(scene: Scene, document: bool = False) -> str:
