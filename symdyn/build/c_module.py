@@ -1,4 +1,4 @@
-"""C, and what is behind functions of C, compiled: callables as of the NumPy module, shapes checked, batches broadcast."""
+"""C, and what is behind functions of C, compiled: called as the NumPy module, shapes checked, batches broadcast."""
 
 from __future__ import annotations
 
