@@ -18,7 +18,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, lower
 from symdyn.program.constants import constants
-from symdyn.scene import Parameter, Scene, number, read_text
+from symdyn.scene import Scene, read_text
 from symdyn.scene.values import Parameter, number
 
 

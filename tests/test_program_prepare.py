@@ -23,7 +23,7 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.program import Program, formulate, lower, prepare
-from symdyn.scene import Parameter, Scene, bind, read
+from symdyn.scene import Scene, bind, read
 from symdyn.scene.values import Parameter
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify import certify

@@ -23,17 +23,7 @@ from symdyn.emit.print import base_parameter_texts, frame_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
 from symdyn.program import choose, count_derived, formulate, lower, prepare, skipped
-from symdyn.scene import (
-    FORCES,
-    JOINTS,
-    Joint,
-    Place,
-    Quantity,
-    Scene,
-    SceneUnits,
-    as_written,
-    spell,
-)
+from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint, Letter, Place, as_written, spell

@@ -25,7 +25,7 @@ from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import lower, sample
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of, start_of
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown

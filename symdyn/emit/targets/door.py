@@ -24,7 +24,6 @@ from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import EmitError
 from symdyn.graph import growing
 from symdyn.program import PREPARE, Program, in_lines
-from symdyn.scene import spell
 from symdyn.scene.values import spell
 
 TARGETS: dict[str, Target] = {

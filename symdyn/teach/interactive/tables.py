@@ -7,7 +7,7 @@ from typing import Any
 
 from symdyn.emit import in_html
 from symdyn.emit.print import Letters, latex_symbols, together
-from symdyn.scene import Scene, SceneUnits, acceleration_name
+from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
