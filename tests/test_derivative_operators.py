@@ -429,7 +429,9 @@ def test_a_parameter_that_is_zero_has_a_slope() -> None:
     scene = read(EXAMPLES / "two_link.toml")
     zero = replace(
         scene,
-        parameters=tuple(replace(p, value=symdyn.scene.number(0)) if p.name == "h1" else p for p in scene.parameters),
+        parameters=tuple(
+            replace(p, value=symdyn.scene.values.number(0)) if p.name == "h1" else p for p in scene.parameters
+        ),
     )
     call, other = (symdyn.lambdify(one, "potential_energy_by_h1") for one in (scene, zero))
     q, known = [0.3, 0.4], [2.0, 3.0, 0.0, 1.0, 9.81]

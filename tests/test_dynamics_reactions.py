@@ -182,7 +182,7 @@ def test_a_fixed_joint_is_a_section():
 
     def bar(name, length):
         third = number(3 * length**3 / 36)  # m l²/12, 3 kg/m
-        return symdyn.scene.Body(
+        return symdyn.scene.values.Body(
             name, number(3 * length), vector(length / 2, 0, 0), None, (number(0), third, third, *(number(0),) * 3)
         )
 
@@ -191,8 +191,10 @@ def test_a_fixed_joint_is_a_section():
         gravity=vector(0, "-9.81", 0),
         bodies=(bar("near", x), bar("far", 1 - x)),
         joints=(
-            symdyn.scene.Joint("pin", "revolute", "ground", "near", coordinates=("q",)),
-            symdyn.scene.Joint("section", "fixed", "near", "far", origin=symdyn.scene.Pose((("Tx", number(x)),))),
+            symdyn.scene.values.Joint("pin", "revolute", "ground", "near", coordinates=("q",)),
+            symdyn.scene.values.Joint(
+                "section", "fixed", "near", "far", origin=symdyn.scene.values.Pose((("Tx", number(x)),))
+            ),
         ),
     )
     found = call(derive(one, ["reactions"]), "reactions", BIG, q=[0], qd=[0], qdd=[0])
@@ -316,8 +318,8 @@ def test_reactions_cost_nothing_where_nobody_asks(one):
 
 def test_forces_of_bodies_are_not_regrouped():
     """The mass of the last link of a PUMA is in its base parameters nowhere, and in its reaction."""
-    one = replace(puma560(), parameters=(symdyn.scene.Parameter("load"),))
-    heavier = replace(one.bodies[-1], mass=symdyn.scene.symbol("load"))
+    one = replace(puma560(), parameters=(symdyn.scene.values.Parameter("load"),))
+    heavier = replace(one.bodies[-1], mass=symdyn.scene.values.symbol("load"))
     one = replace(one, bodies=(*one.bodies[:-1], heavier))
     (weight,) = derive(one, ["reactions:ground"]).functions
     found = call(derive(one, ["reactions:ground"]), weight.name, BIG, q=[0] * 6, qd=[0] * 6, qdd=[0] * 6, params=[7])

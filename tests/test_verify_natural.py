@@ -186,7 +186,7 @@ def test_digits_that_somebody_left_out_are_no_constraint():
 def test_an_open_loop_and_a_change_point_are_told():
     far = reactions_at(crank_rocker(), [0.8, 0.1, 1.0])
     flat = n_four_bar(1)
-    joints = tuple(replace(joint, start=(symdyn.scene.number(0),)) for joint in flat.joints)
+    joints = tuple(replace(joint, start=(symdyn.scene.values.number(0),)) for joint in flat.joints)
     folded = reactions_at(replace(flat, joints=joints), [0.0, 0.0, 0.0])
 
     assert any(line.startswith("the loops are not closed here") for line in far.words)
