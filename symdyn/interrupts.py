@@ -34,19 +34,3 @@ def interrupts_wait(told: Callable[[], None] = lambda: None) -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         if heard:
             raise KeyboardInterrupt
-
-
-@contextmanager
-def kept_from_children() -> Iterator[None]:
-    """Keep SIGINT from the threads and processes that are begun in the block; a terminal sends it to all of them."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    from multiprocessing import resource_tracker
-
-    resource_tracker.ensure_running()  # which lets a thread hear SIGINT again when it begins its process
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

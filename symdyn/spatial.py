@@ -80,11 +80,6 @@ def apply(m: Mat, a: Vec) -> Vec:
     return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
 
 
-def apply_transposed(m: Mat, a: Vec) -> Vec:
-    """Return mᵀ a."""
-    return apply(transpose(m), a)
-
-
 def multiply(m: Mat, n: Mat) -> Mat:
     """Return m n; most matrices of a mechanism are the unit matrix."""
     unit = identity(m[0][0].graph)
@@ -192,6 +187,22 @@ class Transform:
     R: Mat
     p: Vec
 
+    @staticmethod
+    def unit(graph: Graph) -> Transform:
+        """Return the identity."""
+        return Transform(identity(graph), zero_vector(graph))
+
+    @staticmethod
+    def elementary(kind: str, amount: Expr) -> Transform:
+        """Return one of "Tx", "Ty", "Tz" (m) or "Rx", "Ry", "Rz" (rad)."""
+        graph = amount.graph
+        k = "xyz".index(kind[1])
+        direction = tuple(graph.one if i == k else graph.zero for i in range(3))
+        if kind[0] == "R":
+            return Transform(rotation(direction, amount), zero_vector(graph))  # type: ignore[arg-type]
+        shift = tuple(amount if i == k else graph.zero for i in range(3))
+        return Transform(identity(graph), shift)  # type: ignore[arg-type]
+
     def __matmul__(self, other: Transform) -> Transform:
         """Return the product T_AC = T_AB @ T_BC."""
         R = other.R if self.is_shift else self.R if other.is_shift else multiply(self.R, other.R)
@@ -213,22 +224,6 @@ class Transform:
         return Transform(back, neg(apply(back, self.p)))
 
 
-def unit_transform(graph: Graph) -> Transform:
-    """Return the identity."""
-    return Transform(identity(graph), zero_vector(graph))
-
-
-def elementary(kind: str, amount: Expr) -> Transform:
-    """Return one of "Tx", "Ty", "Tz" (m) or "Rx", "Ry", "Rz" (rad)."""
-    graph = amount.graph
-    k = "xyz".index(kind[1])
-    direction = tuple(graph.one if i == k else graph.zero for i in range(3))
-    if kind[0] == "R":
-        return Transform(rotation(direction, amount), zero_vector(graph))  # type: ignore[arg-type]
-    shift = tuple(amount if i == k else graph.zero for i in range(3))
-    return Transform(identity(graph), shift)  # type: ignore[arg-type]
-
-
 # Inertias
 
 
@@ -239,6 +234,20 @@ class Inertia:
     m: Expr
     h: Vec
     I: Mat  # noqa: E741  the book's name
+
+    @staticmethod
+    def none(graph: Graph) -> Inertia:
+        """Return the inertia of nothing."""
+        nothing = zero_vector(graph)
+        return Inertia(graph.zero, nothing, (nothing, nothing, nothing))
+
+    @staticmethod
+    def of_point(mass: Expr, at: Vec) -> Inertia:
+        """Return the inertia of a point mass: I = m (r² 1 - r rᵀ)."""
+        squares = outer(at, at)
+        spread = scale_matrix(dot(at, at), identity(mass.graph))
+        about = scale_matrix(mass, add_matrices(spread, scale_matrix(-1, squares)))
+        return Inertia(mass, scale(mass, at), about)
 
     def __add__(self, other: Inertia) -> Inertia:
         """Return the inertia of both together."""
@@ -261,17 +270,3 @@ class Inertia:
     def momentum(self, w: Vec, v: Vec) -> tuple[Vec, Vec]:
         """Return (angular, linear) momentum about the origin for angular velocity w and velocity v of the origin."""
         return add(apply(self.I, w), cross(self.h, v)), add(scale(self.m, v), cross(w, self.h))
-
-
-def no_inertia(graph: Graph) -> Inertia:
-    """Return the inertia of nothing."""
-    nothing = zero_vector(graph)
-    return Inertia(graph.zero, nothing, (nothing, nothing, nothing))
-
-
-def point_inertia(mass: Expr, at: Vec) -> Inertia:
-    """Return the inertia of a point mass: I = m (r² 1 - r rᵀ)."""
-    squares = outer(at, at)
-    spread = scale_matrix(dot(at, at), identity(mass.graph))
-    about = scale_matrix(mass, add_matrices(spread, scale_matrix(-1, squares)))
-    return Inertia(mass, scale(mass, at), about)

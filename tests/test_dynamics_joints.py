@@ -22,7 +22,7 @@ from symdyn.scene.joints import JOINTS, JointMotion
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import Body, Joint, Pose, folding, number
 from symdyn.scene.values.quantity import symbol
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, elementary, scale, sub, zero_vector
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, scale, sub, zero_vector
 from symdyn.verdict import PROVED
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
@@ -190,7 +190,7 @@ def test_residuals_change_as_the_wrenches_say(kind: str) -> None:
         return np.array(evaluate(nodes, Floats(), {x: known[x] for x in reachable(nodes) if x.op is Op.SYMBOL}))
 
     for k, move in enumerate(("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")):
-        small = elementary(move, graph.constant(step))
+        small = Transform.elementary(move, graph.constant(step))
         moved = Transform(X.R, tuple(a + b for a, b in zip(X.p, small.p, strict=True)))
         if k > 2:  # a turn about the origin of the moved frame, axes of the joint frame
             moved = Transform((small @ X).R, X.p)

@@ -29,7 +29,7 @@ from symdyn.scene import (
 from symdyn.scene.starters import STARTERS, starter
 from symdyn.scene.ten_parameters import INERTIAL
 from symdyn.scene.values import GROUND, Pose, number, symbol
-from symdyn.spatial import elementary, unit_transform
+from symdyn.spatial import Transform
 
 PENDULUM = """
 gravity = [0, "-g", 0]
@@ -221,10 +221,10 @@ def test_dh_rows_place_the_link_as_the_convention_says(convention, kind):
     only, q = built.joints[0], 0.45
     motion = Pose((("Rz" if kind == "revolute" else "Tz", number(Fraction("0.45"))),))
     graph = Graph()
-    place = unit_transform(graph)
+    place = Transform.unit(graph)
     for pose in (only.origin, motion, only.tip):
         for step, amount in pose.steps:
-            place = place @ elementary(step, amount.express(graph))
+            place = place @ Transform.elementary(step, amount.express(graph))
     from symdyn.graph import Op, evaluate
 
     class Floats:

@@ -26,7 +26,7 @@ from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, number
 from symdyn.scene.values.body import Particle
-from symdyn.spatial import add, apply, apply_transposed, cross, identity, multiply, neg, scale, skew, sub, transpose
+from symdyn.spatial import add, apply, cross, identity, multiply, neg, scale, skew, sub, transpose
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import prove
 from symdyn.verify.laws_of_reactions import solvable
@@ -81,7 +81,7 @@ def test_equation_5_1_resultant_action_on_every_body(loop):
         R = loop.place(j).R
 
         assert loop.agrees(
-            flat(*loop.system.bodies[j].action), flat(apply_transposed(R, force), apply_transposed(R, moment))
+            flat(*loop.system.bodies[j].action), flat(apply(transpose(R), force), apply(transpose(R), moment))
         )
 
 
@@ -162,7 +162,7 @@ def test_equations_5_8_to_5_10_reaction_in_another_joint_is_moved_and_changes_si
             continue
         Tj, Te = loop.place(j), loop.place(e)
         P = multiply(transpose(Tj.R), Te.R)
-        r = apply_transposed(Tj.R, sub(Te.p, Tj.p))
+        r = apply(transpose(Tj.R), sub(Te.p, Tj.p))
         for u in columns(loop, joint.name, REACTION):
             F, M = loop.system.blocks[e, u]
             force, moment = loop.system.blocks[j, u]

@@ -12,7 +12,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, JointMotion, unit
 from symdyn.scene.values import Body, Contact, Element, Joint, Load
-from symdyn.spatial import Transform, apply, unit_transform
+from symdyn.spatial import Transform, apply
 
 Key = tuple[Any, ...]  # what, then whose: names, numbers, elements
 
@@ -39,7 +39,7 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
         ("end", one, k): placed[end.body].point(vector(end.at, graph)) for k, end in enumerate(one.ends)
     }
     if isinstance(one, Load):
-        R = placed[one.place.body].R if one.frame == "body" else unit_transform(graph).R
+        R = placed[one.place.body].R if one.frame == "body" else Transform.unit(graph).R
         force, couple = load_vectors(one, graph)
         wanted |= {("force", one): apply(R, force), ("couple", one): apply(R, couple)}
     elif isinstance(one, Contact):

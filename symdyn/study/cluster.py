@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import queue
+import signal
 import warnings
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -19,7 +20,7 @@ import distributed
 from distributed.scheduler import KilledWorker, NoValidWorkerError
 
 from symdyn.errors import StudyError, quoted
-from symdyn.interrupts import interrupts_wait, kept_from_children
+from symdyn.interrupts import interrupts_wait
 from symdyn.resources import version
 from symdyn.study.executor import Block, Say
 from symdyn.study.stopping import heard_ctrl_c
@@ -275,3 +276,19 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         logger.setLevel(before)
+
+
+@contextmanager
+def kept_from_children() -> Iterator[None]:
+    """Keep SIGINT from the threads and processes that are begun in the block; a terminal sends it to all of them."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # which lets a thread hear SIGINT again when it begins its process
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -10,7 +10,7 @@ from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import ZERO, Pose
-from symdyn.spatial import Transform, Vec, add, elementary, scale
+from symdyn.spatial import Transform, Vec, add, scale
 from symdyn.teach.shown_state import Chosen
 
 
@@ -54,7 +54,7 @@ def _lengths(scene: Scene, graph: Graph) -> Iterator[tuple[str, Vec]]:
 
 def _steps(T: Transform, pose: Pose, graph: Graph) -> Iterator[tuple[str, Vec]]:
     for kind, amount in pose.steps:
-        after = T @ elementary(kind, amount.express(graph))
+        after = T @ Transform.elementary(kind, amount.express(graph))
         if kind[0] == "T" and (letter := _letter(amount)):
             yield letter, _middle(T.p, after.p)
         T = after

@@ -14,7 +14,7 @@ from symdyn.scene.joints.joint_mark import JointMark
 from symdyn.scene.values import Joint, folding, number
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.table import Table
-from symdyn.spatial import Transform, Wrench, dot, identity, scale, unit_transform
+from symdyn.spatial import Transform, Wrench, dot, identity, scale
 
 RADIUS = Key(
     "radius",
@@ -32,7 +32,7 @@ RADIUS = Key(
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        (x, _, z), still, r = identity(graph), unit_transform(graph), RADIUS.of(joint).express(graph)
+        (x, _, z), still, r = identity(graph), Transform.unit(graph), RADIUS.of(joint).express(graph)
         rolls = Move(True, x, r * q[0], still, ((0, r),))
         return JointMotion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
 

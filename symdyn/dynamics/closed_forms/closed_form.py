@@ -31,7 +31,7 @@ from symdyn.scene.forces import elastic
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
-from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
+from symdyn.spatial import Inertia, Transform, apply, dot, symmetric, zero_vector
 from symdyn.unlocked import cached_property
 
 Row = tuple[Polynomial, ...]
@@ -156,7 +156,7 @@ def closed_form(scene: SceneLike) -> ClosedForm:
     massive = [
         (inertia, list(dict(moved_placements(scene, joint, graph)).items()))
         for joint, body in zip(scene.joints, scene.bodies, strict=True)
-        if (inertia := body_inertia(body, graph)) != no_inertia(graph)
+        if (inertia := body_inertia(body, graph)) != Inertia.none(graph)
     ]
     massive += _balls(scene, graph)
     potential = _potential(scene, graph)

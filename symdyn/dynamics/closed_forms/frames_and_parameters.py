@@ -46,7 +46,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Joint
-from symdyn.spatial import Inertia, Transform, no_inertia, symmetric
+from symdyn.spatial import Inertia, Transform, symmetric
 
 Step = tuple[str, tuple[Expr, ...]]
 
@@ -190,7 +190,7 @@ def base_parameter_forms(scene: Scene) -> tuple[tuple[str, Form], ...]:
 def with_base_parameters(tree: LeanTree, values: Sequence[Expr]) -> LeanTree:
     """Return the tree with bodies of these base parameters: seven a revolute joint, four a prismatic one, all named."""
     left, zero = iter(values), tree.graph.zero
-    bodies = [moments_of(no_inertia(tree.graph))]
+    bodies = [moments_of(Inertia.none(tree.graph))]
     for k in tree.outward():
         if tree.slides[k]:
             m, x, y, z = islice(left, len(SLIDING))

@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint
-from symdyn.spatial import Mat, Transform, Vec, apply as matvec, apply_transposed, cross, dot, spin, symmetric
+from symdyn.spatial import Mat, Transform, Vec, apply, apply as matvec, cross, dot, spin, symmetric, transpose
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) ->
     )
     m, omega = body.mass.express(graph), _angular_velocity(T.R, rates)
     inertia = symmetric(*(entry.express(graph) for entry in body.inertia))
-    w = apply_transposed(T.R, omega)  # ω in body coordinates, where the inertia is constant
+    w = apply(transpose(T.R), omega)  # ω in body coordinates, where the inertia is constant
     spin = _half(graph) * dot(w, matvec(inertia, w))
     if body.about == "com":
         assert body.com is not None

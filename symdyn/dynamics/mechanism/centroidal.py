@@ -25,20 +25,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND
-from symdyn.spatial import (
-    Inertia,
-    Transform,
-    Vec,
-    add,
-    apply,
-    apply_transposed,
-    cross,
-    no_inertia,
-    scale,
-    spin,
-    sub,
-    zero_vector,
-)
+from symdyn.spatial import Inertia, Transform, Vec, add, apply, cross, scale, spin, sub, transpose, zero_vector
 
 
 def massive(scene: Scene, m: Expr) -> Expr:
@@ -58,7 +45,7 @@ def by_rows(columns: Sequence[Sequence[Expr]]) -> list[Expr]:
 
 def composites(tree: Tree) -> list[Inertia]:
     """Return the inertia of all that every moving body carries, itself included, in its frame; entry 0 the ground's."""
-    found = [no_inertia(tree.graph), *tree.inertia[1:]]
+    found = [Inertia.none(tree.graph), *tree.inertia[1:]]
     for i in tree.inward():
         p = tree.parent[i]
         found[p] = found[p] + found[i].seen_from(tree.T[i])
@@ -141,8 +128,8 @@ def differentiated_momentum(scene: Scene, graph: Graph) -> list[Expr]:
     p = L = zero_vector(graph)
     for T, one in _moving(scene, graph):
         x, y, z = tangents(T.p, rates)
-        w = apply_transposed(T.R, spin([tangents(row, rates) for row in T.R], T.R))
-        own, linear = (apply(T.R, part) for part in one.momentum(w, apply_transposed(T.R, (x, y, z))))
+        w = apply(transpose(T.R), spin([tangents(row, rates) for row in T.R], T.R))
+        own, linear = (apply(T.R, part) for part in one.momentum(w, apply(transpose(T.R), (x, y, z))))
         p, L = add(p, linear), add(L, add(own, cross(sub(T.p, C), linear)))
     return [*p, *L]
 

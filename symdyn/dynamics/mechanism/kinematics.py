@@ -24,19 +24,7 @@ from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
-from symdyn.spatial import (
-    Transform,
-    Vec,
-    add,
-    apply,
-    apply_transposed,
-    cross,
-    scale,
-    spin,
-    sub,
-    unit_transform,
-    zero_vector,
-)
+from symdyn.spatial import Transform, Vec, add, apply, cross, scale, spin, sub, transpose, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
 """Where a name is looked for that shall be one of these."""
@@ -59,7 +47,7 @@ def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
         if point.name == name:
             return point.body, placement(point.at, graph)
     check_place(scene, name)
-    return name, unit_transform(graph)
+    return name, Transform.unit(graph)
 
 
 # By differentiation
@@ -109,7 +97,7 @@ def _twist(T: Transform, rates: dict[Expr, Expr]) -> list[Expr]:
 
 def tree_placements(tree: Tree) -> list[Transform]:
     """Return T_0i of every frame of the tree, the ground first."""
-    placements = [unit_transform(tree.graph)]
+    placements = [Transform.unit(tree.graph)]
     for i in tree.outward():
         placements.append(placements[tree.parent[i]] @ tree.T[i])
     return placements
@@ -188,10 +176,10 @@ def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec
     for i in tree.outward():
         (z, s), E, r = tree.S[i], tree.T[i].R, tree.T[i].p
         parent = motion[tree.parent[i]]
-        wp = apply_transposed(E, parent.w)
+        wp = apply(transpose(E), parent.w)
         spin, slide = scale(rate[i], z), scale(rate[i], s)
         w = add(wp, spin)
-        dw = add(add(apply_transposed(E, parent.dw), cross(wp, spin)), scale(acceleration[i], z))
-        a = add(add(apply_transposed(E, parent.at(r)), scale(2, cross(wp, slide))), scale(acceleration[i], s))
+        dw = add(add(apply(transpose(E), parent.dw), cross(wp, spin)), scale(acceleration[i], z))
+        a = add(add(apply(transpose(E), parent.at(r)), scale(2, cross(wp, slide))), scale(acceleration[i], s))
         motion.append(TreeMotion(w, dw, a))
     return motion

@@ -8,7 +8,7 @@ from symdyn.dynamics.mechanism.state import joint_motion, placement, vector
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Joint, Place
-from symdyn.spatial import Transform, Vec, sub, unit_transform
+from symdyn.spatial import Transform, Vec, sub
 
 
 def ends_apart(scene: Scene, ends: Sequence[Place], graph: Graph) -> Vec:
@@ -41,7 +41,7 @@ def body_placements(scene: Scene, graph: Graph) -> dict[str, Transform]:
 
     T_0B = T_0P · origin · motion(q) · tip for the joint that carries B on its parent P.
     """
-    placed = {GROUND: unit_transform(graph)}
+    placed = {GROUND: Transform.unit(graph)}
     for joint in scene.joints:
         origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
         placed[joint.child] = placed[joint.parent] @ origin @ joint_motion(joint, graph).placement @ tip

@@ -8,7 +8,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, JointMotion
 from symdyn.scene.values import Body, Joint, Pose, acceleration_name, velocity_name
-from symdyn.spatial import Transform, Vec, elementary, unit_transform
+from symdyn.spatial import Transform, Vec
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,9 @@ def vector(quantities: tuple[Quantity, Quantity, Quantity], graph: Graph) -> Vec
 
 def placement(pose: Pose, graph: Graph) -> Transform:
     """Return a declared pose as a transform."""
-    result = unit_transform(graph)
+    result = Transform.unit(graph)
     for kind, amount in pose.steps:
-        result = result @ elementary(kind, amount.express(graph))
+        result = result @ Transform.elementary(kind, amount.express(graph))
     return result
 
 

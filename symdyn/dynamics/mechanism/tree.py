@@ -45,12 +45,9 @@ from symdyn.spatial import (
     apply,
     cross,
     dot,
-    no_inertia,
     nothing,
-    point_inertia,
     scale,
     symmetric,
-    unit_transform,
     zero_vector,
 )
 
@@ -169,10 +166,10 @@ class Tree(Topology):
 
 def build_tree(scene: Scene, graph: Graph) -> Tree:
     """Return the scene's kinematic tree."""
-    still = unit_transform(graph)
+    still = Transform.unit(graph)
     moves: list[tuple[object, ...]] = [(-1, still, still, nothing(graph), graph.zero, (), (), graph.zero)]
     block: list[tuple[int, ...]] = [()]
-    inertia, balls = [no_inertia(graph)], list[BallRotor]()
+    inertia, balls = [Inertia.none(graph)], list[BallRotor]()
     velocities = {name: k for k, name in enumerate(scene.velocities)}
     home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
     ends: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]] = {}
@@ -195,7 +192,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
             b = tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in move.bias)
             moves.append((carrier, here, T, S, move.amount, A, b, rotor))
             rotor = graph.zero
-            inertia.append(no_inertia(graph))
+            inertia.append(Inertia.none(graph))
             carrier, place = len(moves) - 1, still
         place = place @ motion.tail
         ends[joint.name] = (start, (carrier, place))
@@ -229,15 +226,15 @@ def _blocks(motion: JointMotion, first: int) -> list[tuple[int, ...]]:
 
 def body_inertia(body: Body, graph: Graph) -> Inertia:
     """Return the inertia of a declared body about the origin of its own frame."""
-    total = no_inertia(graph)
+    total = Inertia.none(graph)
     for particle in body.particles:
-        total = total + point_inertia(particle.mass.express(graph), vector(particle.at, graph))
+        total = total + Inertia.of_point(particle.mass.express(graph), vector(particle.at, graph))
     m = body.mass.express(graph)
     matrix = symmetric(*(entry.express(graph) for entry in body.inertia))
     if body.about == "frame":
         return total + Inertia(m, first_moment(body, graph), matrix)
     assert body.com is not None
-    steiner = point_inertia(m, vector(body.com, graph))
+    steiner = Inertia.of_point(m, vector(body.com, graph))
     return total + Inertia(m, steiner.h, add_matrices(matrix, steiner.I))
 
 
@@ -279,7 +276,7 @@ def ball_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> BallRot
     inertia = joint.armature.express(graph)
     if inertia.is_zero or not JOINTS[joint.type].ball(joint):
         return None
-    place, S = unit_transform(graph), []
+    place, S = Transform.unit(graph), []
     for k, move in enumerate(joint_motion(joint, graph).moves):
         if k:  # what stands in front of the first turn, or of the axes of a quaternion, turns all of S alike
             place = place @ move.before

@@ -27,7 +27,6 @@ from symdyn.spatial import (
     about,
     add,
     apply,
-    apply_transposed,
     cross,
     identity,
     neg,
@@ -35,6 +34,7 @@ from symdyn.spatial import (
     scale,
     skew,
     times,
+    transpose,
     zero_vector,
 )
 
@@ -88,7 +88,7 @@ def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bi
     actions, bodies, about_origin = [], [], []
     for hinge, body, motion, T, load in zip(hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True):
         r = hinge.place_on_child  # O_j in the body's frame
-        g = apply_transposed(T.R, gravity)
+        g = apply(transpose(T.R), gravity)
         weight = (scale(body.m, g), cross(body.h, g))
         actions.append(about(plus(weight, load), neg(r)))
         about_origin.append(TreeMotion(motion.w, motion.dw, motion.at(r)))

@@ -48,7 +48,6 @@ from symdyn.spatial import (
     sub,
     times,
     transpose,
-    unit_transform,
     zero_vector,
 )
 
@@ -141,7 +140,7 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
     names = (velocity_name(joint.coupling.coordinate),) if joint.coupling else joint.rates
     ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
     S: list[Wrench] = [(still, still)] * len(names)
-    place = unit_transform(graph)
+    place = Transform.unit(graph)
     for move in motion.moves:
         here = place @ move.before
         axis = apply(here.R, move.axis)
@@ -201,7 +200,7 @@ def _path(body: int, tree: Sequence[Hinge]) -> list[int]:
 
 def _walked(path: Sequence[int], tree: Sequence[Hinge], graph: Graph) -> Transform:
     """Return the placement of the first body of a path in what carries the last; the path leads inwards."""
-    T = unit_transform(graph)
+    T = Transform.unit(graph)
     for k in reversed(path):
         T = T @ tree[k].placement
     return T

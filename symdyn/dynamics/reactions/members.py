@@ -26,7 +26,6 @@ from symdyn.spatial import (
     about,
     add,
     apply,
-    apply_transposed,
     cross,
     dot,
     neg,
@@ -36,7 +35,6 @@ from symdyn.spatial import (
     scale,
     sub,
     transpose,
-    unit_transform,
     zero_vector,
 )
 
@@ -48,7 +46,7 @@ def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], g
     for body in scene.bodies:
         i, home = tree.home[body.name]
         moved = carried[i]
-        result.append(TreeMotion(*(apply_transposed(home.R, x) for x in (moved.w, moved.dw, moved.at(home.p)))))
+        result.append(TreeMotion(*(apply(transpose(home.R), x) for x in (moved.w, moved.dw, moved.at(home.p)))))
     return result
 
 
@@ -69,7 +67,7 @@ def placements(tree: Sequence[Hinge]) -> list[Transform]:
     """Return the placement of every body in the ground."""
     result: list[Transform] = []
     for hinge in tree:
-        before = result[hinge.parent] if hinge.parent >= 0 else unit_transform(hinge.graph)
+        before = result[hinge.parent] if hinge.parent >= 0 else Transform.unit(hinge.graph)
         result.append(before @ hinge.placement)
     return result
 

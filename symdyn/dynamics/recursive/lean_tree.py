@@ -45,7 +45,7 @@ from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.joints import towards
-from symdyn.spatial import Mat, Transform, Vec, dot, unit_transform, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, dot, zero_vector
 
 Angle = tuple[Expr, Expr]  # cosine and sine
 
@@ -91,7 +91,7 @@ class _Placement:
 def reframe(tree: Tree) -> LeanTree:
     """Return the tree with frames of the generator's choice."""
     graph = tree.graph
-    still = unit_transform(graph)
+    still = Transform.unit(graph)
     upright = [still] + [Transform(_towards(tree, i), zero_vector(graph)) for i in tree.outward()]
     moved = list(upright)
     B = [still] + [settled(upright[tree.parent[i]].inverse() @ tree.base[i] @ upright[i]) for i in tree.outward()]

@@ -24,18 +24,7 @@ from typing import Protocol
 
 from symdyn.dynamics.recursive.moments import Moments, TurnedMoments
 from symdyn.graph import Expr
-from symdyn.spatial import (
-    Mat,
-    Transform,
-    Vec,
-    apply,
-    apply_transposed,
-    mirrored,
-    multiply,
-    symmetric,
-    transpose,
-    zero_vector,
-)
+from symdyn.spatial import Mat, Transform, Vec, apply, mirrored, multiply, symmetric, transpose, zero_vector
 
 
 class Turn(Protocol):
@@ -122,7 +111,7 @@ class GeneralTurn:
 
     def out(self, x: Vec) -> Vec:
         """Return Rᵀ x."""
-        return apply_transposed(self.R, x)
+        return apply(transpose(self.R), x)
 
     def back(self, x: Vec) -> Vec:
         """Return R x."""

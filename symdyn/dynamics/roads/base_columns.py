@@ -22,7 +22,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import INERTIAL, Scene
 from symdyn.scene.values import ZERO, Joint
-from symdyn.spatial import dot, symmetric, transpose, unit_transform, zero_vector
+from symdyn.spatial import Transform, dot, symmetric, transpose, zero_vector
 
 TURNING = ("mx", "my", "Jxx", "Jyy", "Jxy", "Jxz", "Jyz")
 SLIDING = ("m", "mx", "my", "mz")
@@ -172,7 +172,7 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
     """Return all columns from K = 1/2 tr(dT/dt S dT/dt^T) and P = -g.S of every link frame T, S the moments."""
     found: Base = w.once(base)
     K, P = w.graph.zero, w.graph.zero
-    placed = [unit_transform(w.graph)]
+    placed = [Transform.unit(w.graph)]
     for k in found.tree.outward():
         placed.append(placed[found.tree.parent[k]] @ found.tree.link[k].transform)
         body, T = found.tree.body[k], placed[k]

@@ -21,14 +21,12 @@ from symdyn.spatial import (
     add_matrices,
     cross,
     dot,
-    elementary,
     identity,
     multiply,
     scale,
     scale_matrix,
     skew,
     transpose,
-    unit_transform,
     zero_vector,
 )
 
@@ -86,7 +84,7 @@ def turn(axis: Vector) -> Block:
     """Return a rotation about an axis, rad."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        still = unit_transform(graph)
+        still = Transform.unit(graph)
         return JointMotion((Move(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
     return Block(("rad",), ("rad",), motion, axis=axis)
@@ -96,7 +94,7 @@ def slide(axis: Vector) -> Block:
     """Return a translation along an axis, m."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        still = unit_transform(graph)
+        still = Transform.unit(graph)
         return JointMotion((Move(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
     return Block(("m",), ("m",), motion, axis=axis)
@@ -106,7 +104,7 @@ def screw(axis: Vector, pitch: Quantity) -> Block:
     """Return a rotation about an axis, rad, with an advance along it of `pitch` a turn, m."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        still, z = unit_transform(graph), unit(axis, graph)
+        still, z = Transform.unit(graph), unit(axis, graph)
         rise = pitch.express(graph) / (2 * PI.express(graph))
         moves = (Move(False, z, q[0], still, ((0, graph.one),)), Move(True, z, rise * q[0], still, ((0, rise),)))
         return JointMotion(moves, still, u)
@@ -165,18 +163,18 @@ def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
     """Return elementary motions whose amounts are formulas in the coordinates called `names`."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        place, moves = unit_transform(graph), []
+        place, moves = Transform.unit(graph), []
         for kind, amount in steps.steps:
             node = amount.express(graph)
             slopes = gradient(node, q)
             if all(slope.is_zero for slope in slopes):
-                place = place @ elementary(kind, node)
+                place = place @ Transform.elementary(kind, node)
                 continue
             rate = tuple((k, slope) for k, slope in enumerate(slopes) if not slope.is_zero)
             curved = [(k, m, x) for k, slope in enumerate(slopes) for m, x in enumerate(gradient(slope, q))]
             bias = tuple(entry for entry in curved if not entry[2].is_zero)
             moves.append(Move(kind[0] == "T", unit(AXES[kind[1]], graph), node, place, rate, bias))
-            place = unit_transform(graph)
+            place = Transform.unit(graph)
         return JointMotion(tuple(moves), place, u)
 
     return Block(units, units, motion)
@@ -209,7 +207,7 @@ def _quaternion_rates(e: tuple[Expr, ...], omega: Vec) -> tuple[Expr, ...]:
 
 def _spin(graph: Graph, before: Transform, first: int) -> tuple[Move, ...]:
     """Return three turns at zero whose rates are ω in the turned frame, velocities beginning with `first`."""
-    still, (a, b, c) = unit_transform(graph), (first, first + 1, first + 2)
+    still, (a, b, c) = Transform.unit(graph), (first, first + 1, first + 2)
     one, minus = graph.one, graph.constant(-1)
     bias = ((b, c, minus), (a, c, one), (a, b, minus))
     axes = [unit(AXES[letter], graph) for letter in "xyz"]
@@ -222,7 +220,7 @@ def _ball(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion
     turned = Transform(rotation_of(q), zero_vector(graph))
     brackets = tuple(bracket for k in range(3) for bracket in _pair(k, (k + 1) % 3, (k + 2) % 3))
     return JointMotion(
-        _spin(graph, turned, 0), unit_transform(graph), _quaternion_rates(q, (u[0], u[1], u[2])), brackets
+        _spin(graph, turned, 0), Transform.unit(graph), _quaternion_rates(q, (u[0], u[1], u[2])), brackets
     )
 
 
@@ -233,7 +231,7 @@ def _pair(j: int, i: int, m: int, value: int = 1) -> tuple[tuple[int, int, int, 
 
 def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
     v, omega, e = (u[0], u[1], u[2]), (u[3], u[4], u[5]), q[3:]
-    R, still, one = rotation_of(e), unit_transform(graph), graph.one
+    R, still, one = rotation_of(e), Transform.unit(graph), graph.one
     placed = Transform(R, (q[0], q[1], q[2]))
     slides = []
     for k in range(3):  # d(R v)/dt = R (v̇ + ω × v)

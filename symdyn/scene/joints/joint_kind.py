@@ -27,7 +27,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step
-from symdyn.spatial import Transform, Vec, Wrench, identity, rotation, scale, unit_transform, zero_vector
+from symdyn.spatial import Transform, Vec, Wrench, identity, rotation, scale, zero_vector
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ class JointKind:
 
     def pins(self, joint: Joint) -> bool:
         """Tell whether a joint keeps two points together: among what it transmits are forces in every direction."""
-        wrenches = self.forbids.wrenches(joint, unit_transform(Graph())) if self.forbids else ()
+        wrenches = self.forbids.wrenches(joint, Transform.unit(Graph())) if self.forbids else ()
         return sum(all(x.is_zero for x in moment) for _, moment in wrenches) == 3
 
     def ball(self, joint: Joint) -> bool:
@@ -235,13 +235,13 @@ def _joined(parts: Sequence[tuple[int, JointMotion]], graph: Graph) -> JointMoti
     moves: list[Move] = []
     rates: list[Expr] = []
     brackets: list[tuple[int, int, int, int]] = []
-    place = unit_transform(graph)
+    place = Transform.unit(graph)
     for k, part in parts:
         for move in part.moves:
             rate = tuple((k + i, x) for i, x in move.rate)
             bias = tuple((k + i, k + j, x) for i, j, x in move.bias)
             moves.append(replace(move, before=place @ move.before, rate=rate, bias=bias))
-            place = unit_transform(graph)
+            place = Transform.unit(graph)
         place = place @ part.tail
         rates += part.rates
         brackets += [(k + j, k + i, k + m, value) for j, i, m, value in part.brackets]

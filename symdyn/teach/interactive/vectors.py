@@ -40,7 +40,6 @@ from symdyn.spatial import (
     add,
     add_matrices,
     apply,
-    apply_transposed,
     cross,
     dot,
     outer,
@@ -48,6 +47,7 @@ from symdyn.spatial import (
     scale_matrix,
     sub,
     symmetric,
+    transpose,
     zero_vector,
 )
 from symdyn.teach.interactive.reduced import STATE, function
@@ -101,7 +101,7 @@ def _motions(w: Workspace) -> Iterator[tuple[str, list[Expr]]]:
     rate, velocity = tree.rates(w.state.qd), [zero_vector(graph)]
     for i in tree.outward():
         p, r = tree.parent[i], tree.T[i].p
-        arrived = apply_transposed(tree.T[i].R, add(velocity[p], cross(motion[p].w, r)))
+        arrived = apply(transpose(tree.T[i].R), add(velocity[p], cross(motion[p].w, r)))
         velocity.append(add(arrived, scale(rate[i], tree.S[i][1])))
     for body in w.scene.bodies:
         i, home = tree.home[body.name]
@@ -110,7 +110,7 @@ def _motions(w: Workspace) -> Iterator[tuple[str, list[Expr]]]:
             r = home.point(at)
             turning = [zero_vector(graph)] * 2
             if inertia is not None:
-                spin, change = (apply_transposed(home.R, x) for x in (own.w, own.dw))
+                spin, change = (apply(transpose(home.R), x) for x in (own.w, own.dw))
                 L = apply(inertia, spin)
                 turning = [apply(home.R, x) for x in (L, add(apply(inertia, change), cross(spin, L)))]
             local = [add(velocity[i], cross(own.w, r)), own.at(r), *turning]

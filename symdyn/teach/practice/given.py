@@ -9,7 +9,7 @@ from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import body_placements, placement, state_symbols, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
-from symdyn.spatial import apply, apply_transposed
+from symdyn.spatial import apply, transpose
 from symdyn.teach.document import Document, Step, Values, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.masses import Mass, masses
@@ -70,5 +70,5 @@ def _turned(mass: Mass, R: tuple[tuple[Expr, Expr, Expr], ...], graph: Graph) ->
     """Return the entries of an inertia along the axes of the ground, R I Rᵀ."""
     one, nil = graph.one, graph.zero
     units = ((one, nil, nil), (nil, one, nil), (nil, nil, one))
-    columns = [apply(R, apply(mass.inertia, apply_transposed(R, e))) for e in units]  # type: ignore[arg-type]
+    columns = [apply(R, apply(mass.inertia, apply(transpose(R), e))) for e in units]  # type: ignore[arg-type]
     return [columns[j][i] for i, j in ENTRIES]

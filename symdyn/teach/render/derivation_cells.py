@@ -23,7 +23,7 @@ from symdyn.emit.code import SYMPY
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Body
-from symdyn.spatial import symmetric, unit_transform
+from symdyn.spatial import Transform, symmetric
 from symdyn.teach.masses import AXES, masses
 from symdyn.unlocked import cached_property
 
@@ -67,7 +67,7 @@ class Cells:
     @cached_property
     def tags(self) -> Mapping[tuple[str, int], str]:
         """The part of a name that stands for a mass, by body and the number of the mass in it."""
-        placed = {body.name: unit_transform(self.graph) for body in self.scene.bodies}
+        placed = {body.name: Transform.unit(self.graph) for body in self.scene.bodies}
         found: dict[tuple[str, int], str] = {}
         for mass in masses(self.scene, self.graph, placed):
             count = sum(name == mass.body.name for name, _ in found)

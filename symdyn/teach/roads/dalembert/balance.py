@@ -49,7 +49,7 @@ from symdyn.spatial import (
     Transform,
     Vec,
     Wrench,
-    apply_transposed,
+    apply,
     neg,
     plus,
     power,
@@ -57,6 +57,7 @@ from symdyn.spatial import (
     skew,
     sub,
     times,
+    transpose,
     zero_vector,
 )
 from symdyn.teach.document import Name
@@ -107,7 +108,7 @@ def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
     centre = centre_of_mass(workspace.scene, workspace.scene.bodies[j].name, workspace.graph)
     place = T.point(sub(centre, system.hanging.joints[j].place_on_child))
     moved = [_differentiated(one, state) for one in (place, T.p)]
-    misread = inertia_bivector(known.body, motion.w, motion.dw, apply_transposed(T.R, T.p))
+    misread = inertia_bivector(known.body, motion.w, motion.dw, apply(transpose(T.R), T.p))
     force, force_star = neg(scale(m, moved[0][2])), neg(scale(m, motion.a))
     return Cut(m, T.R, skew(T.p), motion.w, known.body.I, force, force_star, misread, motion.dw, *moved)
 
