@@ -193,13 +193,18 @@ class Transform:
         return Transform(identity(graph), zero_vector(graph))
 
     @staticmethod
+    def turn(axis: Vec, angle: Expr) -> Transform:
+        """Return the turn by `angle` (rad) about a unit `axis` through the origin."""
+        return Transform(rotation(axis, angle), zero_vector(angle.graph))
+
+    @staticmethod
     def elementary(kind: str, amount: Expr) -> Transform:
         """Return one of "Tx", "Ty", "Tz" (m) or "Rx", "Ry", "Rz" (rad)."""
         graph = amount.graph
         k = "xyz".index(kind[1])
         direction = tuple(graph.one if i == k else graph.zero for i in range(3))
         if kind[0] == "R":
-            return Transform(rotation(direction, amount), zero_vector(graph))  # type: ignore[arg-type]
+            return Transform.turn(direction, amount)  # type: ignore[arg-type]
         shift = tuple(amount if i == k else graph.zero for i in range(3))
         return Transform(identity(graph), shift)  # type: ignore[arg-type]
 

@@ -27,7 +27,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step
-from symdyn.spatial import Transform, Vec, Wrench, identity, rotation, scale, zero_vector
+from symdyn.spatial import Transform, Vec, Wrench, identity, scale
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Move:
         graph = self.amount.graph
         if self.slides:
             return Transform(identity(graph), scale(self.amount, self.axis))
-        return Transform(rotation(self.axis, self.amount), zero_vector(graph))
+        return Transform.turn(self.axis, self.amount)
 
 
 @dataclass(frozen=True)
