@@ -139,10 +139,6 @@ class MissingCompiler(MissingProgram):
     """There is no C compiler on this machine, or no folder that it may write to."""
 
 
-class MissingNode(MissingProgram):
-    """There is no Node.js on this machine."""
-
-
 class DrawError(SymdynError):
     """A picture that cannot be drawn."""
 

@@ -17,7 +17,7 @@ from symdyn.build.commands import waiting
 from symdyn.build.warned import check_target
 from symdyn.dynamics import Function
 from symdyn.emit import Sources, verbatim
-from symdyn.errors import BuildError, MissingNode
+from symdyn.errors import BuildError, MissingProgram
 
 NODE_COMMANDS = ("node", "nodejs")
 
@@ -26,13 +26,13 @@ def find_node() -> str:
     """Return the path of Node.js.
 
     Raises:
-        MissingNode: there is none.
+        MissingProgram: there is none.
     """
     for name in NODE_COMMANDS:
         path = shutil.which(name)
         if path is not None:
             return path
-    raise MissingNode(
+    raise MissingProgram(
         f"no Node.js found (tried {', '.join(NODE_COMMANDS)}); install it, `apt-get install nodejs` for one"
     )
 
@@ -44,7 +44,7 @@ def run_js(sources: Sources) -> SimpleNamespace:
 
     Raises:
         BuildError: sources of another target, or Node.js's own words where it refuses them.
-        MissingNode: there is no Node.js.
+        MissingProgram: there is no Node.js.
     """
     check_target(sources, "js", "wasm")
     process = _Process(find_node(), next(iter(sources.texts.values())))
