@@ -75,7 +75,7 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
         "roads": ["student", "", "languages"],
         "practice": ["student", "", "languages"],
         "interactive": ["roads", "", "languages"],
-        "render": ["interactive", "practice", "", "languages"],
+        "render": ["interactive", "practice", "roads", "", "languages"],
     },
     "program": {"passes": [], "": ["passes"]},
     "verify": {"written": [], "": ["written"]},

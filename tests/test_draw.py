@@ -19,9 +19,10 @@ from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
 from symdyn.draw.label_places import Label, crosses, put
-from symdyn.draw.lettering import from_latex, lettered, words
-from symdyn.draw.pictures import drawing, watched
+from symdyn.draw.lettering import Text
+from symdyn.draw.pictures import drawing
 from symdyn.draw.places import places
+from symdyn.draw.stage import Stage
 from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
@@ -184,8 +185,7 @@ def test_a_planar_scene_is_seen_face_on_with_gravity_downwards() -> None:
 
 def view_of(one: Scene, direction: tuple[float, float] | None = None):
     q, values = pose(one)
-    found = places(one, q[None, :], values)
-    return watched(one, found, values, q, direction)
+    return Stage(one, q[None, :], values, direction).view
 
 
 @pytest.mark.parametrize(
@@ -294,27 +294,27 @@ def test_gravity_is_drawn_along_gravity() -> None:
 
 def test_a_label_keeps_clear_of_lines_and_one_without_room_is_left_out() -> None:
     origin, line = np.zeros((1, 2)), np.array([[[[5.0, -60.0], [5.0, 60.0]]]])
-    (shown,) = put([Label("a", lettered("q1"), origin, 3.0, np.array([1.0, 0.0]))], line)
+    (shown,) = put([Label("a", Text.of_name("q1"), origin, 3.0, np.array([1.0, 0.0]))], line)
     low, high = shown.box[0]
-    many = put([Label(str(k), lettered("quite_long"), origin, 3.0) for k in range(60)], np.zeros((1, 0, 2, 2)))
+    many = put([Label(str(k), Text.of_name("quite_long"), origin, 3.0) for k in range(60)], np.zeros((1, 0, 2, 2)))
     bars = np.array([[[[x, -200.0], [x, 200.0]] for x in range(-200, 200, 5)]], dtype=float)
 
     assert not crosses(low[None], high[None], line).any()
     assert 3 < len(many) < 60
-    assert not put([Label("a", lettered("quite_long"), origin, 3.0)], bars)
-    assert put([Label("a", lettered("quite_long"), origin, 3.0)], bars, np.inf)
+    assert not put([Label("a", Text.of_name("quite_long"), origin, 3.0)], bars)
+    assert put([Label("a", Text.of_name("quite_long"), origin, 3.0)], bars, np.inf)
 
 
 @pytest.mark.parametrize(
     ("text", "runs"),
     [
-        (lettered("q1"), [("q", "i", 0), ("1", "", -1)]),
-        (lettered("theta"), [("θ", "i", 0)]),
-        (from_latex(r"\kappa_{\mathrm{max}}"), [("κ", "i", 0), ("max", "", -1)]),
-        (from_latex(r"m_1 g"), [("m", "i", 0), ("1", "", -1), ("g", "i", 0)]),
-        (from_latex(r"-\Lambda^{2}"), [("−Λ", "", 0), ("2", "", 1)]),
-        (words("upper_arm"), [("upper_arm", "", 0)]),
-        (words("b1"), [("b", "i", 0), ("1", "", -1)]),
+        (Text.of_name("q1"), [("q", "i", 0), ("1", "", -1)]),
+        (Text.of_name("theta"), [("θ", "i", 0)]),
+        (Text.of_latex(r"\kappa_{\mathrm{max}}"), [("κ", "i", 0), ("max", "", -1)]),
+        (Text.of_latex(r"m_1 g"), [("m", "i", 0), ("1", "", -1), ("g", "i", 0)]),
+        (Text.of_latex(r"-\Lambda^{2}"), [("−Λ", "", 0), ("2", "", 1)]),
+        (Text.of_part("upper_arm"), [("upper_arm", "", 0)]),
+        (Text.of_part("b1"), [("b", "i", 0), ("1", "", -1)]),
     ],
     ids=lambda value: "",
 )

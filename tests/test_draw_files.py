@@ -15,7 +15,7 @@ from browser import chromium, window
 
 from symdyn.draw import free_body, picture
 from symdyn.draw.glyphs import outlined
-from symdyn.draw.lettering import words
+from symdyn.draw.lettering import Text
 from symdyn.draw.paint import painted
 from symdyn.draw.pictures import drawing
 from symdyn.draw.style import SCHEMES
@@ -146,7 +146,7 @@ def test_letters_are_drawn_where_the_labels_are() -> None:
 
 def test_names_that_no_font_has_are_outlined_all_the_same(recwarn: pytest.WarningsRecorder) -> None:
     for name in ("\u9023\u687f", "\U0001f600", "\u0161\u0165\u00e1va q\u0307", "a\nb"):
-        assert len(outlined(words(name)).vertices), name
+        assert len(outlined(Text.of_part(name)).vertices), name
     assert not recwarn.list
 
 

@@ -10,9 +10,9 @@ import pytest
 from browser import chromium, opened
 
 import symdyn
-from symdyn.draw.pictures import watched
 from symdyn.draw.places import places
 from symdyn.draw.positions import pose
+from symdyn.draw.stage import Stage
 from symdyn.draw.standing import standing
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, body, read_text, revolute, scene, write_text
@@ -86,9 +86,9 @@ def test_a_word_is_drawn_with_its_sizes_and_comes_back_from_a_file(word: str):
     svg = symdyn.picture(one, prefix="p-")
     assert svg != symdyn.picture(replace(one, bodies=(replace(one.bodies[0], shape=None),)), prefix="p-")
     q, values = pose(one)
-    found = places(one, q.reshape(1, -1), values)
+    stage = Stage(one, q.reshape(1, -1), values)
+    found, view = stage.found, stage.view
     plain = replace(found, outlines={})
-    view = watched(one, found, values, q, None)
     solids, bare = (standing(one, which, view, {})["b"] for which in (found, plain))
     assert len(solids) == len(bare) + 1
 

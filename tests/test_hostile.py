@@ -90,7 +90,7 @@ def test_latex_that_no_target_shows_is_refused_in_a_sentence(
 def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
     from random_latex import random_symbols
 
-    from symdyn.draw.lettering import from_latex
+    from symdyn.draw.lettering import Text
     from symdyn.emit.print.formula_text import takes_exponent
     from symdyn.teach.mathml import inner
 
@@ -99,7 +99,7 @@ def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
     for latex in symbols:
         mathml = inner(latex)
         assert {*re.findall(r"<(\w+)", mathml)} <= elements, latex
-        assert "\\" not in from_latex(latex).svg(), latex
+        assert "\\" not in Text.of_latex(latex).svg(), latex
 
     powers = [f"{x}^2" if takes_exponent(x) else f"({x})^2" for x in symbols]
     lines = "\n\n".join(f"${x}$ $\\frac{{{x}}}{{2}} {power}$" for x, power in zip(symbols, powers, strict=True))

@@ -318,7 +318,7 @@ def test_files_that_cannot_be_read_here_are_not_shown(
     def fails(*_: Any) -> None:
         raise MissingProgram("no grammar of C; install the extra prove") if name == "MissingProgram" else Redraw
 
-    monkeypatch.setattr("symdyn.cli.verify_files.prove_texts", fails)
+    monkeypatch.setattr("symdyn.verify.texts.prove_texts", fails)
     assert main(["verify", str(EXAMPLES / "two_link.toml"), "--files", str(folder)]) == 1
 
     told = capsys.readouterr().out

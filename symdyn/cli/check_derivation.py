@@ -9,15 +9,12 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
 
-from symdyn.algebra import Form
 from symdyn.bounds import BOUNDS
 from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene
 from symdyn.cli.talk import Waiting, fail, give, print_text
-from symdyn.emit.print import text_of
 from symdyn.errors import SymdynError, TeachError, printable
-from symdyn.teach import Answer, check_derivation, find_target, in_words, languages
+from symdyn.teach import check_derivation, in_words, languages
 
 LARGEST = BOUNDS["bytes of a student's file"]
 
@@ -40,39 +37,18 @@ def run(options: argparse.Namespace) -> int:
             raise TeachError("FILE and SCENE are both -, and standard input is read once; give one of them as a file")
         scene = read_scene(options)
         text, name = _text(options.file)
-        target = find_target(options.what, scene) if options.what else None
         with Waiting() as progress:
             progress("comparing")
-            answers = check_derivation(text, scene, name, target, options.book)
+            answers = check_derivation(text, scene, name, options.what or None, options.book)
     except SymdynError as fault:
         fail(fault)
         return 2
     words = [[printable(line) for line in in_words(answer, options.language)] for answer in answers]
     if options.json:
-        give([as_dict(answer) | {"words": lines} for answer, lines in zip(answers, words, strict=True)])
+        give([answer.as_dict() | {"words": lines} for answer, lines in zip(answers, words, strict=True)])
     else:
         print_text("\n".join(line for lines in words for line in lines))
     return 0 if all(answer.right for answer in answers) else 1
-
-
-def as_dict(answer: Answer) -> dict[str, Any]:
-    """Return what became of one statement, for JSON; formulas as text."""
-
-    def formula(form: Form | None) -> str | None:
-        return None if form is None else text_of(form)
-
-    differences = [
-        {"kind": one.kind, "found": formula(one.found), "right": formula(one.right), "symbols": list(one.symbols)}
-        for one in answer.differences
-    ]
-    told = {name: getattr(answer, name) for name in ("line", "name", "verdict", "right", "error_log10", "turned")}
-    told |= {
-        "shifted": formula(answer.shifted),
-        "scaled": answer.scaled,
-        "valued": list(answer.valued),
-        "multiplied": list(answer.multiplied),
-    }
-    return told | {"forgotten": answer.forgotten, "differences": differences}
 
 
 def _text(file: str) -> tuple[str, str]:

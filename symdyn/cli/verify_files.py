@@ -10,36 +10,19 @@ import argparse
 import re
 import shlex
 from collections.abc import Callable
-from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import NoReturn
 
-from symdyn.algebra import Redraw
 from symdyn.bounds import BOUNDS
-from symdyn.build import RUNNERS
 from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
 from symdyn.dynamics import available
-from symdyn.emit import TARGETS, emit
-from symdyn.emit.code import REALS
-from symdyn.errors import MissingProgram, VerifyError, printable
+from symdyn.emit import emit
+from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
 from symdyn.verdict import DIFFERENT, Unclaimed
-from symdyn.verify import (
-    NOWHERE,
-    READERS,
-    Certificate,
-    Written,
-    files_of,
-    languages,
-    not_read_back,
-    of_files,
-    printed,
-    prove_texts,
-    taken_first,
-    unshown,
-)
+from symdyn.verify import Certificate, Written, read_back, taken_first, why_unread
 
 COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILINE)
 """The line of a header, whatever begins a comment there, or in JSON a string; no line is looked at twice."""
@@ -72,10 +55,10 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
             f"{folder}: no file there says which command made it; give a folder that symdyn generate has written to"
         )
     wanted = {command: options_of(command, f"{folder / files[0]}") for command, files in commands.items()}
-    read = [command for command in commands if wanted[command].target in READERS]
+    read = [command for command in commands if not why_unread(wanted[command].target)]
     if not read:
         target, (file, *_) = next(iter(wanted.values())).target, next(iter(commands.values()))
-        raise VerifyError(f"{folder / file}: {_unreadable(target)}")
+        raise VerifyError(f"{folder / file}: {why_unread(target)}")
     parts = [_of_command(options, folder, command, wanted[command], progress) for command in read]
     first, *rest = parts
     written = tuple(one for part in parts for one in part.written)
@@ -102,7 +85,7 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     told += [f"not read, nothing there says it is ours: {others}"]
     told = told if len(left) > len(ours) else told[:-1]
     unreadable = [
-        Unclaimed(f"the text of {', '.join(one for one in unread if unread[one] == target)}", _unreadable(target))
+        Unclaimed(f"the text of {', '.join(one for one in unread if unread[one] == target)}", why_unread(target))
         for target in dict.fromkeys(unread.values())
     ]
     return Certificate(
@@ -116,12 +99,6 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         absent=tuple(dict.fromkeys(one for part in parts for one in part.absent)),
         unshown=tuple(unreadable),
     )
-
-
-def _unreadable(target: str) -> str:
-    """Return that files of a target are not read back, and what would work."""
-    measured = f", or verify the scene with --targets {target}, which measures it" if target in RUNNERS else ""
-    return f"{not_read_back(target)}; give a folder of files for {' or '.join(READERS)}{measured}"
 
 
 def _hiding(folder: Path, name: str, file: Written) -> Written:
@@ -202,16 +179,8 @@ def _of_command(
     if asked.prepare:
         program = prepare(program)
     progress("reading files back")
-    fresh = files_of(emit(program, asked.target, asked.real, command, asked.option, asked.accuracy))
-    there = {name: (folder / name).read_bytes() for name in fresh.contents if (folder / name).is_file()}
-    found = replace(fresh, contents=there)
-    try:
-        loops = TARGETS[asked.target].loops_in(REALS[asked.real])
-        numbers = printed(program, asked.real, options.seed, loops)
-        written = prove_texts(numbers, found, languages(asked.target, asked.option), fresh.contents)
-    except Redraw:
-        written = unshown(found, fresh.contents, NOWHERE)
-    except MissingProgram as fault:
-        written = unshown(found, fresh.contents, str(fault))
+    fresh = emit(program, asked.target, asked.real, command, asked.option, asked.accuracy)
+    there = {name: (folder / name).read_bytes() for name in fresh if (folder / name).is_file()}
+    written = read_back(fresh, there, options.seed)
     progress("proving over finite fields")
-    return of_files(equations, program, written, options.seed, [f"made by: {command}"])
+    return Certificate.of_files(equations, program, written, options.seed, (f"made by: {command}",))

@@ -10,17 +10,7 @@ from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError
-from symdyn.teach import (
-    GRADES,
-    interactive_page,
-    languages,
-    rendered,
-    sheet,
-    variant,
-    walkthrough,
-    with_changes,
-    with_exercises,
-)
+from symdyn.teach import GRADES, Handout, languages, rendered
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
@@ -90,17 +80,14 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
-        drawn = None if options.seed is None else variant(scene, options.seed)
-        scene = drawn.scene if drawn else scene
+        asked = Handout(
+            scene, options.language, options.detail, options.until, options.road, options.seed,
+            practised(options), options.grade or 2, split(options.ask) or (), options.sheet or "",
+        )  # fmt: skip
         if options.format == (SLIDERS,):
-            page = interactive_page(scene, language=options.language)
-            print_paths(*placed({f"{page_stem(scene.name)}.html": page}, options.output))
+            print_paths(*placed({f"{page_stem(asked.shown.name)}.html": asked.page()}, options.output))
             return 0
-        document = walkthrough(scene, options.language, options.detail, options.until, options.road)
-        document = with_changes(document, drawn) if drawn else document
-        if practised(options):
-            document = with_exercises(document, options.grade or 2, split(options.ask) or ())
-        document = sheet(document, options.sheet == "solutions") if options.sheet else document
+        document = asked.document()
         progress("writing")
         chosen = options.format or (ENDINGS.get(Path(options.output).suffix.lower(), "md"),)
         files = {name: text for one in chosen for name, text in rendered(document, one).items()}

@@ -11,11 +11,12 @@ import numpy as np
 from symdyn.arguments import check_arguments, doubles
 from symdyn.draw.corner import with_corner
 from symdyn.draw.label_places import Put, put
-from symdyn.draw.pictures import body_names, lines, mechanism, watched
+from symdyn.draw.pictures import body_names, lines, mechanism
 from symdyn.draw.places import Array, Places, places
 from symdyn.draw.positions import pose, values_of
 from symdyn.draw.shapes import Item, Shape, path
 from symdyn.draw.shown_text import HtmlText
+from symdyn.draw.stage import Stage
 from symdyn.draw.svg import Drawing, order, svg
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
@@ -100,8 +101,8 @@ def moving(
     fine, ways, values = moments(scene, times, positions, parameters, max(fps, FINE), most)
     kept = _kept(fine, fps, most)
     t, q = fine[kept], ways[kept]
-    found = places(scene, q, values)
-    seen = watched(scene, found, values, q, view)
+    stage = Stage(scene, q, values, view)
+    found, seen = stage.found, stage.view
     items, labels = mechanism(scene, found, seen)
     items = (*_traces(places(scene, ways, values), seen), *items)
     sampled = np.linspace(0, len(t) - 1, min(SAMPLES, len(t))).astype(int)

@@ -11,7 +11,7 @@ import numpy as np
 
 from symdyn.draw.body_shapes import farthest
 from symdyn.draw.label_places import Label
-from symdyn.draw.lettering import from_latex
+from symdyn.draw.lettering import Text
 from symdyn.draw.places import Array, Hinge, Places, Step, across, unit
 from symdyn.draw.shapes import Item, arc_arrow, arrow, circle_points, line
 from symdyn.draw.titles import Title
@@ -45,7 +45,7 @@ def marks(
         rest = [name for name in hinge.joint.coordinates if name not in told]
         if rest:
             between = ", " if len(rest) < 3 else "…"
-            text = from_latex(between.join(latex[name] for name in dict.fromkeys([rest[0], rest[-1]])))
+            text = Text.of_latex(between.join(latex[name] for name in dict.fromkeys([rest[0], rest[-1]])))
             labels.append(Label(f"label-{rest[0]}", text, view.flat(hinge.moved.p), view.size * 1.8, None, "mark-text"))
     return tuple(items), tuple(labels)
 
@@ -85,7 +85,7 @@ def _turn(
     middle = curve[:, 16]
     item = Item(f"mark-{step.name}", Title("coordinate {name}", name=step.name), 2, view.depth(at), tuple(shapes))
     away = unit(middle - centre)[0]
-    return item, Label(f"label-{step.name}", from_latex(latex[step.name]), middle, 4.0, away, "mark-text")
+    return item, Label(f"label-{step.name}", Text.of_latex(latex[step.name]), middle, 4.0, away, "mark-text")
 
 
 def _slide(found: Places, hinge: Hinge, step: Step, view: View, latex: Mapping[str, str]) -> tuple[Item, Label]:
@@ -111,4 +111,4 @@ def _slide(found: Places, hinge: Hinge, step: Step, view: View, latex: Mapping[s
         )
     item = Item(f"mark-{step.name}", Title("coordinate {name}", name=step.name), 2, view.depth(step.at), tuple(shapes))
     middle = (a + b) / 2 + off
-    return item, Label(f"label-{step.name}", from_latex(latex[step.name]), middle, 4.0, unit(side)[0], "mark-text")
+    return item, Label(f"label-{step.name}", Text.of_latex(latex[step.name]), middle, 4.0, unit(side)[0], "mark-text")

@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.draw.force_arrows import END_ON, end_on
 from symdyn.draw.label_places import ROUGH, Label, Put, crosses
-from symdyn.draw.lettering import FONT, from_latex
+from symdyn.draw.lettering import FONT, Text
 from symdyn.draw.places import Array, Places, unit
 from symdyn.draw.shapes import Item, Shape, arrow
 from symdyn.draw.svg import Drawing
@@ -55,7 +55,7 @@ def _gravity(scene: Scene, found: Places, view: View) -> Block:
         tip = flat * LONG
         shapes = arrow("gravity", start, tip, 2.0, 9.0)
         beside = tip[0] / 2 + np.array([abs(flat[0, 1]), -abs(flat[0, 0])]) * 13
-    label = Label("label-gravity", from_latex(_gravity_name(scene)), start, NEAR)
+    label = Label("label-gravity", Text.of_latex(_gravity_name(scene)), start, NEAR)
     return (Item("gravity", Title("direction of gravity"), 2, np.zeros(1), tuple(shapes)),), (Put(label, beside),)
 
 
@@ -77,7 +77,7 @@ def _axes(view: View) -> Block:
         tip = view.lean(np.eye(3)[k : k + 1]) * AXIS
         shapes += arrow(f"triad-{letter}", start, tip, 1.8, 6.0)
         if float(np.linalg.norm(tip)) > 6:
-            label = Label(f"label-axis-{letter}", from_latex(letter), start, NEAR, None, f"{letter}-text")
+            label = Label(f"label-axis-{letter}", Text.of_latex(letter), start, NEAR, None, f"{letter}-text")
             away = (tip[0] + unit(tip)[0] * FONT * (0.55 + 0.3 * further) for further in range(6))
             clear = (one for one in (Put(label, offset) for offset in away) if not _meets(one, labels))
             labels += list(clear)[:1]

@@ -24,11 +24,11 @@ from symdyn.draw.gltf import glb
 from symdyn.draw.paint import Frame, Painter
 from symdyn.draw.palette import FRAMES, Nearest, palette_of
 from symdyn.draw.picture_files import File, write_whole
-from symdyn.draw.pictures import watched
-from symdyn.draw.places import Array, places
+from symdyn.draw.places import Array
 from symdyn.draw.reel import Reel
 from symdyn.draw.robot_meshes import robot_solids
 from symdyn.draw.smil import moving_picture
+from symdyn.draw.stage import Stage
 from symdyn.draw.standing import standing
 from symdyn.draw.svg import Drawing
 from symdyn.emit import Contents
@@ -272,8 +272,8 @@ def _mp4(motion: Motion, reel: Reel, fps: float) -> Contents:
 def _glb(motion: Motion, reel: Reel, fps: float) -> bytes:
     scene = motion.scene
     t, q, values = moments(scene, motion.times, motion.positions, motion.parameters, fps)
-    found = places(scene, q, values)
-    seen = watched(scene, found, values, q, motion.view)
+    stage = Stage(scene, q, values, motion.view)
+    found, seen = stage.found, stage.view
     given = robot_solids(scene, motion.note)
     return glb(scene.name, found.bodies, standing(scene, found, seen, given), t, seen, found.gravity, GROUND)
 

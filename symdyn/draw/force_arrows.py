@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.draw.label_places import Label
-from symdyn.draw.lettering import lettered
+from symdyn.draw.lettering import Text
 from symdyn.draw.places import Array, Hinge, Places, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path
 from symdyn.draw.titles import Title
@@ -60,7 +60,7 @@ def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[La
     items = tuple(
         Item(
             key,
-            Title("{type} {name}", type=what, name=lettered(name).spoken),
+            Title("{type} {name}", type=what, name=Text.of_name(name).spoken),
             2,
             view.depth(at),
             shapes,
@@ -68,7 +68,7 @@ def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[La
         for what, key, name, (shapes, _, _) in drawn
     )
     labels = (
-        Label(f"{key}-label", lettered(name), tip, 5.0, away, f"{what}-text")
+        Label(f"{key}-label", Text.of_name(name), tip, 5.0, away, f"{what}-text")
         for what, key, name, (_, tip, away) in drawn
     )
     return items, tuple(labels)
@@ -118,7 +118,7 @@ def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tu
         items.append(
             Item(f"{one.kind}-{one.name}", Title("{type} {name}", type=one.kind, name=one.name), 1, depth, shapes)
         )
-        labels.append(Label(f"label-{one.name}", lettered(one.name), at, view.size * 1.2, None, "link-text"))
+        labels.append(Label(f"label-{one.name}", Text.of_name(one.name), at, view.size * 1.2, None, "link-text"))
     return tuple(items), tuple(labels)
 
 

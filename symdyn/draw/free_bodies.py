@@ -13,13 +13,14 @@ from symdyn.draw.corner import with_corner
 from symdyn.draw.force_arrows import Wrench, wrench
 from symdyn.draw.ground import pushes
 from symdyn.draw.label_places import Label, put
-from symdyn.draw.lettering import lettered, words
+from symdyn.draw.lettering import Text
 from symdyn.draw.picture_files import File, check_picture
-from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, watched
-from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
+from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench
+from symdyn.draw.places import Array, Frame, Hinge, Places, unit
 from symdyn.draw.positions import pose, values_of
 from symdyn.draw.shapes import Item, dot
 from symdyn.draw.shown_text import SvgText
+from symdyn.draw.stage import Stage
 from symdyn.draw.svg import Drawing
 from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View
@@ -57,29 +58,29 @@ def free_body(
     known_body(scene, body)
     if file is not None:
         check_picture(file)
-    found, values, shown = _found(scene, q, parameters)
+    stage = _stage(scene, q, parameters, view)
+    found = stage.found
     alone = _alone(scene, found, body)
-    whole = watched(scene, found, values, shown, view)
-    seen = _closer(whole, alone, scene, body)
+    seen = _closer(stage.view, alone, scene, body)
     drawn = list(link(scene, found, found.body(body), seen, _colour(scene, body)))
     labels: list[Label] = []
     for hinge in alone.hinges:
         at = seen.flat(_cut(hinge, body))
         title = Title("cut at joint {name}", name=hinge.joint.name)
         drawn.append(Item(f"cut-{hinge.joint.name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
-        labels.append(Label(f"label-joint-{hinge.joint.name}", words(hinge.joint.name), at, seen.size))
+        labels.append(Label(f"label-joint-{hinge.joint.name}", Text.of_part(hinge.joint.name), at, seen.size))
     for row in scene.contacts:
         if body in (row.plane.body, row.place.body):
             at = seen.flat(pushes(row, found)[0][None])
             spot = dot("joint", at, seen.size * 0.6)
             drawn.append(Item(f"cut-{row.name}", Title("contact {name}", name=row.name), 2, np.zeros(1), (spot,)))
-            labels.append(Label(f"label-joint-{row.name}", words(row.name), at, seen.size))
+            labels.append(Label(f"label-joint-{row.name}", Text.of_part(row.name), at, seen.size))
     for k, (name, place) in enumerate((points or {}).items(), 1):
         at = seen.flat(np.array([place], dtype=np.float64))
         drawn.append(
             Item(f"point-{k}", Title("point {name}", name=name), 2, np.zeros(1), (dot("mass", at, seen.size * 0.45),))
         )
-        labels.append(Label(f"label-point-{k}", lettered(name), at, seen.size))
+        labels.append(Label(f"label-point-{k}", Text.of_name(name), at, seen.size))
     acting = acting_on(scene, body, q, parameters) if wrenches is None else wrenches
     forced: list[Label] = []
     for k, one in enumerate(_visible(acting, seen) if wrenches is None else acting):
@@ -107,7 +108,7 @@ def acting_on(
         DrawError: as of `free_body`.
     """
     known_body(scene, body)
-    found, _, _ = _found(scene, q, parameters)
+    found = _stage(scene, q, parameters).found
     placed = found.body(body)
     acting: list[Wrench] = []
     if np.any(found.gravity):
@@ -132,14 +133,17 @@ def acting_on(
     return tuple(acting)
 
 
-def _found(
-    scene: Scene, q: Sequence[float] | Array | None, parameters: Mapping[str, float] | None
-) -> tuple[Places, dict[str, float], Array]:
+def _stage(
+    scene: Scene,
+    q: Sequence[float] | Array | None,
+    parameters: Mapping[str, float] | None,
+    view: tuple[float, float] | None = None,
+) -> Stage:
     if q is None:
         shown, values = pose(scene, parameters=parameters)
     else:
         shown, values = np.asarray(q, dtype=np.float64), values_of(scene, parameters)
-    return places(scene, shown.reshape(1, -1), values), values, shown
+    return Stage(scene, shown.reshape(1, -1), values, view)
 
 
 def _alone(scene: Scene, found: Places, body: str) -> Places:

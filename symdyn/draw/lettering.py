@@ -64,6 +64,10 @@ class Text:
         """Whether something hangs below the line."""
         return any(run.level < 0 for run in self.runs)
 
+    def with_unit(self, unit: str) -> Text:
+        """Return the words of an axis with its unit behind, as they are where it has none."""
+        return Text((*self.runs, Run(f", {unit}", "", 0))) if unit else self
+
     def svg(self) -> str:
         """Return the tspans."""
         pieces, level = [], 0
@@ -77,60 +81,65 @@ class Text:
             pieces.append(f"<tspan{attributes}>{text}</tspan>" if attributes else text)
         return "".join(pieces)
 
+    @classmethod
+    def of_name(cls, name: str) -> Text:
+        """Return a name of code, or LaTeX such as `m_1 g`, as it is lettered."""
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+            return cls.of_latex(name)
+        return cls.of_latex(str(print_name(name)))
+
+    @classmethod
+    def of_part(cls, name: str) -> Text:
+        """Return the name of a body or joint: a symbol where it looks like one, such as b1, else as it is written."""
+        shown = print_name(name)
+        symbolic = re.fullmatch(r"[A-Za-z]|\\[A-Za-z]+", shown.head) and not re.fullmatch(r"[A-Za-z]{2}.*", name)
+        return cls.of_latex(str(shown)) if symbolic else cls.as_written(name)
+
+    @classmethod
+    def of_latex(cls, latex: str) -> Text:
+        """Return the LaTeX of a symbol as runs; what a name does not need is set as it stands."""
+        runs: list[Run] = []
+        stack: list[tuple[str, int]] = [("", 0)]  # face and level of every open brace
+        ahead, face_ahead, level_ahead = "", "", 0
+        for command, escaped, script, brace, character in TOKEN.findall(latex):
+            face, level = stack[-1]
+            if script:
+                level_ahead = 1 if script == "^" else -1
+                continue
+            if brace == "{":
+                stack.append((face_ahead or face, level_ahead or level))
+                face_ahead, level_ahead = "", 0
+                continue
+            if brace == "}":
+                if len(stack) > 1:
+                    stack.pop()
+                continue
+            if command in FACES:
+                face_ahead = FACES[command] or "r"
+                continue
+            if command in ACCENTS:
+                ahead = ACCENTS[command]
+                continue
+            text = _letter(command) if command else " " if escaped in (",", ";") else escaped or character
+            if text == " " and character:
+                continue
+            text = {"-": "−", "'": "′"}.get(text, text)
+            face, face_ahead = face_ahead or face, ""
+            slanted = "i" if not face and len(text) == 1 and text.isalpha() and not _capital(text) else ""
+            runs.append(Run(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
+            ahead, level_ahead = "", 0
+        alike = groupby(runs, lambda run: (run.face, run.level))
+        return cls(tuple(Run("".join(run.text for run in group), face, level) for (face, level), group in alike))
+
+    @classmethod
+    def as_written(cls, text: str) -> Text:
+        """Return words that are no symbol."""
+        return cls((Run(text, "", 0),))
+
 
 def lowered(text: Text) -> float:
     """Return how far below the middle of its box the line of a name lies, in units of the picture."""
     return FONT * (0.17 if text.lowered else 0.3)
-
-
-def lettered(name: str) -> Text:
-    """Return a name of code, or LaTeX such as `m_1 g`, as it is lettered."""
-    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-        return from_latex(name)
-    return from_latex(str(print_name(name)))
-
-
-def words(name: str) -> Text:
-    """Return the name of a body or joint: a symbol where it looks like one, such as b1, else as it is written."""
-    shown = print_name(name)
-    symbolic = re.fullmatch(r"[A-Za-z]|\\[A-Za-z]+", shown.head) and not re.fullmatch(r"[A-Za-z]{2}.*", name)
-    return from_latex(str(shown)) if symbolic else Text((Run(name, "", 0),))
-
-
-def from_latex(latex: str) -> Text:
-    """Return the LaTeX of a symbol as runs; what a name does not need is set as it stands."""
-    runs: list[Run] = []
-    stack: list[tuple[str, int]] = [("", 0)]  # face and level of every open brace
-    ahead, face_ahead, level_ahead = "", "", 0
-    for command, escaped, script, brace, character in TOKEN.findall(latex):
-        face, level = stack[-1]
-        if script:
-            level_ahead = 1 if script == "^" else -1
-            continue
-        if brace == "{":
-            stack.append((face_ahead or face, level_ahead or level))
-            face_ahead, level_ahead = "", 0
-            continue
-        if brace == "}":
-            if len(stack) > 1:
-                stack.pop()
-            continue
-        if command in FACES:
-            face_ahead = FACES[command] or "r"
-            continue
-        if command in ACCENTS:
-            ahead = ACCENTS[command]
-            continue
-        text = _letter(command) if command else " " if escaped in (",", ";") else escaped or character
-        if text == " " and character:
-            continue
-        text = {"-": "−", "'": "′"}.get(text, text)
-        face, face_ahead = face_ahead or face, ""
-        slanted = "i" if not face and len(text) == 1 and text.isalpha() and not _capital(text) else ""
-        runs.append(Run(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
-        ahead, level_ahead = "", 0
-    alike = groupby(runs, lambda run: (run.face, run.level))
-    return Text(tuple(Run("".join(run.text for run in group), face, level) for (face, level), group in alike))
 
 
 def _letter(command: str) -> str:

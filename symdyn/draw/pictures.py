@@ -12,18 +12,19 @@ from symdyn.draw.body_shapes import COLOURS, carrier, link
 from symdyn.draw.coordinate_marks import marks
 from symdyn.draw.corner import with_corner
 from symdyn.draw.force_arrows import Wrench, links, wrench
-from symdyn.draw.ground import ground, patches, planes
+from symdyn.draw.ground import ground, planes
 from symdyn.draw.joint_symbols import symbol, triad
 from symdyn.draw.label_places import Label, put
-from symdyn.draw.lettering import lettered, words
+from symdyn.draw.lettering import Text
 from symdyn.draw.picture_files import File, check_picture, write_picture
-from symdyn.draw.places import Array, Places, places
+from symdyn.draw.places import Array, Places
 from symdyn.draw.positions import pose, values_of
 from symdyn.draw.shapes import Item
 from symdyn.draw.shown_text import SvgText
+from symdyn.draw.stage import Stage
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.titles import ENGLISH, Title
-from symdyn.draw.view import View, look
+from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
 from symdyn.scene import Scene, SceneLike, scene_of
@@ -123,8 +124,8 @@ def drawing(
         shown, values = pose(scene, parameters=parameters)
     else:
         shown, values = _numbers(scene, q), values_of(scene, parameters)
-    found = places(scene, shown.reshape(1, -1), values)
-    seen = watched(scene, found, values, shown, view)
+    stage = Stage(scene, shown.reshape(1, -1), values, view)
+    found, seen = stage.found, stage.view
     items, names = mechanism(scene, found, seen)
     if "coordinates" in labels:
         arcs, marked = marks(scene, found, seen, latex_symbols(scene))
@@ -134,32 +135,12 @@ def drawing(
     if frames:
         items += _triads(found, seen)
     names += tuple(
-        Label(f"label-letter-{k}", lettered(one.latex), seen.flat(np.array([one.at])), seen.size * 0.8)
+        Label(f"label-letter-{k}", Text.of_name(one.latex), seen.flat(np.array([one.at])), seen.size * 0.8)
         for k, one in enumerate(letters, 1)
     )
     names += _names(found, seen, labels)
     segments = lines(items, 1)
     return with_corner(Drawing(scene.name, items, put(names, segments)), scene, found, seen, segments)
-
-
-def watched(
-    scene: Scene, found: Places, values: Mapping[str, float], q: Array, view: tuple[float, float] | None
-) -> View:
-    """Return the view of a scene in which everything that is found fits."""
-    nudged = np.atleast_2d(q)[:1] + 0.1 * (1 + np.arange(q.shape[-1]) % 5)  # by which chance shows
-    return look([found, places(scene, nudged, values)], spread(scene, found), view)
-
-
-def spread(scene: Scene, found: Places) -> Array:
-    """Return all points that a picture must hold, shape (K, 3)."""
-    spots = found.spots + [at for ends in found.ends.values() for at in ends]
-    for centre, _, radius in found.wheels.values():
-        spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
-    for body in found.bodies:
-        if (outline := found.outlines.get(body.name)) is not None:
-            spots += [body.frame.point(outline.centre + sign * x) for x in outline.ways for sign in (-1, 1)]
-    spots += [corners[:, k] for _, corners in patches(scene, found) for k in range(4)]
-    return np.concatenate(spots) if spots else np.zeros((1, 3))
 
 
 def mechanism(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
@@ -231,11 +212,11 @@ def _names(found: Places, view: View, labels: Collection[str]) -> tuple[Label, .
     gap = view.size * 1.1
     if "points" in labels:
         for name, (_, frame) in found.points.items():
-            names.append(Label(f"label-point-{name}", words(name), view.flat(frame.p), gap))
+            names.append(Label(f"label-point-{name}", Text.of_part(name), view.flat(frame.p), gap))
     if "joints" in labels:
         for hinge in found.hinges:
             name = hinge.joint.name
-            names.append(Label(f"label-joint-{name}", words(name), view.flat(hinge.moved.p), gap * 1.3))
+            names.append(Label(f"label-joint-{name}", Text.of_part(name), view.flat(hinge.moved.p), gap * 1.3))
     if "bodies" in labels:
         names += body_names(found, view)
     return tuple(names)
@@ -247,7 +228,7 @@ def body_names(found: Places, view: View) -> list[Label]:
     for body in found.bodies:
         at = body.com if body.com is not None else body.particles[0][1] if len(body.particles) == 1 else None
         place = carrier(found, body.name).moved.p if at is None else at
-        names.append(Label(f"label-body-{body.name}", words(body.name), view.flat(place), view.size * 1.1))
+        names.append(Label(f"label-body-{body.name}", Text.of_part(body.name), view.flat(place), view.size * 1.1))
     return names
 
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Complexes
 from symdyn.linear.ranges import numbers
-from symdyn.simulation import framed
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
@@ -89,7 +89,7 @@ class Bode:
             below.yaxis.set_major_locator(_quarters())
             below.set_xlabel("frequency, Hz")
 
-        return framed(title, (8.0, 5.0), kind, fill)
+        return FilledFigure(title, (8.0, 5.0), fill).picture(kind)
 
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON; what is not finite is None."""

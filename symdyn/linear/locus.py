@@ -18,11 +18,11 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from symdyn.algebra import Array
+from symdyn.draw import FilledFigure
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import SIDEWAYS, Complexes, pairs_of
 from symdyn.linear.ranges import MOST
 from symdyn.rounding import in_digits
-from symdyn.simulation import framed
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ class Locus:
             for axis in (over_it, plane):
                 axis.grid(alpha=0.3)
 
-        return framed(title, (11.0, 4.6), kind, fill)
+        return FilledFigure(title, (11.0, 4.6), fill).picture(kind)
 
     def as_json(self) -> dict[str, Any]:
         """Return it for JSON."""

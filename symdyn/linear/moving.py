@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.draw import Reel, film, places, spread, values_of
+from symdyn.draw import Reel, Stage, film
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import newton
 from symdyn.dynamics.roads import COLUMNS
@@ -49,7 +49,7 @@ def motion(one: Linearization, mode: Mode) -> tuple[Array, Array]:
     shape, units = mode.shape[: one.positions], one.states.units[: one.positions]
     if not np.abs(shape).max(initial=0.0) > MOVES * np.abs(mode.shape).max(initial=0.0):
         raise LinearizeError(f"{one.scene.name}: in the mode {mode.value:.6g} only velocities change; it has no shape")
-    length = _size(one)
+    length = Stage(one.scene, one.point.q[None]).extent
     limits = np.array([ANGLE if unit == "rad" else PART * length for unit in units])
     along = _ridden(one)
     rest = [k for k in range(one.positions) if k not in along and shape[k]] or list(range(one.positions))
@@ -75,13 +75,6 @@ def _ridden(one: Linearization) -> list[int]:
         if not more:
             return found
         found += more
-
-
-def _size(one: Linearization) -> float:
-    """Return the largest extent of the mechanism at the point, m; 1 of what has none."""
-    values = values_of(one.scene, {})
-    spots = spread(one.scene, places(one.scene, one.point.q[None], values)).reshape(-1, 3)
-    return float(np.ptp(spots, axis=0).max()) or 1.0
 
 
 def shown(one: Linearization) -> list[Mode]:

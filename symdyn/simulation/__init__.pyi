@@ -46,9 +46,7 @@ from .monitors import observe as observe
 from .panels import Curve as Curve, Panel as Panel, check_columns as check_columns, chosen as chosen
 from .plot import (
     check_plot as check_plot,
-    framed as framed,
     plot as plot,
-    shown_figure as shown_figure,
     write_picture as write_picture,
 )
 from .prescribed.forces import Forces as Forces, read_forces as read_forces

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symdyn.draw import import_matplotlib, saved, settings
+from symdyn.draw import FilledFigure
 from symdyn.emit import in_html, render
 from symdyn.errors import SimulateError
 from symdyn.extras import install
@@ -25,16 +25,13 @@ ENDINGS = (".svg", ".pdf", ".png", ".html")
 MOST_LINES = 12
 """Curves of one axis; further ones are left out, and the title says so."""
 
-MOST_POINTS = 20_000
-"""Points of curves beyond which dots make a smaller picture than lines."""
 
-SETTINGS: dict[str, Any] = {"svg.fonttype": "path", "font.size": 9.0, "axes.formatter.useoffset": False}
-"""Letters are outlines: what is above another one, as the dots of rates, librsvg and Qt would put elsewhere."""
+def check_plot(path: Path | None = None) -> None:
+    """Raise SimulateError where a plot cannot be made: an ending that is not known, or no matplotlib.
 
-
-def check_plot(path: Path) -> None:
-    """Raise SimulateError where a plot cannot be made: an ending that is not known, or no matplotlib."""
-    if path.suffix.lower() not in ENDINGS:
+    Without a path it is shown, and not written.
+    """
+    if path is not None and path.suffix.lower() not in ENDINGS:
         raise SimulateError(f"{path}: plots are written to {', '.join(ENDINGS)} files")
     if not importable("matplotlib"):
         raise SimulateError(f"plots need matplotlib; {install('plot')}")
@@ -77,33 +74,18 @@ def figure(trajectory: Trajectory, names: Sequence[str] = ()) -> Figure:
         UnknownNameError: a name that chooses nothing.
     """
     parts = panels(trajectory, names)
+    check_plot()
     count = len(trajectory.t) * sum(len(part.curves) for part in parts)
-    return shown_figure(trajectory.scene.name, *_filling(trajectory, parts), count)
-
-
-def shown_figure(title: str, size: tuple[float, float], fill: Callable[[Any], None], points: int) -> Figure:
-    """Return a figure that `fill` draws, which a notebook shows: as SVG, or as PNG where it has many points.
-
-    Raises:
-        SimulateError: matplotlib is not installed.
-    """
-    if not importable("matplotlib"):
-        raise SimulateError(f"plots need matplotlib; {install('plot')}")
-    with settings(SETTINGS):
-        found = _made(title, size, fill)
-    kind = ("svg", "image/svg+xml") if points <= MOST_POINTS else ("png", "image/png")
-    found._repr_mimebundle_ = partial(_bundle, found, title, *kind)  # type: ignore[attr-defined]
-    return found
+    return _plot(trajectory, parts).figure(count)
 
 
 def draw(trajectory: Trajectory, kind: str, names: Sequence[str] = ()) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same trajectory, the same bytes."""
-    size, fill = _filling(trajectory, panels(trajectory, names))
-    return framed(trajectory.scene.name, size, kind, fill)
+    return _plot(trajectory, panels(trajectory, names)).picture(kind)
 
 
-def _filling(trajectory: Trajectory, parts: Sequence[Panel]) -> tuple[tuple[float, float], Callable[[Any], None]]:
-    """Return the size of a figure, inches, and what draws the axes on it."""
+def _plot(trajectory: Trajectory, parts: Sequence[Panel]) -> FilledFigure:
+    """Return the axes of a run, one below the other."""
 
     def fill(figure: Any) -> None:
         axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
@@ -113,7 +95,7 @@ def _filling(trajectory: Trajectory, parts: Sequence[Panel]) -> tuple[tuple[floa
             axes[-1].set_xlabel("$t$, s" if trajectory.columns[0].unit else "$t$")
             figure.align_ylabels(axes)
 
-    return (8.0, max(2.2, 0.4 + 1.9 * len(parts))), fill
+    return FilledFigure(trajectory.scene.name, (8.0, max(2.2, 0.4 + 1.9 * len(parts))), fill)
 
 
 def _draw(axis: Any, part: Panel, trajectory: Trajectory) -> None:
@@ -139,34 +121,6 @@ def _label(curve: Curve) -> str:
     except ValueError:
         return curve.column.words
     return curve.label
-
-
-def _bundle(
-    found: Figure, title: str, kind: str, media: str, include: object = None, exclude: object = None
-) -> dict[str, str | bytes]:
-    """Return what a notebook shows of a figure, as it is now."""
-    with settings(SETTINGS | {"svg.hashsalt": title}):
-        picture = saved(found, kind, 150)
-    return {media: picture.decode() if kind == "svg" else picture, "text/plain": repr(found)}
-
-
-def framed(title: str, size: tuple[float, float], kind: str, fill: Callable[[Any], None]) -> bytes:
-    """Return a picture as "svg", "pdf" or "png" that `fill` draws on a figure, its size in inches."""
-    import_matplotlib()
-    with settings(SETTINGS | {"svg.hashsalt": title}):
-        return saved(_made(title, size, fill), kind, 150)
-
-
-def _made(title: str, size: tuple[float, float], fill: Callable[[Any], None]) -> Figure:
-    """Return a figure that `fill` draws, under a title that is no mathematics, whatever a scene is called."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    made = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(made)
-    fill(made)
-    made.suptitle(title, x=0.01, ha="left").set_parse_math(False)
-    return made
 
 
 def _facts(trajectory: Trajectory) -> list[tuple[str, str]]:

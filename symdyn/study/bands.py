@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symdyn.draw import FilledFigure
 from symdyn.scene.values import listed
-from symdyn.simulation import Curve, Panel, check_plot, chosen, framed, shown_figure, write_picture
+from symdyn.simulation import Curve, Panel, check_plot, chosen, write_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,14 +23,14 @@ COLOUR = "#1f5f99"
 
 def figure(found: Uncertainty, names: Sequence[str] = ()) -> Figure:
     """Return the figure. Errors as of `Uncertainty.plot`."""
-    size, fill = _filling(found, names)
-    return shown_figure(found.run.scene.name, size, fill, 3 * len(found.t) * len(found.names))
+    filled = _filled(found, names)
+    check_plot()
+    return filled.figure(3 * len(found.t) * len(found.names))
 
 
 def drawn_bands(found: Uncertainty, form: str, names: Sequence[str] = ()) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same numbers, the same bytes."""
-    size, fill = _filling(found, names)
-    return framed(found.run.scene.name, size, form, fill)
+    return _filled(found, names).picture(form)
 
 
 def plot(found: Uncertainty, path: Path, names: Sequence[str] = ()) -> None:
@@ -44,7 +45,7 @@ def plot(found: Uncertainty, path: Path, names: Sequence[str] = ()) -> None:
     write_picture(path, found.run.scene.name, partial(drawn_bands, found, names=names), facts)
 
 
-def _filling(found: Uncertainty, names: Sequence[str]) -> tuple[tuple[float, float], Callable[[Any], None]]:
+def _filled(found: Uncertainty, names: Sequence[str]) -> FilledFigure:
     every = chosen(found.names, names, found.run.scene.name) if names else found.names
     shown = every[:MOST_PANELS]
 
@@ -59,7 +60,7 @@ def _filling(found: Uncertainty, names: Sequence[str]) -> tuple[tuple[float, flo
         axes[-1].set_xlabel("$t$, s" if found.run.columns[0].unit else "$t$")
         made.align_ylabels(axes)
 
-    return (8.0, max(2.2, 0.4 + 1.6 * len(shown))), fill
+    return FilledFigure(found.run.scene.name, (8.0, max(2.2, 0.4 + 1.6 * len(shown))), fill)
 
 
 def _draw(axis: Any, found: Uncertainty, name: str) -> None:

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.draw import FilledFigure
 from symdyn.errors import SimulateError
 from symdyn.scene.values import choice, suggestion
-from symdyn.simulation import check_plot, framed, shown_figure, write_picture
+from symdyn.simulation import check_plot, write_picture
 from symdyn.study.design import SALTELLI
 from symdyn.study.indices import indices
 
@@ -232,14 +233,14 @@ def figure(study: Study, measures: Sequence[str] = (), kind: str | None = None) 
         SimulateError: a kind that is not known or does not fit, no run with a value, or no matplotlib.
         UnknownNameError: there is no such measure.
     """
-    size, fill = _filling(study, measures, kind)
-    return shown_figure(study.scene, size, fill, len(study) * len(study.names))
+    filled = _filled(study, measures, kind)
+    check_plot()
+    return filled.figure(len(study) * len(study.names))
 
 
 def drawn_study(study: Study, form: str, measures: Sequence[str] = (), kind: str | None = None) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same study, the same bytes. Errors as of `figure`."""
-    size, fill = _filling(study, measures, kind)
-    return framed(study.scene, size, form, fill)
+    return _filled(study, measures, kind).picture(form)
 
 
 def plot(study: Study, path: Path, measures: Sequence[str] = (), kind: str | None = None) -> None:
@@ -250,9 +251,7 @@ def plot(study: Study, path: Path, measures: Sequence[str] = (), kind: str | Non
     write_picture(path, study.scene, partial(drawn_study, study, measures=measures, kind=kind), facts)
 
 
-def _filling(
-    study: Study, measures: Sequence[str], kind: str | None
-) -> tuple[tuple[float, float], Callable[[Any], None]]:
+def _filled(study: Study, measures: Sequence[str], kind: str | None) -> FilledFigure:
     check_study_plot(None, kind)
     names = list(measures) or list(study.measures)
     for name in names:
@@ -275,7 +274,7 @@ def _filling(
             _plain(axis.set_title(_title(study, name, len(names) - len(shown)), loc="left", fontsize=9))
 
     height = 0.5 + PLOTS[kind].height(len(study.names)) * len(shown)
-    return (8.0, max(2.4, height)), fill
+    return FilledFigure(study.scene, (8.0, max(2.4, height)), fill)
 
 
 def _possible(study: Study) -> dict[str, Plot]:

@@ -94,6 +94,33 @@ class Certificate(Shown, Claims):
         told: dict[str, Any] = finite(facts | self.verdicts())
         return told
 
+    @classmethod
+    def of_files(
+        cls,
+        equations: Equations,
+        program: Program,
+        written: Sequence[Written],
+        seed: int = 1,
+        notes: tuple[str, ...] = (),
+    ) -> Certificate:
+        """Return the certificate of files that were read back: they are the program, and the program is its equations.
+
+        Args:
+            equations: what was asked for.
+            program: what the files must compute, prepared or not.
+            written: what is known of the files.
+            seed: of primes and points.
+            notes: what else is said.
+        """
+        scene = equations.scene
+        plain = lower(equations)
+        claims = program_claims(scene, equations.functions, plain) + composed_claims(plain, program)
+        claims += [loop_claim(function) for function in equations.functions if function.loop]
+        claims, empty = compared(claims, equations.functions)
+        claims = on_unit_sphere(scene, claims)
+        fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
+        return cls(scene.name, fields, tuple(findings), (), notes, "", tuple(written), absent=tuple(empty))
+
 
 def _of_finding(one: Finding) -> Judged:
     return Judged(one.claim, one.verdict, one.why or (f"entry {one.where} differs" if one.verdict == DIFFERENT else ""))
@@ -214,32 +241,6 @@ def certify(
         (*(missing if asked else ()), *texts.unshown, *unrun),
         (*unmeasured(targets), *(unread(targets) if asked else ())),
     )
-
-
-def of_files(
-    equations: Equations,
-    program: Program,
-    written: Sequence[Written],
-    seed: int = 1,
-    notes: Sequence[str] = (),
-) -> Certificate:
-    """Return the certificate of files that were read back: they are the program, and the program is its equations.
-
-    Args:
-        equations: what was asked for.
-        program: what the files must compute, prepared or not.
-        written: what is known of the files.
-        seed: of primes and points.
-        notes: what else is said.
-    """
-    scene = equations.scene
-    plain = lower(equations)
-    claims = program_claims(scene, equations.functions, plain) + composed_claims(plain, program)
-    claims += [loop_claim(function) for function in equations.functions if function.loop]
-    claims, empty = compared(claims, equations.functions)
-    claims = on_unit_sphere(scene, claims)
-    fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
-    return Certificate(scene.name, fields, tuple(findings), (), tuple(notes), "", tuple(written), absent=tuple(empty))
 
 
 class _Composed:

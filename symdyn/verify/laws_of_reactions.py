@@ -11,6 +11,7 @@ p, L     momentum, and angular momentum about the origin of the ground: ∫ r ×
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lgamma, log
@@ -249,6 +250,16 @@ def _angular(w: Workspace, body: Inertia, T: Transform) -> list[Expr]:
     A = add_matrices(A, outer(apply(R, h), moving))
     A = add_matrices(A, outer(p, add(apply(turning, h), scale(m, moving))))
     return [A[1][2] - A[2][1], A[2][0] - A[0][2], A[0][1] - A[1][0]]
+
+
+def claims_of_reactions(w: Workspace) -> dict[str, Claim]:
+    """Return what can be claimed of all reactions: drives in "joints", their "power" and the "momentum"."""
+    found = {}
+    for name, law in (("joints", drives_in_reactions), ("power", power_of_reactions), ("momentum", momentum)):
+        with suppress(DerivationError):  # reactions are not unique
+            if (claim := law(w)) is not None:
+                found[name] = claim
+    return found
 
 
 LAWS_OF_REACTIONS: tuple[Law, ...] = (

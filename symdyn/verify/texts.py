@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from symdyn.algebra import Redraw
+from symdyn.build import RUNNERS
 from symdyn.emit import TARGETS, Sources
 from symdyn.emit.code import REALS
 from symdyn.errors import MissingProgram
 from symdyn.verdict import Unclaimed
 from symdyn.verify.building import Building
-from symdyn.verify.written.proof import Files, Written, printed, prove_texts
+from symdyn.verify.written.proof import Files, Written, printed, prove_texts, unshown
 from symdyn.verify.written.readers import READERS, languages
 
 NOWHERE = "no point of a field was found at which all functions are defined"
@@ -64,11 +65,32 @@ def texts_of(building: Building, targets: Sequence[str], asked: bool, seed: int)
 
 def unread(targets: Sequence[str]) -> list[Unclaimed]:
     """Return the texts that nothing reads back: of these targets nothing is claimed but numbers."""
-    return [Unclaimed(_text_of(name), not_read_back(name)) for name in targets if name not in READERS]
+    return [Unclaimed(_text_of(name), _not_read_back(name)) for name in targets if name not in READERS]
 
 
-def not_read_back(target: str) -> str:
-    """Return that files of a target are not read back, in words."""
+def read_back(sources: Sources, found: Mapping[str, bytes], seed: int = 1) -> tuple[Written, ...]:
+    """Return what is known of the files of a target that were found, by name: these must be `sources`, made now."""
+    fresh = files_of(sources)
+    files = replace(fresh, contents=found)
+    try:
+        loops = TARGETS[sources.target].loops_in(REALS[sources.real])
+        numbers = printed(sources.program, sources.real, seed, loops)
+        return prove_texts(numbers, files, languages(sources.target, sources.option), fresh.contents)
+    except Redraw:
+        return unshown(files, fresh.contents, NOWHERE)
+    except MissingProgram as fault:
+        return unshown(files, fresh.contents, str(fault))
+
+
+def why_unread(target: str) -> str:
+    """Return why files of a target are not read back, and what would work; "" for those that are."""
+    if target in READERS:
+        return ""
+    measured = f", or verify the scene with --targets {target}, which measures it" if target in RUNNERS else ""
+    return f"{_not_read_back(target)}; give a folder of files for {' or '.join(READERS)}{measured}"
+
+
+def _not_read_back(target: str) -> str:
     return f"files of target {target} ({TARGETS[target].text}) are not read back"
 
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.draw import from_latex, limits_of
+from symdyn.draw import Text, limits_of
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.emit import in_html
 from symdyn.emit.print import latex_symbols
@@ -119,7 +119,7 @@ def _row(
     text: str = "",
     led: bool = False,
 ) -> Row:
-    plain = from_latex(latex).plain if latex else name
+    plain = Text.of_latex(latex).plain if latex else name
     row: Row = {
         "group": group,
         "k": k,

@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.draw import outline
 from symdyn.dynamics import OUTPUTS, Equations, Function, LoopChoices, Workspace, coefficients
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, substitute
@@ -125,9 +124,7 @@ def live(
     if any(not force.is_zero for force in workspace.Q):
         text = "generalized forces Q of loads, dampers, friction and declared forces"
         functions.append(function(workspace, "applied_forces", text, workspace.Q, ("q", "qd")))
-    looks = {body.name: outline(free, body, workspace.graph, values) for body in scene.bodies if body.name in outlined}
-    formed = {name: look for name, look in looks.items() if look is not None}
-    sheet = Sheet(free, workspace.graph, formed)
+    sheet = Sheet(free, workspace.graph, values, outlined)
     text = "points and directions that are drawn, ground frame"
     entries = [x for row in sheet.rows for x in row]
     functions.append(function(workspace, "drawn_points", text, entries, ("q", "qd"), (len(sheet.rows), 3)))
@@ -138,7 +135,7 @@ def live(
     if named:
         values_shown = substitute(list(named), {}, workspace.graph)
         functions.append(function(workspace, "named_values", "numbers under terms", values_shown, STATE))
-    arrows = vectors(workspace)
+    arrows = vectors(workspace, sheet.found)
     equations = Equations(free, workspace.graph, (*functions, *arrows.functions))
     rows = tied.velocities if tied else tuple(range(workspace.state.n))
     terms = _lasting(equations, _terms(equations, rows))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.draw import Formed, drawn, from_zero
+from symdyn.draw import drawn, from_zero, outline
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -60,18 +60,21 @@ class Measured:
 class Sheet:
     """Rows of `drawn_points` and the marks that use them."""
 
-    def __init__(self, scene: Scene, graph: Graph, formed: Mapping[str, Formed]) -> None:
-        """Collect everything of a scene; what is drawn is what pictures show, `formed` what bodies look like."""
+    def __init__(self, scene: Scene, graph: Graph, values: Mapping[str, float], outlined: Collection[str]) -> None:
+        """Collect everything of a scene; what is drawn is what pictures show.
+
+        The bodies `outlined` are drawn as what they look like at these values of parameters.
+        """
         self.rows: list[Vec] = []
         self.points: list[int] = []
         self.marks: list[Mark] = []
-        self._found = drawn(scene, graph)
+        self.found = drawn(scene, graph)
         self._hinges: dict[str, tuple[tuple[int, ...], bool, str]] = {}
         self._number = {body.name: k for k, body in enumerate(scene.bodies)} | {GROUND: -1}
-        self.gravity = self._direction(self._found["gravity",])
-        starts = {joint.child: self._point(self._found["moved", joint.name][9:]) for joint in scene.joints}
+        self.gravity = self._direction(self.found["gravity",])
+        starts = {joint.child: self._point(self.found["moved", joint.name][9:]) for joint in scene.joints}
         tips: dict[str, list[int]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
-        self.marks += [*self._planes(scene), *self._outlines(formed)]
+        self.marks += [*self._planes(scene), *self._outlines(scene, graph, values, outlined)]
         joints = list(self._joints(scene, starts, tips))
         masses = [*self._wheels(scene), *self._masses(scene, starts, tips)]
         acting = list(self._acting(scene, tips))
@@ -102,11 +105,11 @@ class Sheet:
     def _joints(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Mark]:
         """Yield supports, symbols and frames of all joints; links reach to where joints begin."""
         for joint in (*scene.joints, *scene.loops):
-            fixed = self._found["fixed", joint.name]
+            fixed = self.found["fixed", joint.name]
             at = self._point(fixed[9:])
             tips[joint.parent].append(at)
             way = self._direction(_turned(fixed, vector(joint.axis, fixed[0].graph)))
-            moved = self._found["moved", joint.name]
+            moved = self.found["moved", joint.name]
             if closes := joint in scene.loops:
                 place = self._point(moved[9:])
                 tips[joint.child].append(place)
@@ -126,7 +129,7 @@ class Sheet:
     def _coordinates(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Measured]:
         """Yield turns and slides that are a coordinate each."""
         for joint in scene.moving:
-            for key, (_, *line) in self._found.items():
+            for key, (_, *line) in self.found.items():
                 if key[:2] == ("step", joint.name) and key[4]:
                     at, axis = self._direction(line[:3]), self._direction(line[3:])
                     ends = tuple(tips[joint.child]) or (starts[joint.child],)
@@ -135,25 +138,25 @@ class Sheet:
     def _planes(self, scene: Scene) -> Iterator[Mark]:
         """Yield what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""
         for row in scene.contacts:
-            radius = self._found.get(("radius", row))
+            radius = self.found.get(("radius", row))
             if not (radius or row.plane.declared):
                 continue
-            frame = self._found["frame", row.plane.body]
+            frame = self.found["frame", row.plane.body]
             graph = frame[0].graph
             normal = unit(row.plane.normal, graph)
             first = _across(normal)
             reach = AROUND * radius[0] if radius else graph.constant(BLADE)
             ways = [self._direction(_turned(frame, scale(reach, way))) for way in (first, cross(normal, first))]
-            rows = (self._direction(self._found["plane", row]), self._direction(self._found["end", row, 0]), *ways)
+            rows = (self._direction(self.found["plane", row]), self._direction(self.found["end", row, 0]), *ways)
             yield self._made("plane", rows, row.plane.body)
 
     def _wheels(self, scene: Scene) -> Iterator[Mark]:
         """Yield the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
         for row in scene.contacts:
-            if ("radius", row) not in self._found:
+            if ("radius", row) not in self.found:
                 continue
-            (radius,), at = self._found["radius", row], self._found["end", row, 0]
-            centre, frame = self._point(at), self._found["frame", row.place.body]
+            (radius,), at = self.found["radius", row], self.found["end", row, 0]
+            centre, frame = self._point(at), self.found["frame", row.place.body]
             x, _, z = identity(radius.graph)
             axes = [unit(row.axis, radius.graph)] if row.axis else [z, x]
             for axis in axes:
@@ -164,10 +167,16 @@ class Sheet:
             if row.axis is None:
                 yield self._made("ball", (centre, ends[0]), row.place.body)
 
-    def _outlines(self, formed: Mapping[str, Formed]) -> Iterator[Mark]:
+    def _outlines(
+        self, scene: Scene, graph: Graph, values: Mapping[str, float], outlined: Collection[str]
+    ) -> Iterator[Mark]:
         """Yield what bodies look like: the centre, and both ends of every way that they extend in."""
-        for name, (look, centre, ways) in formed.items():
-            frame = self._found["frame", name]
+        for body in scene.bodies:
+            known = outline(scene, body, graph, values) if body.name in outlined else None
+            if known is None:
+                continue
+            look, centre, ways = known
+            name, frame = body.name, self.found["frame", body.name]
             at = add(_turned(frame, centre), (frame[9], frame[10], frame[11]))
             turned = [_turned(frame, way) for way in ways]
             rows = [self._point(at)]
@@ -180,15 +189,15 @@ class Sheet:
         """Yield centres of mass, particles and named points."""
         for body in scene.bodies:
             for k in range(len(body.particles)):
-                at = self._point(self._found["particle", body.name, k][1:])
+                at = self._point(self.found["particle", body.name, k][1:])
                 tips[body.name].append(at)
                 yield self._made("particle", (at,), body.name)
-            if ("com", body.name) in self._found:
-                at = self._point(self._found["com", body.name])
+            if ("com", body.name) in self.found:
+                at = self._point(self.found["com", body.name])
                 tips[body.name].append(at)
                 yield self._made("com", (at,), body.name)
         for point in scene.points:
-            at = self._point(self._found["point", point.name][9:])
+            at = self._point(self.found["point", point.name][9:])
             tips[point.body].append(at)
             yield self._made("point", (at, starts.get(point.body, at)), point.body, point.name)
 
@@ -196,11 +205,11 @@ class Sheet:
         """Yield struts and loads."""
         acting: tuple[Strut | Load, ...] = (*scene.struts, *scene.loads)
         for one in acting:
-            rows = tuple(self._point(self._found["end", one, k]) for k in range(len(one.ends)))
+            rows = tuple(self._point(self.found["end", one, k]) for k in range(len(one.ends)))
             for end, row in zip(one.ends, rows, strict=True):
                 tips[end.body].append(row)
             if isinstance(one, Load):
-                yield self._made("load", (*rows, self._direction(self._found["force", one])), one.place.body, one.name)
+                yield self._made("load", (*rows, self._direction(self.found["force", one])), one.place.body, one.name)
             elif rows:
                 yield self._made(FORCES[one.kind].lines.page, rows, GROUND)
             else:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symdyn.draw import View, from_latex, places, pose, spread, style, watched, words
+from symdyn.draw import Stage, Text, pose, style
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit import TARGETS, emit, in_html, in_script, in_script_code, render, verbatim
 from symdyn.emit.code import stem
@@ -91,12 +91,11 @@ def interactive(
         q, values = pose(scene, parameters={**begun.parameters, **parameters})
         begun = replace(begun, q=[float(x) for x in q], parameters=values)
     q, values = np.array(begun.q), begun.parameters
-    found = places(scene, q.reshape(1, -1), values)
-    computed = live(scene, values, named, found.outlines)
+    stage = Stage(scene, q.reshape(1, -1), values)
+    computed = live(scene, values, named, stage.found.outlines)
     name = stem(scene.name)
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
-    seen = watched(scene, found, values, q, None)
-    extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
+    extent = float(np.round(stage.extent, 2)) or 1.0
     letters, symbols = Letters(scene), latex_symbols(scene)
     body = {
         "letters": {key: inline(letters.latex(key)) for key in ("K", "P")},
@@ -108,17 +107,17 @@ def interactive(
         "rows": force_tables(scene, computed, sentences),
         "exerted": exerted(scene, computed, sentences),
         "closed": computed.held is not None,
-        "planar": seen.planar,
+        "planar": stage.view.planar,
         "plotted": [in_html(one["unit"]) for one in plotted(scene)],
         "pairs": [in_html(f"{below}; {beside}") for *_, below, beside in pairs(scene)],
         "ticks": _ticks(computed),
-        "ghosts": [in_html(from_latex(symbols[p.name]).plain) for p in scene.parameters],
+        "ghosts": [in_html(Text.of_latex(symbols[p.name]).plain) for p in scene.parameters],
         "stuck": in_html(stuck),
         "undriven": in_html(computed.held.undriven) if computed.held else "",
     }
     state = {"q": begun.q, "qd": begun.qd, "qdd": begun.qdd}
     params = [values[p.name] for p in scene.parameters]
-    data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, seen, sentences)}
+    data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, stage, sentences)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, JS.name, command=command).texts[f"{name}.js"]
     script = {
@@ -163,12 +162,12 @@ def _ticks(computed: Live) -> list[str]:
 # What the script is told
 
 
-def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]) -> dict[str, Any]:
+def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, str]) -> dict[str, Any]:
     calls = {
         routine.function.name: [argument.name for argument in routine.function.arguments]
         for routine in computed.program.routines
     }
-    tied, names = computed.held, list(scene.coordinates)
+    tied, names, seen = computed.held, list(scene.coordinates), stage.view
     balls = [names.index(group[0]) for group in quaternions(scene)]
     return {
         "calls": calls,
@@ -179,7 +178,8 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
         "total": "inverse_dynamics" if tied is None else "row_forces",
         "marks": [
-            [m.kind, list(m.rows), m.body, words(m.text).svg() if m.text else "", m.joint] for m in computed.marks
+            [m.kind, list(m.rows), m.body, Text.of_part(m.text).svg() if m.text else "", m.joint]
+            for m in computed.marks
         ],
         "bodies": [body.name for body in scene.bodies],
         "rows": list(computed.rows),
@@ -189,7 +189,7 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
             "joints": computed.arrows.joints,
         },
         "coordinates": [
-            [c.slides, names.index(c.name), from_latex(latex_symbols(scene)[c.name]).svg(), c.at, c.axis, c.tips]
+            [c.slides, names.index(c.name), Text.of_latex(latex_symbols(scene)[c.name]).svg(), c.at, c.axis, c.tips]
             for c in computed.coordinates
         ],
         "points": list(computed.points),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from symdyn.draw import from_latex
+from symdyn.draw import Text
 from symdyn.emit.print import latex_symbols
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import JOINTS
@@ -21,7 +21,7 @@ def plotted(scene: Scene) -> list[dict[str, Any]]:
     for group, names, units, order in kinds:
         for unit in dict.fromkeys(units):
             rows = [k for k, one in enumerate(units) if one == unit]
-            text = ", ".join(from_latex(symbols[names[k]]).plain for k in rows)
+            text = ", ".join(Text.of_latex(symbols[names[k]]).plain for k in rows)
             printed = scene.shown_unit(UNITS[unit][order])
             found.append({"group": group, "rows": rows, "unit": f"{text}, {printed}" if printed else text})
     return found
@@ -35,7 +35,7 @@ def pairs(scene: Scene) -> list[tuple[int, int, str, str]]:
         ball = JOINTS[joint.type].quaternion(joint)
         for k in range(len(joint.coordinates) if ball is None else ball):
             i, j = first + k, start + k
-            q, u = (from_latex(symbols[name]).plain for name in (scene.coordinates[i], scene.velocities[j]))
+            q, u = (Text.of_latex(symbols[name]).plain for name in (scene.coordinates[i], scene.velocities[j]))
             place, rate = (scene.shown_unit(one) for one in UNITS[units[i]][:2])
             found.append((i, j, ", ".join(filter(None, (q, place))), ", ".join(filter(None, (u, rate)))))
         first, start = first + len(joint.coordinates), start + len(joint.rates)

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from symdyn.draw import Key, drawn
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import (
     body_motion,
@@ -52,6 +52,9 @@ from symdyn.spatial import (
 )
 from symdyn.teach.interactive.reduced import STATE, function
 
+Found = Mapping[tuple[Any, ...], tuple[Expr, ...]]
+"""What `symdyn.draw.drawn` finds, by a key that says what it is."""
+
 
 @dataclass(frozen=True)
 class Vectors:
@@ -72,9 +75,8 @@ class Vectors:
     joints: tuple[tuple[str, str], ...]
 
 
-def vectors(w: Workspace) -> Vectors:
-    """Return what arrows of a scene show; reactions only where rigid bodies determine all of them."""
-    found = drawn(w.scene, w.graph)
+def vectors(w: Workspace, found: Found) -> Vectors:
+    """Return what arrows show, by what is `found` of a scene; reactions only where rigid bodies determine them all."""
     moving, acting = list(_motions(w)), list(_actions(w, found))
     carried = _carried(w, found, _flat(row for _, row in moving))
     functions = []
@@ -136,7 +138,7 @@ def _masses(w: Workspace, body: Body) -> Iterator[tuple[Expr, Vec, Mat | None]]:
     yield m, at, inertia
 
 
-def _actions(w: Workspace, found: Mapping[Key, tuple[Expr, ...]]) -> Iterator[tuple[tuple[str, str], list[Expr]]]:
+def _actions(w: Workspace, found: Found) -> Iterator[tuple[tuple[str, str], list[Expr]]]:
     """Yield (name, body) and row of "actions"."""
     scene, graph = w.scene, w.graph
     still = zero_vector(graph)
@@ -190,9 +192,7 @@ def _flat(motions: Iterable[list[Expr]]) -> int | None:
     return level[0] if len(level) == 1 else None
 
 
-def _carried(
-    w: Workspace, found: Mapping[Key, tuple[Expr, ...]], flat: int | None
-) -> list[tuple[tuple[str, str], list[Expr]]]:
+def _carried(w: Workspace, found: Found, flat: int | None) -> list[tuple[tuple[str, str], list[Expr]]]:
     """Return (joint, body) and row of "carried_forces"; none where they do not exist or are not unique.
 
     In a plane mechanism what does not act in its plane is left out where rigid bodies do not determine it.

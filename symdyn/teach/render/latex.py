@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
+from symdyn.draw import tex_picture
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
 from symdyn.emit.print import LINE, aligned, bmatrix, latex_width, matrix_width
@@ -34,7 +35,6 @@ from symdyn.teach.document import (
 from symdyn.teach.languages import language_of
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.practice.solutions import solutions_last
-from symdyn.teach.render.drawing import tex_picture
 
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line

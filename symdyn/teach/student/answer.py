@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from symdyn.algebra import Form
+from symdyn.emit.print import text_of
 from symdyn.teach.student.differences import Difference
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.verdict import HOLD
@@ -52,3 +54,22 @@ class Answer:
     def right(self) -> bool:
         """Whether the statement is true."""
         return self.verdict in (*EQUAL, ROUNDED, HOLDS)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what became of one statement, for JSON; formulas as text."""
+
+        def formula(form: Form | None) -> str | None:
+            return None if form is None else text_of(form)
+
+        differences = [
+            {"kind": one.kind, "found": formula(one.found), "right": formula(one.right), "symbols": list(one.symbols)}
+            for one in self.differences
+        ]
+        told = {name: getattr(self, name) for name in ("line", "name", "verdict", "right", "error_log10", "turned")}
+        told |= {
+            "shifted": formula(self.shifted),
+            "scaled": self.scaled,
+            "valued": list(self.valued),
+            "multiplied": list(self.multiplied),
+        }
+        return told | {"forgotten": self.forgotten, "differences": differences}

@@ -20,13 +20,13 @@ from symdyn.teach.student.diagnosis import Diagnosis
 from symdyn.teach.student.equation import untitled, without_slope
 from symdyn.teach.student.multipliers import ENERGIES, energy_judged
 from symdyn.teach.student.quantity import equality, judged, less, minus
-from symdyn.teach.student.statements import Statement, read_statements
+from symdyn.teach.student.statements import Statement, find_target, read_statements
 from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verdict import DIFFERENT
 
 
 def check_derivation(
-    text: str, scene: SceneLike, name: str = "text", target: Target | None = None, book: bool = False
+    text: str, scene: SceneLike, name: str = "text", target: Target | str | None = None, book: bool = False
 ) -> list[Answer]:
     r"""Return an answer to every statement of a student's text.
 
@@ -34,17 +34,20 @@ def check_derivation(
         text: LaTeX or plain text: `k_{z,12} = ...`, `M_1 = ...`, `... = F - b \dot x`, one or more.
         scene: the mechanism.
         name: of the file, for messages.
-        target: what a formula without "=" is.
+        target: what a formula without "=" is, or its name, such as "k_z12".
         book: k_C and k_D as the textbook prints them, with the minus in front taken out.
 
     Raises:
-        TeachError: the text has too many lines, or cannot be read; the message has line, column and a caret.
+        TeachError: there is no such quantity, or the text has too many lines, or cannot be read; then the message has
+            line, column and a caret.
         DerivationError: the scene has no closed form to compare with.
     """
+    scene = scene_of(scene)
+    target = find_target(target, scene) if isinstance(target, str) else target
     most = BOUNDS["lines of a student's file"]
     if (lines := sum(1 for line in text.splitlines() if line.strip())) > most:
         raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
-    scene = scene_of(scene).as_parameters()
+    scene = scene.as_parameters()
     page = printable(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
     others = (*multipliers, *page.lengths.explicit)

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
-from symdyn.draw import FONT, Array, Drawing, Item, Label, Put, Run, Shape, Text, Title, dot, path, svg
+from symdyn.algebra import Array
+from symdyn.draw import Diagram, Text
 
 WIDE, HIGH = 420.0, 190.0  # of a panel, units of the picture
 GAP = 62.0  # between panels
@@ -63,44 +64,23 @@ class Panel:
     high_units: float = HIGH
 
 
-@dataclass
-class _Sheet:
-    written: Callable[[float], str]
-    shapes: list[Shape] = field(default_factory=list)
-    labels: list[Put] = field(default_factory=list)
-
-    def text(self, text: Text, x: float, y: float) -> None:
-        """Put a text with its middle at a point."""
-        label = Label(f"label-{len(self.labels)}", text, np.array([[x, y]]), 0.0)
-        self.labels.append(Put(label, np.zeros(2)))
-
-    def line(self, look: str, *points: tuple[float, float], size: float = 1.0) -> None:
-        self.shapes.append(path(look, np.array([points], dtype=np.float64), size=size))
-
-
-def plain(text: str) -> Text:
-    """Return words as they are lettered."""
-    return Text((Run(text, "", 0),))
-
-
 def chart(title: str, panels: Sequence[Panel], written: Callable[[float], str], prefix: str) -> str:
     """Return panels one below the other as SVG; `written` writes numbers, `prefix` stands in front of ids."""
-    sheet, top = _Sheet(written), 0.0
+    sheet, top = Diagram(title, "curves"), 0.0
     for panel in panels:
-        top = _panel(sheet, panel, top) + GAP
-    item = Item("curves", Title("{text}", text=title), 1, np.zeros(1), tuple(sheet.shapes))
-    return svg(Drawing(title, (item,), tuple(sheet.labels)), prefix)
+        top = _panel(sheet, panel, top, written) + GAP
+    return sheet.svg(prefix)
 
 
-def _panel(sheet: _Sheet, panel: Panel, top: float) -> float:
+def _panel(sheet: Diagram, panel: Panel, top: float, written: Callable[[float], str]) -> float:
     """Draw one panel and return where it ends."""
     named = [curve for curve in panel.curves if curve.name is not None]
     for k, curve in enumerate(named):
-        y = top + k * 1.25 * FONT
-        sheet.line(curve.look, (6.0, y), (44.0, y), size=curve.size)
+        y = top + k * 1.25 * sheet.FONT
+        sheet.line(curve.look, [(6.0, y), (44.0, y)], curve.size)
         assert curve.name is not None, "those alone are listed"
         sheet.text(curve.name, 54.0 + NARROW * curve.name.width / 2, y)
-    top += len(named) * 1.25 * FONT + (14.0 if named else 0.0)
+    top += len(named) * 1.25 * sheet.FONT + (14.0 if named else 0.0)
     low, high = np.array(panel.low), np.array(panel.high)
     size = np.array([WIDE, panel.high_units])
 
@@ -109,26 +89,26 @@ def _panel(sheet: _Sheet, panel: Panel, top: float) -> float:
         return np.asarray(np.stack([part[..., 0] * size[0], top + (1 - part[..., 1]) * size[1]], axis=-1))
 
     bottom = top + float(size[1])
-    for value, name in _ticks(panel.low[0], panel.high[0], panel.turns[0], sheet.written):
+    for value, name in _ticks(panel.low[0], panel.high[0], panel.turns[0], written):
         x = float(placed(np.array([value, panel.low[1]]))[0])
-        sheet.line("leader", (x, top), (x, bottom), size=0.5)
-        sheet.text(name, x, bottom + 1.15 * FONT)
-    for value, name in _ticks(panel.low[1], panel.high[1], panel.turns[1], sheet.written):
+        sheet.line("leader", [(x, top), (x, bottom)], 0.5)
+        sheet.text(name, x, bottom + 1.15 * sheet.FONT)
+    for value, name in _ticks(panel.low[1], panel.high[1], panel.turns[1], written):
         y = float(placed(np.array([panel.low[0], value]))[1])
-        sheet.line("leader", (0.0, y), (WIDE, y), size=0.5)
+        sheet.line("leader", [(0.0, y), (WIDE, y)], 0.5)
         sheet.text(name, -9.0 - name.width / 2, y)
-    sheet.line("stem", (0.0, top), (0.0, bottom), (WIDE, bottom))
-    sheet.text(panel.y, panel.y.width / 2 - 20, top - 1.1 * FONT)
+    sheet.line("stem", [(0.0, top), (0.0, bottom), (WIDE, bottom)])
+    sheet.text(panel.y, panel.y.width / 2 - 20, top - 1.1 * sheet.FONT)
     sheet.text(panel.x, WIDE + 10 + panel.x.width / 2, bottom)
     for curve in panel.curves:
         inside = np.all((curve.points >= low - 1e-9) & (curve.points <= high + 1e-9), axis=1)  # false where it is NaN
         cuts = np.flatnonzero(np.diff(inside.astype(int))) + 1
         for part in np.split(np.arange(len(inside)), cuts):
             if len(part) > 1 and inside[part[0]]:
-                sheet.shapes.append(path(curve.look, placed(_thinned(curve.points[part]))[None], size=curve.size))
+                sheet.line(curve.look, placed(_thinned(curve.points[part])), curve.size)
     for at, look in panel.marks:
         if np.all(np.array(at) >= low) and np.all(np.array(at) <= high):
-            sheet.shapes.append(dot(look, placed(np.array(at))[None], 5.0))
+            sheet.dot(look, placed(np.array(at)), 5.0)
     return bottom
 
 
@@ -143,12 +123,12 @@ def _ticks(low: float, high: float, turns: bool, written: Callable[[float], str]
         step = next(one for one in (Fraction(1, 4), Fraction(1, 2), *map(Fraction, (1, 2, 5, 10, 20, 50)))
                     if (high - low) / (float(one) * math.pi) <= TICKS)  # fmt: skip
         first, last = math.ceil(low / (float(step) * math.pi) - 1e-9), math.floor(high / (float(step) * math.pi) + 1e-9)
-        return [(float(k * step) * math.pi, plain(_part(k * step))) for k in range(first, last + 1)]
+        return [(float(k * step) * math.pi, Text.as_written(_part(k * step))) for k in range(first, last + 1)]
     span = (high - low) / TICKS
     power = 10.0 ** math.floor(math.log10(span))
     size = next(one * power for one in (1, 2, 5, 10) if one * power >= span * (1 - 1e-9))
     first, last = math.ceil(low / size - 1e-9), math.floor(high / size + 1e-9)
-    return [(k * size, plain(written(k * size))) for k in range(first, last + 1)]
+    return [(k * size, Text.as_written(written(k * size))) for k in range(first, last + 1)]
 
 
 def _part(x: Fraction) -> str:
@@ -198,8 +178,3 @@ def contours(x: Array, y: Array, z: Array, level: float) -> list[Array]:
         if len(way) > 1:
             found.append(np.array([point(edge) for edge in way]))
     return found
-
-
-def with_unit(text: Text, unit: str) -> Text:
-    """Return the words of an axis with its unit behind, as they are where it has none."""
-    return Text((*text.runs, Run(f", {unit}", "", 0))) if unit else text

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra import Batches, Symbol, sum_of
-from symdyn.draw import Array, lettered
+from symdyn.algebra import Array, Batches, Symbol, sum_of
+from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable, latex_symbols
 from symdyn.graph import Expr, evaluate, gradient, reachable
 from symdyn.scene import SceneUnits
 from symdyn.teach.document import Picture, Step
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.roads.afterwards.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart, plain, with_unit
+from symdyn.teach.roads.afterwards.charts import DASHED, DOTTED, HIGH, SOLID, Curve, Panel, chart
 from symdyn.teach.roads.afterwards.reduced import led_by
 from symdyn.teach.roads.lagrange.equation_steps import coefficient_key, node_of
 from symdyn.teach.shown_state import Chosen
@@ -75,12 +75,12 @@ def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | N
     for i, q in enumerate(lesson.state.q):
         low, high = float(found.q[:, i].min()), float(found.q[:, i].max())
         room = 0.06 * (high - low) or 0.5
-        label = with_unit(lettered(symbols[str(q.value)]), lesson.scene.shown_unit(units[i]))
+        label = Text.of_name(symbols[str(q.value)]).with_unit(lesson.scene.shown_unit(units[i]))
         curves = [
-            Curve(np.stack([found.t, found.q[k, i]], axis=1), LOOKS[k], plain(name) if i == 0 else None)
+            Curve(np.stack([found.t, found.q[k, i]], axis=1), LOOKS[k], Text.as_written(name) if i == 0 else None)
             for k, name in enumerate(names)
         ]
-        time = with_unit(lettered("t"), lesson.scene.shown_unit("s"))
+        time = Text.of_name("t").with_unit(lesson.scene.shown_unit("s"))
         corners = (0.0, low - room), (last, high + room)
         panels.append(Panel(time, label, *corners, curves, (), (False, False), HIGH * 0.75))
     title = lesson.text("compare.alt", scene=lesson.scene.name)

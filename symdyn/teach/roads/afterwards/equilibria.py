@@ -16,8 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from symdyn.algebra import Form, Number, Pi, Ratios, product_of
-from symdyn.draw import Array
+from symdyn.algebra import Array, Form, Number, Pi, Ratios, product_of
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.draw import Array
+from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.teach.lesson import Lesson

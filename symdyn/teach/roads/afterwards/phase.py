@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from symdyn.algebra import Batches
-from symdyn.draw import Array, Text, lettered
+from symdyn.algebra import Array, Batches
+from symdyn.draw import Text
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
@@ -23,7 +23,6 @@ from symdyn.teach.roads.afterwards.charts import (
     Panel,
     chart,
     contours,
-    with_unit,
 )
 from symdyn.teach.roads.afterwards.equilibria import Rests
 from symdyn.teach.roads.afterwards.reduced import GRID, Reduced
@@ -65,13 +64,14 @@ def phase_step(lesson: Lesson, left: Reduced) -> Step | None:
     marks += [(-math.pi, look) for place, look in marks if left.turns and abs(place - math.pi) < 1e-6]
     letter = lesson.called("V:", Letter("V"))
     lines = [Curve(np.stack([x, np.where(level >= V, level, np.nan)], axis=1), FAINT, size=0.8) for level in levels]
+    energy = Text.of_name(lesson.letters.latex("V"))
     hill = Panel(
-        with_unit(q, unit), with_unit(lettered(lesson.letters.latex("V")), shown("J")), (low, bottom), (high, ceiling),
+        q.with_unit(unit), energy.with_unit(shown("J")), (low, bottom), (high, ceiling),
         [*lines, Curve(np.stack([x, V], axis=1))], [((place, _at(left, place)), look) for place, look in marks],
         (left.turns, False), 130.0,
     )  # fmt: skip
     flow = Panel(
-        with_unit(q, unit), with_unit(rate, per_second), (low, -fastest), (high, fastest), curves,
+        q.with_unit(unit), rate.with_unit(per_second), (low, -fastest), (high, fastest), curves,
         [((place, 0.0), look) for place, look in marks], (left.turns, False),
     )  # fmt: skip
     title = lesson.text("phase.alt", scene=lesson.scene.name)
@@ -114,7 +114,7 @@ def landscape_step(lesson: Lesson, found: Rests, chosen: Chosen) -> Step | None:
         for place in found.places
         for at in _images(place.at, turns)
     ]
-    names = [with_unit(_spelled(lesson, k)[0], lesson.scene.shown_unit(units[k])) for k in which]
+    names = [_spelled(lesson, k)[0].with_unit(lesson.scene.shown_unit(units[k])) for k in which]
     panel = Panel(
         names[0], names[1], (spans[0][0], spans[1][0]), (spans[0][1], spans[1][1]), curves,
         marks, (turns[0], turns[1]), 330.0,
@@ -188,4 +188,4 @@ def _spelled(lesson: Lesson, k: int) -> tuple[Text, Text]:
     """Return a coordinate and its rate as they are lettered."""
     symbols = latex_symbols(lesson.scene)
     state = lesson.state
-    return lettered(symbols[str(state.q[k].value)]), lettered(symbols[str(state.qd[k].value)])
+    return Text.of_name(symbols[str(state.q[k].value)]), Text.of_name(symbols[str(state.qd[k].value)])

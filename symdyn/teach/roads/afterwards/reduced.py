@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra import Batches
-from symdyn.draw import Array
+from symdyn.algebra import Array, Batches
 from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import DerivationError, NoValueError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute

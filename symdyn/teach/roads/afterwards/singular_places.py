@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symdyn.draw import Array
+from symdyn.algebra import Array
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.roads.lagrange.rotations import angular_velocity

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from fractions import Fraction
 
 import numpy as np
 
 from symdyn.algebra import Number
-from symdyn.dynamics import Workspace, derive_one, driving_forces
+from symdyn.dynamics import derive_one, driving_forces
 from symdyn.dynamics.reactions import DRIVE, Unknown, equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
@@ -20,7 +19,7 @@ from symdyn.teach.roads.dalembert.shown_motion import determined, no_motion, sol
 from symdyn.teach.roads.lagrange.velocities import PAGE, folded, length
 from symdyn.teach.shown_state import Chosen
 from symdyn.verdict import DIFFERENT, PROVED
-from symdyn.verify import Claim, drives_in_reactions, momentum, power_of_reactions, prove, solvable
+from symdyn.verify import Claim, claims_of_reactions, prove, solvable
 
 
 def solved_steps(lesson: Balance) -> list[Step]:
@@ -61,7 +60,8 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
         found = tuple(lesson.solved[u] for u in other)
         same = Claim("drives", "D'Alembert", "Lagrange", found, tuple(other.values()))
     else:
-        other, laws = _multiplied(lesson, drives, chosen), _laws(lesson.workspace)
+        other = _multiplied(lesson, drives, chosen)
+        laws = {f"roads.{name}": claim for name, claim in claims_of_reactions(lesson.workspace).items()}
         last = len(lesson.system.unknowns)
         given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
         same = solvable("drives", "Lagrange", "D'Alembert", [*equations(lesson.proved), *given], last)
@@ -115,17 +115,6 @@ def _multiplied(lesson: Balance, drives: Mapping[int, Unknown], chosen: Chosen) 
     passive = lesson.system.passive
     asked = {u: found[one.joint, one.number] for u, one in drives.items() if one not in passive}
     return asked if determined(lesson, chosen, list(asked)) else {}
-
-
-def _laws(w: Workspace) -> dict[str, Claim]:
-    """Return what can be claimed of all reactions of a closed mechanism, by the key of the sentence that says it."""
-    found = {}
-    laws = {"roads.joints": drives_in_reactions, "roads.power": power_of_reactions, "roads.momentum": momentum}
-    for key, law in laws.items():
-        with suppress(DerivationError):  # reactions are not unique
-            if (claim := law(w)) is not None:
-                found[key] = claim
-    return found
 
 
 def _driven(lesson: Balance) -> list[Expr]:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from itertools import groupby
 
-import numpy as np
-
 from symdyn.algebra import Number, product_of, sum_of
-from symdyn.draw import FONT, Drawing, Item, Label, Put, Run, Shape, Text, Title, dot, lettered, path, svg
+from symdyn.draw import Diagram, Text
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import reachable
 from symdyn.teach.document import Block, Formula, Letter, Picture, Step
@@ -16,6 +13,7 @@ from symdyn.teach.mathematics import letter
 from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.laws import LAW
 
+FONT = Diagram.FONT
 CELL = 2.1 * FONT
 """Side of a place in the matrix, units of the picture."""
 
@@ -23,19 +21,6 @@ FIXED, MOVING = "particle body0", "com"
 """Looks of entries: filled for what is constant, a ring for what changes with the position."""
 
 RADIUS = 4.5
-
-
-@dataclass
-class _Sheet:
-    shapes: list[Shape] = field(default_factory=list)
-    labels: list[Put] = field(default_factory=list)
-
-    def text(self, text: Text, x: float, y: float) -> None:
-        """Put a text with its middle at a point."""
-        self.labels.append(Put(Label(f"label-{len(self.labels)}", text, np.array([[x, y]]), 0.0), np.zeros(2)))
-
-    def line(self, look: str, *points: tuple[float, float]) -> None:
-        self.shapes.append(path(look, np.array([points], dtype=np.float64), size=1.0))
 
 
 def system_step(lesson: Balance) -> Step:
@@ -66,36 +51,35 @@ def _alone(lesson: Balance) -> list[int]:
 
 def _drawn(lesson: Balance, title: str) -> str:
     """Return the picture."""
-    sheet, A, system = _Sheet(), lesson.system.matrix(), lesson.system
+    sheet, A, system = Diagram(title, "system"), lesson.system.matrix(), lesson.system
     spelled = latex_symbols(lesson.scene)
     moving = {*lesson.state.q}
     lefts, left = [], 0.0
     for joint, group in groupby(range(len(system.unknowns)), key=lambda u: system.unknowns[u].joint):
-        columns, name = list(group), Text((Run(joint, "", 0),))
+        columns, name = list(group), Text.as_written(joint)
         width = max(len(columns) * CELL, name.width + FONT)
         sheet.text(name, left + width / 2, -2.6 * FONT)
         for k, u in enumerate(columns):
             lefts.append(left + (k + 0.5) * width / len(columns))
             sheet.text(_unknown(lesson, u, spelled), lefts[-1], -1.1 * FONT)
         left += width
-        sheet.line("leader", (left, -3.2 * FONT), (left, len(A) * CELL))
+        sheet.line("leader", [(left, -3.2 * FONT), (left, len(A) * CELL)])
     each = len(system.kept)
     for j, body in enumerate(lesson.scene.bodies):
-        name = Text((Run(body.name, "", 0),))
+        name = Text.as_written(body.name)
         sheet.text(name, -4.2 * FONT - name.width / 2, (each * j + each / 2) * CELL)
         for k, (kind, axis) in enumerate(lesson.axes):
             y = (each * j + k + 0.5) * CELL
-            sheet.text(lettered(f"{lesson.letters.latex(kind)}_{axis}"), -1.6 * FONT, y)
+            sheet.text(Text.of_name(f"{lesson.letters.latex(kind)}_{axis}"), -1.6 * FONT, y)
             for u, x in enumerate(lefts):
                 entry = A[each * j + k][u]
                 if not entry.is_zero:
                     changes = not moving.isdisjoint(reachable([entry]))
-                    sheet.shapes.append(dot(MOVING if changes else FIXED, np.array([[x, y]]), RADIUS))
+                    sheet.dot(MOVING if changes else FIXED, (x, y), RADIUS)
         bottom = each * (j + 1) * CELL
-        sheet.line("leader", (-3.4 * FONT, bottom), (left, bottom))
-    sheet.line("stem", (0.0, 0.0), (left, 0.0), (left, len(A) * CELL), (0.0, len(A) * CELL), (0.0, 0.0))
-    item = Item("system", Title("{text}", text=title), 1, np.zeros(1), tuple(sheet.shapes))
-    return svg(Drawing(title, (item,), tuple(sheet.labels)), "system-")
+        sheet.line("leader", [(-3.4 * FONT, bottom), (left, bottom)])
+    sheet.line("stem", [(0.0, 0.0), (left, 0.0), (left, len(A) * CELL), (0.0, len(A) * CELL), (0.0, 0.0)])
+    return sheet.svg("system-")
 
 
 def _unknown(lesson: Balance, u: int, spelled: dict[str, str]) -> Text:
@@ -103,5 +87,5 @@ def _unknown(lesson: Balance, u: int, spelled: dict[str, str]) -> Text:
     key = lesson.unknowns[u].name
     look = lesson.names[key].look if key in lesson.names else None
     if isinstance(look, Letter):
-        return lettered(letter(Letter(look.letter, look.index[1:])))
-    return lettered(spelled[key])
+        return Text.of_name(letter(Letter(look.letter, look.index[1:])))
+    return Text.of_name(spelled[key])

@@ -1,6 +1,6 @@
-r"""Pictures of `symdyn.draw` for pdfTeX: shapes by \pdfliteral in the colours of its style sheet, labels set by TeX.
+r"""Pictures for pdfTeX: shapes by \pdfliteral in the colours of its style sheet, labels set by TeX.
 
-Read are paths of M, L, V, A (a quarter turn) and Z, circles, ellipses and labels, which is what `symdyn.draw` writes.
+Read are paths of M, L, V, A (a quarter turn) and Z, circles, ellipses and labels, which is what `svg` writes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from xml.etree.ElementTree import Element
 
 from defusedxml import ElementTree
 
-from symdyn.draw import Curve, Look, curves, ellipse, look_of
+from symdyn.draw.curves import Curve, curves, ellipse
+from symdyn.draw.looks import Look, look_of
 from symdyn.emit import in_latex
 
 WIDTH, HEIGHT = 300.0, 230.0  # bp, at most

@@ -1,0 +1,60 @@
+"""A lesson as it is handed out: of a scene or a variant of it, whole or with exercises, or as a sheet of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.scene import Scene
+from symdyn.teach.document import Document
+from symdyn.teach.interactive.page import interactive_page
+from symdyn.teach.practice.exercises import with_exercises
+from symdyn.teach.practice.sheet import sheet
+from symdyn.teach.practice.variants import Variant, variant, with_changes
+from symdyn.teach.roads.lessons import walkthrough
+from symdyn.unlocked import cached_property
+
+
+@dataclass(frozen=True)
+class Handout:
+    """A lesson as it is handed out.
+
+    Attributes:
+        scene: any that `walkthrough` takes.
+        language, detail, until, road: as of `walkthrough`.
+        seed: draws a variant of the scene; None for the scene itself.
+        exercises: whether results are left out.
+        grade, ask: which, as of `with_exercises`.
+        sheet: "questions" or "solutions" of exercises to be printed; "" for the whole lesson.
+    """
+
+    scene: Scene
+    language: str = "en"
+    detail: str = "full"
+    until: str = ""
+    road: str = ""
+    seed: int | None = None
+    exercises: bool = False
+    grade: int = 2
+    ask: tuple[str, ...] = ()
+    sheet: str = ""
+
+    @cached_property
+    def variant(self) -> Variant | None:
+        """The variant that is drawn; None for the scene itself."""
+        return None if self.seed is None else variant(self.scene, self.seed)
+
+    @property
+    def shown(self) -> Scene:
+        """The scene that the lesson is about."""
+        return self.variant.scene if self.variant else self.scene
+
+    def page(self) -> str:
+        """Return the interactive part alone, as HTML; errors as of `interactive_page`."""
+        return interactive_page(self.shown, language=self.language)
+
+    def document(self) -> Document:
+        """Return the lesson; errors as of `walkthrough`, `variant` and `with_exercises`."""
+        found = walkthrough(self.shown, self.language, self.detail, self.until, self.road)
+        found = with_changes(found, self.variant) if self.variant else found
+        found = with_exercises(found, self.grade, self.ask) if self.exercises else found
+        return sheet(found, self.sheet == "solutions") if self.sheet else found
