@@ -13,12 +13,13 @@ from symdyn.bench.extended import FINEST, Truth, truth
 from symdyn.bench.report import html, markdown, pictures
 from symdyn.bench.stress.scenes import offset_pendulum, rubbing
 from symdyn.bench.stress.stiff import RUBBED
-from symdyn.bench.work_precision import UNTIL, Runs, lively, marked, motion
+from symdyn.bench.work_precision import UNTIL, lively, marked, motion
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
+from symdyn.simulation.timed_runs import Runs
 
 pytestmark = pytest.mark.runs()
 

@@ -6,9 +6,8 @@ the energy, with the work of what takes it or gives it counted.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -18,20 +17,7 @@ from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneUnits
-from symdyn.simulation import (
-    METHODS,
-    IntegrationError,
-    Piece,
-    Problem,
-    Projection,
-    StateEquations,
-    importable,
-    integrate,
-    observe,
-    read_start,
-    ready,
-    state_equations,
-)
+from symdyn.simulation import METHODS, IntegrationError, Runs, importable, runs_of
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +33,7 @@ PATIENCE, PATIENCE_QUICK = 3.0, 0.08
 AGAIN = 0.02
 """Runs that are shorter, s, are timed three times."""
 
-ROUNDING, SAMPLES = 1e-14, 401
+SAMPLES = 401
 
 
 def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = lambda _: None) -> MotionPrecision:
@@ -63,11 +49,8 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         DerivationError: there is no forward dynamics.
     """
     progress("a reference of the motion")
-    system = state_equations(scene)
-    begin = read_start(scene, lively(scene))
-    runs = Runs(system, np.concatenate([begin.q, begin.u, np.zeros(int(system.works))]))
-    ready(system, runs.x)
-    known = truth(system, runs.x, UNTIL, lambda name, tolerance: runs.run(name, tolerance, UNTIL).x[-1])
+    runs = runs_of(scene, lively(scene))
+    known = truth(runs.system, runs.x, UNTIL, lambda name, tolerance: runs.run(name, tolerance, UNTIL).x[-1])
     if known.distance(runs.x) == 0:
         raise SimulateError(f"{scene.name}: nothing moves from its start; give joints start or start_rates")
     notes, slow, precise, drifts = [], [], [], []
@@ -77,7 +60,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         if quick and name not in QUICK_METHODS:
             continue
         why = "" if importable(method.module) else f"{method.library} is not installed; {install(method.extra)}"
-        why = why or method.refuses(system)
+        why = why or method.refuses(runs.system)
         if why:
             notes.append(f"{name} was not measured: {why}")
             continue
@@ -114,40 +97,6 @@ def marked(curves: Sequence[Curve]) -> list[Curve]:
     return [curve for curve in found if curve.points]
 
 
-@dataclass(frozen=True)
-class Run:
-    """States of a run, the processor time of its integration in seconds, and its evaluations."""
-
-    x: Array
-    seconds: float
-    evaluations: int
-
-
-@dataclass(frozen=True)
-class Runs:
-    """A system and its start, ready to be run by any method."""
-
-    system: StateEquations
-    x: Array
-
-    def run(self, name: str, tolerance: float, until: float, samples: int = 2) -> Run:
-        """Return a run; what comes before the first step, such as compiling, is not in its time.
-
-        Raises:
-            IntegrationError: it does not reach its end.
-        """
-        times = np.linspace(0.0, until, samples)
-        project = Projection(self.system, max(ROUNDING, 1e-2 * tolerance))
-        problem = Problem(self.system, self.x, times, tolerance, tolerance, (), project)
-        pieces: list[Piece] = []
-        begin = 0.0
-        for piece in integrate(METHODS[name], problem):
-            begin = begin if pieces else time.thread_time()
-            pieces.append(piece)
-        seconds = time.thread_time() - begin
-        return Run(np.concatenate([piece.x for piece in pieces]), seconds, sum(piece.evaluations for piece in pieces))
-
-
 def _points(
     runs: Runs,
     name: str,
@@ -182,6 +131,4 @@ def _drifts(runs: Runs, name: str, points: Sequence[Point], later: float, patien
             made = runs.run(name, point.tolerance, later, SAMPLES)
         except IntegrationError:
             return
-        _, monitors = observe(runs.system, np.linspace(0.0, later, SAMPLES), made.x)
-        drift = monitors["energy"] / (monitors["energy_scale"] or 1.0)
-        yield Point(point.tolerance, made.seconds, made.evaluations, drift)
+        yield Point(point.tolerance, made.seconds, made.evaluations, runs.drift(made, later))

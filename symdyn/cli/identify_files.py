@@ -13,28 +13,7 @@ from pathlib import Path
 from symdyn.cli.talk import say, wrote
 from symdyn.emit import write
 from symdyn.errors import IdentifyError
-from symdyn.identification import Identification, Identified, identified, report, written
-from symdyn.unlocked import cached_property
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What is to be written about.
-
-    Attributes:
-        found: the identification.
-        total_mass: of all bodies, kg; None leaves it to the data.
-        command: that made it.
-    """
-
-    found: Identification
-    total_mass: float | None
-    command: str
-
-    @cached_property
-    def made(self) -> Identified:
-        """The identified scene."""
-        return identified(self.found, self.total_mass)
+from symdyn.identification import Identification, Outcome
 
 
 @dataclass(frozen=True)
@@ -48,28 +27,25 @@ class Kind:
     """
 
     text: str
-    contents: Callable[[Asked], str]
+    contents: Callable[[Outcome], str]
     scene: bool = False
 
 
-def _page(asked: Asked) -> str:
-    try:
-        made = asked.made
-    except IdentifyError as fault:  # the page tells what was identified all the same
-        say(f"symdyn: the page has no identified scene: {fault}")
-        return report(asked.found, None, asked.command)
-    return report(asked.found, made, asked.command)
+def _page(asked: Outcome) -> str:
+    text, why = asked.page()
+    if why:
+        say(f"symdyn: the page has no identified scene: {why}")
+    return text
 
 
-def _scene(asked: Asked, format: str) -> str:
-    about = [f"identified by: {asked.command}"] if asked.command else []
-    text = written(asked.made, format, about)
+def _scene(asked: Outcome, format: str) -> str:
+    text = asked.text(format)
     for line in text.lost:
         say(f"symdyn: left out: {line}")
     return text.text
 
 
-def _table(asked: Asked) -> str:
+def _table(asked: Outcome) -> str:
     """Return the base parameters as CSV."""
     found, file = asked.found, io.StringIO()
     lines = csv.writer(file, lineterminator="\n")
@@ -124,7 +100,7 @@ def check_files(options: argparse.Namespace) -> None:
 
 def write_files(found: Identification, outputs: Sequence[str], total_mass: float | None, command: str) -> None:
     """Write what `-o` asks for, all of it or nothing, and say where."""
-    asked = Asked(found, total_mass, command)
+    asked = Outcome(found, total_mass, command)
     paths = [Path(name) for name in outputs]
     contents = [FILES[path.suffix.lower()].contents(asked) for path in paths]
     if any(FILES[path.suffix.lower()].scene for path in paths):

@@ -14,7 +14,7 @@ from symdyn.cli.talk import Bar, fail, give, print_paths, print_table, say
 from symdyn.cli.trajectory_options import flattened, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.study import DESIGNS, DISTRIBUTIONS, SUFFIX, TOLERANCE, Study, sweep
+from symdyn.study import DESIGNS, FORMS, SUFFIX, Study, sweep
 
 CTRL_C = 130
 
@@ -29,14 +29,14 @@ FAILED = 3
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
     add_reading_options(verb)
-    kinds = "; ".join(f"{name}({','.join(kind.keys)})" for name, kind in DISTRIBUTIONS.items())
+    kinds = FORMS.replace("%", "%%")
     verb.add_argument(
         "--over",
         action="append",
         default=[],
         metavar="NAME=VALUES",
-        help=f"a parameter, a coordinate or velocity at the start, or a letter of --forces over: [1,2,5]; {kinds}; "
-        f"{TOLERANCE}(5 %%). May be given several times; without any, all parameters that have a tolerance",
+        help=f"a parameter, a coordinate or velocity at the start, or a letter of --forces over: [1,2,5]; {kinds}. "
+        "May be given several times; without any, all parameters that have a tolerance",
     )
     verb.add_argument(
         "--measure",

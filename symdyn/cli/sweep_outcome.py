@@ -10,7 +10,7 @@ from symdyn.cli.talk import print_table, say, wrote
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.study import PLOTS, SALTELLI, Study, beside, check_study_plot, indices, plot
+from symdyn.study import PLOTS, Study, beside, check_study_plot, plot
 
 DIGITS = 4
 
@@ -40,7 +40,7 @@ def check_outcome(options: argparse.Namespace) -> None:
 def tell_outcome(study: Study, scene: Scene, options: argparse.Namespace, asked: dict[str, Any]) -> dict[str, Any]:
     """Print and write what is asked for; return the same for JSON."""
     told: dict[str, Any] = {}
-    if study.about.get("design") == SALTELLI:
+    if study.has_indices:
         told["indices"] = _indices(study, options.json)
     if options.first_order:
         told["first_order"] = _first_order(study, scene, options, asked)
@@ -56,7 +56,7 @@ def _indices(study: Study, quiet: bool) -> dict[str, Any]:
     rows = []
     for measure in study.measures:
         try:
-            found = indices(study, measure)
+            found = study.indices(measure)
         except SimulateError as fault:  # too few runs have a value: the others are told
             say(str(fault))
             continue

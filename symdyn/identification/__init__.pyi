@@ -9,6 +9,7 @@ from .gains import Gain as Gain
 from .identification import Identification as Identification
 from .linear_model import TERMS as TERMS
 from .log import Log as Log
+from .outcome import Outcome as Outcome
 from .output_error import output_error as output_error
 from .output_fit import OutputFit as OutputFit
 from .payload import Payload as Payload
@@ -16,5 +17,3 @@ from .regression import Regression as Regression
 from .report import report as report
 from .scene import Identified as Identified, identified as identified, with_parameters as with_parameters
 from .units import GAINED as GAINED
-from .unknowns import ten_of_body as ten_of_body
-from .written_scene import written as written

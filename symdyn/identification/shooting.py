@@ -19,18 +19,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError, SymdynError
 from symdyn.scene import Scene, bind
-from symdyn.simulation import (
-    ALONG,
-    Flow,
-    Forces,
-    StateEquations,
-    check_smooth,
-    flow,
-    independent,
-    starting,
-    state_equations,
-    varied,
-)
+from symdyn.simulation import Flow, Forces, flow, smooth_flow, state_equations
 
 MOST_STEPS = 128
 """Steps between two samples beyond which a motion is too fast for them."""
@@ -91,8 +80,8 @@ class Shooting:
         Raises:
             SymdynError: values that the scene cannot have.
         """
-        system = _system(bind(self.scene, values) if values else self.scene, self.forces, self.start)
-        return flow(system, self.parameters, ALONG)
+        scene = bind(self.scene, values) if values else self.scene
+        return flow(state_equations(scene, self.forces, (), self.start[: len(scene.coordinates)]), self.parameters)
 
     def grown(self, run: Run | None) -> float:
         """Return how many times moves of the start have grown until the end of a run."""
@@ -103,7 +92,7 @@ class Shooting:
     def unknowns(self) -> tuple[str, ...]:
         """Names of the independent positions and velocities of the start."""
         along = self.along({})
-        return starting(along, self.start, self.chosen)[2][: -len(self.parameters) or None]
+        return along.starting(self.start, self.chosen)[2][: -len(self.parameters) or None]
 
     def run(self, values: Mapping[str, float], moves: Array) -> Run | None:
         """Return the run at values of the parameters, its start moved by independent positions and velocities.
@@ -114,14 +103,14 @@ class Shooting:
             with np.errstate(all="ignore"):
                 along = self.along(values)
                 x = self._moved(along, moves)
-                ways, changes, _ = starting(along, x, self.chosen)
+                ways, changes, _ = along.starting(x, self.chosen)
                 return self._followed(along, x, ways, changes)
         except (SymdynError, np.linalg.LinAlgError):
             return None
 
     def _moved(self, along: Flow, moves: Array) -> Array:
         system, nq = along.system, along.system.nq
-        ways, _, _ = starting(along, self.start, self.chosen)
+        ways, _, _ = along.starting(self.start, self.chosen)
         x = self.start + moves @ ways[: len(moves)]
         for part in system.quaternions:
             x[part] /= np.linalg.norm(x[part])
@@ -182,10 +171,8 @@ def shooting(scene: Scene, parameters: tuple[str, ...], forces: Forces, t: Array
         SimulateError: a force that jumps, or a parameter that the equations cannot be differentiated by.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    system = _system(scene, forces, start)
-    check_smooth(system)
-    varied(system, parameters)
-    return with_steps(Shooting(scene, parameters, forces, t, start, independent(system), 1, ()), 1)
+    along = smooth_flow(state_equations(scene, forces, (), start[: len(scene.coordinates)]), parameters)
+    return with_steps(Shooting(scene, parameters, forces, t, start, along.independent(), 1, ()), 1)
 
 
 def with_steps(piece: Shooting, steps: int) -> Shooting:
@@ -197,10 +184,6 @@ def with_steps(piece: Shooting, steps: int) -> Shooting:
     each = list(zip(h.tolist(), *tables, strict=True))
     nodes = tuple(tuple(each[k : k + steps]) for k in range(0, len(each), steps))
     return replace(piece, steps=steps, nodes=nodes)
-
-
-def _system(scene: Scene, forces: Forces, start: Array) -> StateEquations:
-    return state_equations(scene, forces, (), start[: len(scene.coordinates)])
 
 
 def _step(

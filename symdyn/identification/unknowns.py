@@ -61,6 +61,10 @@ class Unknowns:
         found: Array = values[: TEN * len(self.scene.bodies)].reshape(-1, TEN)
         return found
 
+    def inertias(self, values: Array) -> list[tuple[float, Array, Array, Array]]:
+        """Return mass, centre of mass, principal moments and spread of every body, as of `ten_of_body`."""
+        return [ten_of_body(ten) for ten in self.ten(values)]
+
 
 def unknowns(scene: Scene, unbound: Collection[str] = ()) -> Unknowns:
     """Return the linear parameters of a scene whose numbers are known.

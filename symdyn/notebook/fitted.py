@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.identification import Identification, Identified, OutputFit, ten_of_body
+from symdyn.identification import Identification, Identified, OutputFit
 from symdyn.notebook.page import Markup, head, note, notes, table
 
 
@@ -49,12 +49,12 @@ def identified(found: Identified) -> list[Markup]:
         parts.append(table(("", "before", "after", "standard error"), rows, "parameters with names"))
     if found.physical is not None:
         known = found.physical.unknowns
-        both = (("before", known.ten(known.values)), ("after", known.ten(found.physical.values)))
+        both = (("before", known.inertias(known.values)), ("after", known.inertias(found.physical.values)))
         bodies: list[list[str | int | float | Markup]] = [
             [name, when, mass, *map(float, (*centre, *moments))]
             for k, name in enumerate(known.bodies)
-            for when, ten in both
-            for mass, centre, moments, _ in [ten_of_body(ten[k])]
+            for when, each in both
+            for mass, centre, moments, _ in [each[k]]
         ]
         heads = ("", "", "mass, kg", "x, m", "y, m", "z, m", "I1, kg m\u00b2", "I2", "I3")
         parts.append(table(heads, bodies, "masses, centres of mass, principal moments"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from symdyn.algebra import Array
@@ -9,10 +11,13 @@ from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Cell, Markup, head, note, notes, picture, table, verdict
 from symdyn.simulation import importable
-from symdyn.study import SHARES, Indices, Study, Uncertainty, drawn_bands, drawn_study
+from symdyn.study import Indices, Study, Uncertainty
 
 MOST = 10_000
 """Numbers beyond which dots make a smaller picture than lines."""
+
+SHARES = (0.05, 0.5, 0.95)
+"""Quantiles that are shown."""
 
 ROWS = 12
 """Columns of a run whose error bars at the end are shown."""
@@ -41,10 +46,9 @@ def _picture(found: Study) -> Markup:
         return note("no run has a value")
     if not importable(EXTRAS["plot"].modules[0]):
         return note(f"plots need matplotlib: {install('plot')}")
-    shown = [name for name, column in found.measures.items() if np.isfinite(column).any()]
-    kind = "svg" if len(found) <= MOST else "png"
+    kind: Literal["svg", "png"] = "svg" if len(found) <= MOST else "png"
     try:
-        drawn = drawn_study(found, kind, shown)
+        drawn = found.drawn(kind)
     except SimulateError as fault:  # too few groups for indices
         return note(str(fault))
     return picture(drawn, kind, f"plots of {found.scene}", dark=False)
@@ -76,8 +80,8 @@ def uncertainty(found: Uncertainty) -> list[Markup]:
         due = ", ".join(f"{name} {100 * part:.3g} %" for name, part in shares)
         body.append([one.name, one.unit, float(found.run[one.name][-1]), float(found[one.name][-1]), due])
     if importable(EXTRAS["plot"].modules[0]):
-        kind = "svg" if len(found.t) * len(found.names) <= MOST else "png"
-        drawn = picture(drawn_bands(found, kind), kind, f"error bars of {found.run.scene.name}", dark=False)
+        kind: Literal["svg", "png"] = "svg" if len(found.t) * len(found.names) <= MOST else "png"
+        drawn = picture(found.drawn(kind), kind, f"error bars of {found.run.scene.name}", dark=False)
     else:
         drawn = note(f"plots need matplotlib: {install('plot')}")
     return [

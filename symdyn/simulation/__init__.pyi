@@ -6,44 +6,27 @@ from .ensemble.ensemble import Ensemble as Ensemble
 from .ensemble.measures import (
     FOLDS as FOLDS,
     Measure as Measure,
-    Sums as Sums,
-    fold_units as fold_units,
+    fold_over as fold_over,
     read_measure as read_measure,
     read_measures as read_measures,
-    sums_of as sums_of,
 )
-from .ensemble.one_by_one import sums_over as sums_over
+from .ensemble.one_by_one import measured as measured
 from .equations.compiled_routines import argument as argument, compiled as compiled, plain as plain, points as points
 from .equations.opened import opened as opened
-from .equations.projection import Projection as Projection
 from .equations.system import StateEquations as StateEquations
-from .equations.variational import ALONG as ALONG, Flow as Flow, flow as flow
+from .equations.variational import Flow as Flow, flow as flow, smooth_flow as smooth_flow
 from .equations.written import state_equations as state_equations
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
 from .feedback.gains import Gains as Gains, state_names as state_names
 from .feedback.saturation import Saturation as Saturation
-from .forward import check_run as check_run, ready as ready, simulate as simulate
-from .gradients import (
-    Sensitivity as Sensitivity,
-    check_smooth as check_smooth,
-    independent as independent,
-    sensitivity as sensitivity,
-    starting as starting,
-    varied as varied,
-)
+from .forward import check_run as check_run, simulate as simulate
+from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start, Values as Values, read_guess as read_guess, read_start as read_start
 from .integrate import METHODS as METHODS
 from .integrate.heyoka_expressions import library as library, refuses as refuses, translate as translate
-from .integrate.method import (
-    IntegrationError as IntegrationError,
-    Piece as Piece,
-    Problem as Problem,
-    importable as importable,
-    integrate as integrate,
-)
+from .integrate.method import IntegrationError as IntegrationError, importable as importable
 from .inverse_run import inverse as inverse
-from .monitors import observe as observe
-from .panels import Curve as Curve, Panel as Panel, check_columns as check_columns, chosen as chosen
+from .panels import check_columns as check_columns, chosen as chosen
 from .plot import (
     check_plot as check_plot,
     plot as plot,
@@ -61,5 +44,6 @@ from .record import (
     write_whole as write_whole,
 )
 from .tables import columns_csv as columns_csv, frame as frame
-from .trajectory import END as END, INTERRUPTED as INTERRUPTED, Event as Event, Trajectory as Trajectory
+from .timed_runs import Runs as Runs, runs_of as runs_of
+from .trajectory import Event as Event, Trajectory as Trajectory
 from .variations import UNTOLD as UNTOLD, variations as variations

@@ -16,6 +16,8 @@ from symdyn.scene.values import acceleration_name, choice, force_unit
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
+RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
 FORCES, ENERGIES, OTHERS = "driving forces", "energies", "others"
 
 
@@ -39,6 +41,13 @@ class Column:
     def words(self) -> str:
         """Its name as words, where it has no symbol."""
         return self.name.replace("_", " ").strip()
+
+    @property
+    def printed_unit(self) -> str:
+        """Its unit as it is printed, such as "m/s²"."""
+        unit, _, power = self.unit.partition("^")
+        digits = power[: len(power) - len(power.lstrip("-0123456789"))]
+        return unit + digits.translate(RAISED) + power[len(digits) :]
 
 
 @dataclass(frozen=True)

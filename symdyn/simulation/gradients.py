@@ -17,15 +17,11 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.graph import Graph, Op, reachable
 from symdyn.scene import Scene, SceneLike, scene_of, with_values
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.shown import Shown
-from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, flow
+from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, smooth_flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import check_run, ready
@@ -46,9 +42,6 @@ RTOL = 1e-12
 
 FINEST = 100 * float(np.finfo(np.float64).eps)
 """The finest relative tolerance that the methods take."""
-
-FAILS = 1e-9
-"""Smallest singular value of G_d over the largest of G with which independent velocities determine the others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +157,8 @@ def sensitivity(
     system = state_equations(scene, forces, (), initial.q if isinstance(start, Start) else None)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     ready(system, x)
-    check_smooth(system)
-    along = flow(system, varied(system, parameters), DOORS[by])
-    ways, changes, names = starting(along, x[: along.size])
+    along = smooth_flow(system, parameters, DOORS[by])
+    ways, changes, names = along.starting(x[: along.size])
     stiff, probe = is_stiff(system, x, until), _probe(along, ways, changes)
     name = "radau" if stiff else "dop853"
     relative, absolute, others = METHODS[name].tolerances(name, RTOL if rtol is None else rtol, atol)
@@ -209,29 +201,6 @@ def _found(
     return Sensitivity(scene, until, tape.x[:nq], tape.x[nq:], rows, names, matrix, by, tape.method, len(tape.steps))
 
 
-def check_smooth(system: StateEquations) -> None:
-    """Raise SimulateError where forces jump: the time of a jump depends on the start, which no tangent sees."""
-    if any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries)):
-        raise SimulateError(
-            f"{system.scene.name}: a force with sign jumps, and a run has no derivative by what moves the jump; write "
-            "a steep tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
-        )
-
-
-def varied(system: StateEquations, asked: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the parameters that are varied; SimulateError where one is none of the equations."""
-    free = [one.name for one in system.opened.scene.free_parameters]
-    if asked is None:
-        return tuple(free)
-    fixed = [f"{name} = {system.opened.values[name]:g}" for name in asked if name not in free]
-    if fixed:
-        raise SimulateError(
-            f"{system.scene.name}: {', '.join(fixed)} decides which terms the equations have, as zero and right angles "
-            "do, so that they cannot be differentiated by it; give a value next to that, such as 1e-9"
-        )
-    return tuple(asked)
-
-
 def _ends(along: Flow, x: Array) -> Array:
     """Return the covectors of all positions along the velocities, and of velocities, at a state, shape (2 nv, nx)."""
     nq, nv = along.system.nq, along.system.nv
@@ -239,64 +208,3 @@ def _ends(along: Flow, x: Array) -> Array:
     found[:nv, :nq] = np.linalg.pinv(along.turned(x[:nq]))
     found[nv:, nq:] = np.eye(nv)
     return found
-
-
-def starting(
-    along: Flow, x: Array, chosen: tuple[list[int], list[int]] | None = None
-) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return δx and δp of every column, shapes (k, nx) and (k, at least 1), and their names; of what was chosen."""
-    system = along.system
-    scene, nq, nv, np_ = system.scene, system.nq, system.nv, len(along.parameters)
-    motion, names = prescribed(scene, Graph()), state_names(scene)
-    H = along.turned(x[:nq])
-    positions, velocities = chosen or independent(system)
-    count = len(positions) + len(velocities) + np_
-    moves, rates = np.zeros((count, nv)), np.zeros((count, nv))  # δξ and δu
-    changes = np.zeros((count, max(1, np_)))
-    for row, k in enumerate(positions):
-        moves[row, k] = 1.0
-    for row, k in enumerate(velocities, len(positions)):
-        rates[row, k] = 1.0
-    changes[count - np_ :, :np_] = np.eye(np_)
-    if motion.place and np_:
-        led = along.led(changes)
-        moves[:, motion.place], rates[:, motion.place] = np.split(led, 2, axis=1)
-    follows = [[k for k in range(nv) if k not in (*some, *motion.place)] for some in (positions, velocities)]
-    if system.rows:
-        _follow(along, x, H, (moves, rates, changes), follows)
-    columns = (*(names[k] for k in positions), *(names[nv + k] for k in velocities), *along.parameters)
-    return np.hstack([moves @ H.T, rates]), changes, columns
-
-
-def independent(system: StateEquations) -> tuple[list[int], list[int]]:
-    """Return the independent positions and velocities; prescribed motions are none."""
-    led = prescribed(system.scene, Graph()).place
-    positions = velocities = tuple(range(system.nv))
-    if system.decisions.partition is not None:
-        w = Workspace(system.opened.scene, system.opened.closing)
-        positions, velocities = w.loops.held_positions[1].independent, w.loops.decisions.partition.independent
-    found = ([k for k in sorted(some) if k not in led] for some in (positions, velocities))
-    return next(found), next(found)
-
-
-def _follow(
-    along: Flow, x: Array, H: Array, start: tuple[Array, Array, Array], follows: Sequence[Sequence[int]]
-) -> None:
-    """Let dependent positions and velocities follow, so that δr = 0 and δ(G u) = 0; they are written in place."""
-    moves, rates, changes = start
-    nv, rows = along.system.nv, along.system.rows
-    none = np.zeros((nv, changes.shape[1]))
-    held = along.held(x, np.hstack([H.T, np.zeros((nv, nv))]), none)
-    G_h, G = held[:, :-rows].T, along.held(x, np.hstack([0 * H.T, np.eye(nv)]), none)[:, -rows:].T
-    for values, matrix, part, own in ((moves, G_h, slice(0, -rows), 0), (rates, G, slice(-rows, None), 1)):
-        dependent = list(follows[own])
-        if not dependent:
-            continue
-        sizes = [np.linalg.svd(one, compute_uv=False) for one in (matrix[:, dependent], matrix)]
-        if len(sizes[0]) < len(dependent) or sizes[0][-1] < FAILS * sizes[1][0]:
-            raise SimulateError(
-                f"{along.system.scene.name}: the independent velocities do not determine the others at this start; "
-                "give another one"
-            )
-        missed = along.held(x, np.hstack([moves @ H.T, rates]), changes)[:, part]
-        values[:, dependent] -= np.linalg.lstsq(matrix[:, dependent], missed.T)[0].T

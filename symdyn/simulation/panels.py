@@ -34,8 +34,6 @@ USUAL = (
 NOTHING = 1e-12
 """Forces below it, over the largest of them and at least 1 N, are zero: left out where nobody asks for them."""
 
-RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-
 
 @dataclass(frozen=True)
 class Curve:
@@ -68,9 +66,7 @@ class Panel:
     @property
     def unit(self) -> str:
         """Their unit as it is printed, such as "m/s²"."""
-        unit, _, power = self.curves[0].column.unit.partition("^")
-        digits = power[: len(power) - len(power.lstrip("-0123456789"))]
-        return unit + digits.translate(RAISED) + power[len(digits) :]
+        return self.curves[0].column.printed_unit
 
 
 def panels(trajectory: Trajectory, names: Sequence[str] = ()) -> list[Panel]:

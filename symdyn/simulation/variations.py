@@ -20,11 +20,11 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.equations.variational import ALONG, Flow, flow
+from symdyn.simulation.equations.variational import Flow, smooth_flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import ready
-from symdyn.simulation.gradients import FINEST, check_smooth, starting, varied
+from symdyn.simulation.gradients import FINEST
 from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate.method import LIBRARIES_RAISE
 from symdyn.simulation.integrator import is_stiff
@@ -124,10 +124,9 @@ def variations(run: Trajectory, forces: Forces, start: Start, names: Sequence[st
     system = state_equations(scene, forces, (), start.q)
     x = np.concatenate([start.q, start.u, np.zeros(int(system.works))])
     ready(system, x)
-    check_smooth(system)
     every = [one.name for one in scene.parameters]
-    along = flow(system, varied(system, tuple(name for name in names if name in every)), ALONG)
-    ways, changes, columns = starting(along, x[: along.size])
+    along = smooth_flow(system, tuple(name for name in names if name in every))
+    ways, changes, columns = along.starting(x[: along.size])
     lacking = [name for name in names if name not in columns]
     if lacking:
         raise SimulateError(

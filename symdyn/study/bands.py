@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from symdyn.draw import FilledFigure
 from symdyn.scene.values import listed
-from symdyn.simulation import Curve, Panel, check_plot, chosen, write_picture
+from symdyn.simulation import check_plot, chosen, write_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,6 +69,6 @@ def _draw(axis: Any, found: Uncertainty, name: str) -> None:
     for count, alpha in ((2, 0.18), (1, 0.28)):
         axis.fill_between(found.t, middle - count * sd, middle + count * sd, color=COLOUR, alpha=alpha, linewidth=0)
     axis.plot(found.t, middle, color=COLOUR, linewidth=1.0)
-    unit = Panel((Curve(found.columns[place], middle),)).unit
+    unit = found.columns[place].printed_unit
     axis.set_ylabel(f"{name}, {unit}" if unit else name).set_parse_math(False)
     axis.grid(alpha=0.3)

@@ -13,21 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.values import Faults
-from symdyn.simulation import (
-    Measure,
-    Trajectory,
-    opened,
-    read_forces,
-    read_measures,
-    read_start,
-    simulate,
-    sums_over,
-    variations,
-)
+from symdyn.simulation import measured, read_forces, read_measures, read_start, simulate, variations
 from symdyn.simulation.prescribed import close, noted
 from symdyn.study.spread import read_spread
 from symdyn.study.study import Study
@@ -91,7 +80,7 @@ def beside(
     slopes = np.zeros((len(read), len(spread.names)))
     for k in range(len(spread.names)):
         step = found.step(k)
-        ahead, behind = (_values(found.beside(k, sign * step), read) for sign in (1, -1))
+        ahead, behind = (measured(found.beside(k, sign * step), read) for sign in (1, -1))
         slopes[:, k] = (ahead - behind) / (2 * step)
     lacking = [name for name, row in zip(names, slopes, strict=True) if not np.all(np.isfinite(row))]
     if lacking:
@@ -107,10 +96,3 @@ def beside(
         near = abs(many - first) <= (NEAR + 3 / sqrt(2 * count)) * max(first, many)
         told.append(Beside(name, first, many, shares, near))
     return tuple(told)
-
-
-def _values(run: Trajectory, measures: Sequence[Measure]) -> Array:
-    """Return measures of one run, shape (measures,)."""
-    sums = sums_over(tuple(dict.fromkeys(inside for one in measures for inside in one.insides)), run)
-    known = {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
-    return np.array([float(one.value(sums, known)) for one in measures])

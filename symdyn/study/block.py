@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symdyn.algebra import Array
 from symdyn.errors import SymdynError
-from symdyn.simulation import END, INTERRUPTED, Ensemble, ensemble
+from symdyn.simulation import Ensemble, ensemble
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
 from symdyn.study.place_block import at_places
@@ -37,15 +37,15 @@ def _runs(job: Job, first: int, last: int) -> Found:
     rows = np.array([row for row in range(len(values)) if row not in told], dtype=np.int64)
     for some, found in _possible(job, values, rows, told):
         words = [found.words[one] for one in found.stopped]
-        if INTERRUPTED in words:
+        if found.interrupted:
             raise KeyboardInterrupt
         notes |= dict.fromkeys(found.notes)
         began = np.isfinite(found.q).all(axis=1)
-        ended = np.array([word == END for word in words])
+        ended = found.complete
         codes[some] = np.where(began & ended, ENDED, np.where(began, STOPPED, FAILED))
         for column, one in enumerate(job.measures):
             measures[some, column] = found.measures[one.formula]
-        told |= {int(row): word for row, word in zip(some, words, strict=True) if word != END}
+        told |= {int(row): word for row, word, whole in zip(some, words, ended, strict=True) if not whole}
         told |= {int(row): NO_NUMBER for row in some[ended & ~began]}
     measures[codes == FAILED] = np.nan
     return Found(

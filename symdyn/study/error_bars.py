@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.emit import write_file
-from symdyn.errors import EmitError, UnknownNameError, quoted
+from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 from symdyn.simulation import Column, Trajectory, columns_csv, frame
@@ -127,6 +127,13 @@ class Uncertainty(Shown):
         each = (Column(start + one.name, one.kind, one.unit) for one in self.columns for start in ("", SD))
         about: dict[str, Any] = {"scene": self.run.scene.name, "varied": self.varied}
         return frame((Column(TIME, "time", "s"), *each), self.table()[1], about)
+
+    def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
+        """Return the plot of all columns as a picture; errors as of `plot`."""
+        check_arguments(Uncertainty.drawn, locals(), SimulateError)
+        from symdyn.study.bands import drawn_bands
+
+        return drawn_bands(self, kind)
 
     def plot(self, *names: str | Sequence[str]) -> Figure:
         """Return a figure of matplotlib, which a notebook shows: each column with bands of one and two deviations.

@@ -93,7 +93,7 @@ def indices(study: Study, measure: str, level: float = LEVEL, resamples: int = R
     """
     check_arguments(indices, locals(), SimulateError)
     (level,), (resamples, seed) = doubles(level), wholes(resamples, seed)
-    if study.about.get("design") != SALTELLI:
+    if not study.has_indices:
         raise SimulateError(
             f"{study.scene}: Sobol's indices need runs of the design {SALTELLI}, and these are of "
             f"{study.about.get('design')}; sweep again with --design {SALTELLI}"

@@ -29,6 +29,9 @@ Over = Mapping[str, Any] | Iterable[str] | str
 
 TOLERANCE = "tolerance"
 
+FORMS = "; ".join([*(f"{name}({','.join(kind.keys)})" for name, kind in DISTRIBUTIONS.items()), f"{TOLERANCE}(5 %)"])
+"""What a name may be varied over beside a list."""
+
 PLAIN = Parameter("", unit="1")
 """What an argument is of that is not in the unit of what is varied."""
 

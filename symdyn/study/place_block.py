@@ -19,7 +19,7 @@ from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import PREPARE
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, value_of
-from symdyn.simulation import FOLDS, Measure, Sums, read_measure, sums_of
+from symdyn.simulation import Measure, fold_over, read_measure
 from symdyn.simulation.prescribed import drive_names
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
@@ -194,11 +194,5 @@ def _chunk(
         folds = {}
         for letter, fold, inside in measure.folds:
             y = np.broadcast_to(np.asarray(read.value(inside, known), dtype=np.float64), (count, places))
-            folds[letter] = FOLDS[fold].of(sums_of(at[TIME], y) if places > 1 else _of_one(at[TIME], y[:, 0]))
+            folds[letter] = fold_over(fold, at[TIME], y)
         found[:, k] = read.value(measure.formula, numbers | folds)
-
-
-def _of_one(t: Array, y: Array) -> Sums:
-    """Return what folds take of a formula at one place, shape (n,)."""
-    zero = np.zeros(len(y))
-    return Sums(y, y, y, y, zero + t[0], zero + t[0], zero, zero, zero)

@@ -192,7 +192,7 @@ def _needs(count: int, most: int | None, kind: str) -> Callable[[Study], str]:
 
 
 def _drawn_for_indices(study: Study) -> str:
-    if study.about.get("design") == SALTELLI:
+    if study.has_indices:
         return ""
     return f"indices need runs of the design {SALTELLI}; sweep again with --design {SALTELLI}"
 

@@ -20,7 +20,6 @@ from symdyn.simulation import Forces, Values, check_run, read_forces, read_measu
 from symdyn.simulation.prescribed import Entries, close, noted, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
-from symdyn.study.measured import unit_of
 from symdyn.study.over import Over, read_over
 
 LANES, LARGE, MOST = 64, 8192, 32768
@@ -117,7 +116,7 @@ def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
     """Return a measure with its unit; what is wrong with it is among the faults."""
     read = read_measure(scene, one.formula, faults)
     called = one.name if one.name.isidentifier() else ""  # what has no name is called as it is written
-    return one if read is None else replace(one, unit=unit_of(read, scene, called))
+    return one if read is None else replace(one, unit=read.unit(scene, called))
 
 
 def _letters(forces: Any) -> tuple[str, ...]:

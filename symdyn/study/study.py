@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
+from symdyn.study.design import SALTELLI
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -196,6 +197,18 @@ class Study(Shown):
         from symdyn.study.plots import figure
 
         return figure(self, measures, kind)
+
+    def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
+        """Return the plot of all measures that have values as a picture; errors as of `plot`."""
+        check_arguments(Study.drawn, locals(), SimulateError)
+        from symdyn.study.plots import drawn_study
+
+        return drawn_study(self, kind, [name for name in self.measures if self.known(name).size])
+
+    @property
+    def has_indices(self) -> bool:
+        """Whether its design is that of Sobol's indices."""
+        return self.about.get("design") == SALTELLI
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the columns as a data frame, a row a run; `attrs["units"]` has a unit for each.

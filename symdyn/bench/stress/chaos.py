@@ -14,7 +14,7 @@ import numpy as np
 from symdyn.bench.case import Case, energy_drift, of_motion, worst
 from symdyn.bench.stress.scenes import offset_pendulum, two_link
 from symdyn.scene import Scene
-from symdyn.simulation import END, simulate
+from symdyn.simulation import simulate
 
 TIGHTEST = 1e-15
 
@@ -61,7 +61,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     yield of_motion(name, metric, 1e-8, energy_drift(made), made)
     if "loops" in made.monitors:
         yield of_motion(name, "residual of the loops, m", 1e-8, made.monitors["loops"], made)
-    if made.stopped != END or made.wall * LONG / 10.0 > PATIENCE:
+    if not made.ended or made.wall * LONG / 10.0 > PATIENCE:
         return
     made = simulate(scene, until=LONG, every=LONG / 1000, rtol=1e-13)
     yield of_motion(f"{LONG:g} s without drives", metric, 1e-8, energy_drift(made), made)

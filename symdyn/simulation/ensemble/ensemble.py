@@ -17,7 +17,7 @@ from symdyn.scene.values import listed, suggestion
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column
-from symdyn.simulation.trajectory import END
+from symdyn.simulation.trajectory import END, INTERRUPTED
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -72,9 +72,14 @@ class Ensemble(Shown):
         return f"<Ensemble of {self.scene.name}: {len(self)} runs over {listed(self.varied)}{told}>"
 
     @property
-    def complete(self) -> Array:
+    def complete(self) -> npt.NDArray[np.bool_]:
         """Which runs reached their end, shape (N,)."""
         return np.asarray(self.stopped == self.words.index(END))
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether a user ended one of them."""
+        return INTERRUPTED in (self.words[k] for k in self.stopped)
 
     @property
     def names(self) -> tuple[str, ...]:

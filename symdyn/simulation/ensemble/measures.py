@@ -106,6 +106,10 @@ class Measure:
         """The formulas that are folded."""
         return tuple(inside for _, _, inside in self.folds)
 
+    def unit(self, scene: Scene, called: str = "") -> str:
+        """Return its unit; "" where a number in it may carry one, or nothing tells it."""
+        return SceneUnits(scene).of_formula(self.formula, fold_units(scene, self.folds), called)
+
     def value(self, sums: Mapping[Quantity, Sums], parameters: Mapping[str, Array]) -> Array:
         """Return the measure of every run, shape (N,), NaN where it has no value; sums by formula inside."""
         graph = Graph()
@@ -128,6 +132,14 @@ def sums_of(t: Array, y: Array) -> Sums:
         area, squares = (((x[..., :-1] + x[..., 1:]) / 2 * dt).sum(axis=-1) for x in (y, y**2))
     span = np.full(y.shape[:-1], t[-1] - t[0])
     return Sums(y[..., 0], y[..., -1], y.min(axis=-1), y.max(axis=-1), at(low), at(high), area, squares, span)
+
+
+def fold_over(fold: str, t: Array, y: Array) -> Array:
+    """Return a fold of formulas over samples, or over one: times (T,), values (N, T); shape (N,)."""
+    if len(t) > 1:
+        return FOLDS[fold].of(sums_of(t, y))
+    one, zero = y[:, 0], np.zeros(len(y))
+    return FOLDS[fold].of(Sums(one, one, one, one, zero + t[0], zero + t[0], zero, zero, zero))
 
 
 _FOLDED = re.compile(rf"\b({'|'.join(FOLDS)})\s*\(")

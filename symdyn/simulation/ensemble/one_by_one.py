@@ -14,8 +14,13 @@ from symdyn.algebra import Array, Batches
 from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity
+<<<<<<< HEAD
 from symdyn.scene.values import LETTERS
 from symdyn.simulation.ensemble.measures import Sums, sums_of
+=======
+from symdyn.scene.values import MULTIPLIER, REACTION
+from symdyn.simulation.ensemble.measures import Measure, Sums, sums_of
+>>>>>>> 0dac795c (Flows, timed runs, measures and studies answer for themselves; what was identified is written by one noun)
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.forward import simulate
@@ -91,6 +96,13 @@ def sums_over(insides: Sequence[Quantity], run: Trajectory) -> Mapping[Quantity,
         found = evaluate([one.express(graph) for one in insides], Batches(), letters)
         rows: list[Array] = [np.broadcast_to(np.asarray(y, dtype=np.float64), run.t.shape) for y in found]
         return {one: sums_of(run.t, y) for one, y in zip(insides, rows, strict=True)}
+
+
+def measured(run: Trajectory, measures: Sequence[Measure]) -> Array:
+    """Return measures of one run, shape (measures,)."""
+    sums = sums_over(tuple(dict.fromkeys(inside for one in measures for inside in one.insides)), run)
+    known = {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
+    return np.array([float(one.value(sums, known)) for one in measures])
 
 
 WAY = Way("each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)

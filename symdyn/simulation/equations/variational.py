@@ -24,12 +24,18 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import prescribed
-from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.errors import SimulateError
+from symdyn.graph import Expr, Graph, Op, gradient, reachable, substitute, tangents
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.feedback.gains import state_names
 
 ALONG, AGAINST = "along", "against"
 """The two sweeps: which of them is written, and compiled."""
+
+
+FAILS = 1e-9
+"""Smallest singular value of G_d over the largest of G with which independent velocities determine the others."""
 
 
 @dataclass(frozen=True)
@@ -107,17 +113,107 @@ class Flow:
         found: Array = self.calls["led"](0.0, changes)
         return found
 
+    def starting(
+        self, x: Array, chosen: tuple[list[int], list[int]] | None = None
+    ) -> tuple[Array, Array, tuple[str, ...]]:
+        """Return δx and δp of every column, shapes (k, nx) and (k, at least 1), and their names; of what was chosen."""
+        system = self.system
+        scene, nq, nv, np_ = system.scene, system.nq, system.nv, len(self.parameters)
+        motion, names = prescribed(scene, Graph()), state_names(scene)
+        H = self.turned(x[:nq])
+        positions, velocities = chosen or self.independent()
+        count = len(positions) + len(velocities) + np_
+        moves, rates = np.zeros((count, nv)), np.zeros((count, nv))  # δξ and δu
+        changes = np.zeros((count, max(1, np_)))
+        for row, k in enumerate(positions):
+            moves[row, k] = 1.0
+        for row, k in enumerate(velocities, len(positions)):
+            rates[row, k] = 1.0
+        changes[count - np_ :, :np_] = np.eye(np_)
+        if motion.place and np_:
+            led = self.led(changes)
+            moves[:, motion.place], rates[:, motion.place] = np.split(led, 2, axis=1)
+        follows = [[k for k in range(nv) if k not in (*some, *motion.place)] for some in (positions, velocities)]
+        if system.rows:
+            self._follow(x, H, (moves, rates, changes), follows)
+        columns = (*(names[k] for k in positions), *(names[nv + k] for k in velocities), *self.parameters)
+        return np.hstack([moves @ H.T, rates]), changes, columns
+
+    def independent(self) -> tuple[list[int], list[int]]:
+        """Return the independent positions and velocities; prescribed motions are none."""
+        system = self.system
+        led = prescribed(system.scene, Graph()).place
+        positions = velocities = tuple(range(system.nv))
+        if system.decisions.partition is not None:
+            w = Workspace(system.opened.scene, system.opened.closing)
+            positions, velocities = w.loops.held_positions[1].independent, w.loops.decisions.partition.independent
+        found = ([k for k in sorted(some) if k not in led] for some in (positions, velocities))
+        return next(found), next(found)
+
+    def _follow(self, x: Array, H: Array, start: tuple[Array, Array, Array], follows: Sequence[Sequence[int]]) -> None:
+        """Let dependent positions and velocities follow, so that δr = 0 and δ(G u) = 0; they are written in place."""
+        moves, rates, changes = start
+        nv, rows = self.system.nv, self.system.rows
+        none = np.zeros((nv, changes.shape[1]))
+        held = self.held(x, np.hstack([H.T, np.zeros((nv, nv))]), none)
+        G_h, G = held[:, :-rows].T, self.held(x, np.hstack([0 * H.T, np.eye(nv)]), none)[:, -rows:].T
+        for values, matrix, part, own in ((moves, G_h, slice(0, -rows), 0), (rates, G, slice(-rows, None), 1)):
+            dependent = list(follows[own])
+            if not dependent:
+                continue
+            sizes = [np.linalg.svd(one, compute_uv=False) for one in (matrix[:, dependent], matrix)]
+            if len(sizes[0]) < len(dependent) or sizes[0][-1] < FAILS * sizes[1][0]:
+                raise SimulateError(
+                    f"{self.system.scene.name}: the independent velocities do not determine the others at this start; "
+                    "give another one"
+                )
+            missed = self.held(x, np.hstack([moves @ H.T, rates]), changes)[:, part]
+            values[:, dependent] -= np.linalg.lstsq(matrix[:, dependent], missed.T)[0].T
+
     def _parts(self, x: Array) -> tuple[Array, Array]:
         nq = self.system.nq
         return x[..., :nq], x[..., nq : self.size]
 
 
-def flow(system: StateEquations, parameters: Sequence[str], sweep: str) -> Flow:
+def flow(system: StateEquations, parameters: Sequence[str], sweep: str = ALONG) -> Flow:
     """Return the flow of a system with one sweep over it, compiled once for all values."""
     made, key = system.once(_nothing), (tuple(parameters), sweep)
     if key not in made:
         made[key] = _written(system, key[0], sweep)
     return Flow(system, key[0], made[key].at(system.opened.values))
+
+
+def smooth_flow(system: StateEquations, parameters: Sequence[str] | None, sweep: str = ALONG) -> Flow:
+    """Return the flow, of None by all parameters that are free in the equations.
+
+    Raises:
+        SimulateError: forces jump, or a parameter is none of the equations.
+    """
+    check_smooth(system)
+    return flow(system, varied(system, parameters), sweep)
+
+
+def check_smooth(system: StateEquations) -> None:
+    """Raise SimulateError where forces jump: the time of a jump depends on the start, which no tangent sees."""
+    if any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries)):
+        raise SimulateError(
+            f"{system.scene.name}: a force with sign jumps, and a run has no derivative by what moves the jump; write "
+            "a steep tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
+        )
+
+
+def varied(system: StateEquations, asked: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the parameters that are varied; SimulateError where one is none of the equations."""
+    free = [one.name for one in system.opened.scene.free_parameters]
+    if asked is None:
+        return tuple(free)
+    fixed = [f"{name} = {system.opened.values[name]:g}" for name in asked if name not in free]
+    if fixed:
+        raise SimulateError(
+            f"{system.scene.name}: {', '.join(fixed)} decides which terms the equations have, as zero and right angles "
+            "do, so that they cannot be differentiated by it; give a value next to that, such as 1e-9"
+        )
+    return tuple(asked)
 
 
 def _nothing(system: StateEquations) -> dict[tuple[tuple[str, ...], str], Compiled]:
