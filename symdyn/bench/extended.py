@@ -21,7 +21,7 @@ import numpy.typing as npt
 from symdyn.algebra import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
-from symdyn.simulation import METHODS, StateEquations, importable, library, refuses, translate
+from symdyn.simulation import METHODS, StateEquations, importable, taylor_of
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]
@@ -79,7 +79,7 @@ def truth(system: StateEquations, x: Array, until: float, doubles: Doubles) -> T
         SimulateError: the motion cannot be computed up to its end.
     """
     n = system.nq + system.nv
-    why = refuses(system)
+    why = METHODS["taylor"].refuses(system)
     if not why and not importable(METHODS["taylor"].module):
         why = "heyoka is not installed"
     if not why and EPSILON > 1e-18:
@@ -106,17 +106,14 @@ def long_double(value: Fraction) -> Any:
 
 def _taylor(system: StateEquations, x: Array, until: float) -> Truth:
     """Return the end of the motion by ever shorter steps, until it settles."""
-    heyoka = library()
-    variables, entries = translate(system, real=long_double)
     start = np.concatenate([_on_loops(system, x), np.zeros(int(system.works), np.longdouble)])
-    rates = list(zip(variables, entries, strict=True))
-    ta = heyoka.taylor_adaptive(rates, start.copy(), compact_mode=True, fp_type=np.longdouble)
+    ta, reached = taylor_of(system, start.copy(), long_double, np.longdouble)
     how = f"Taylor's method with {DIGITS} digits"
     found, step = Truth(start, np.inf, how), np.longdouble(until) / SHARE
     for _ in range(RUNS):
         ta.state[:], ta.time = start, np.longdouble(0)
         outcome, _, _, steps, *_ = ta.propagate_until(np.longdouble(until), max_delta_t=step)
-        if outcome != heyoka.taylor_outcome.time_limit:
+        if outcome != reached:
             raise SimulateError(f"{system.scene.name}: the motion leaves what numbers hold after t = {ta.time:g} s")
         end = Truth(ta.state[: system.nq + system.nv].copy(), 0.0, how)
         before, found = found.uncertain, replace(end, uncertain=end.distance(found.x))

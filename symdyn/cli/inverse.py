@@ -17,8 +17,8 @@ from symdyn.cli.trajectory_options import (
     pairs,
 )
 from symdyn.errors import SimulateError
-from symdyn.simulation import inverse, read_motion, read_path
-from symdyn.simulation.prescribed import motion_times, read_inputs
+from symdyn.simulation import inverse, read_motion
+from symdyn.simulation.prescribed import motion_times, read_inputs, read_path
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

@@ -18,11 +18,12 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification.units import in_si, looks_off
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, acceleration_name, listed, nearest, shorten
-from symdyn.simulation.prescribed import TIME, Columns, drive_names, read_entries
+from symdyn.simulation.prescribed import Columns, drive_names, read_entries
 
 SHORTEST = 20
 """Rows that a log needs at least, so that something can be filtered."""

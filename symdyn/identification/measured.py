@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, listed, suggestion, velocity_name
 from symdyn.simulation import Forces, Values, read_forces, read_start
-from symdyn.simulation.prescribed import TIME, Columns, Entries, close, drive_names, noted, read_entries
+from symdyn.simulation.prescribed import Columns, Entries, close, drive_names, noted, read_entries
 
 FEWEST = 10
 """Samples that a piece has at least."""

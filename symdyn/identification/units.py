@@ -14,9 +14,10 @@ from math import isfinite, pi
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, Unit, UnitError, choice, value_of
-from symdyn.simulation.prescribed import TIME, Columns
+from symdyn.simulation.prescribed import Columns
 
 GAINED = {"A": "A", "mA": "A", "V": "V", "mV": "V", "%": "%", "counts": "count"}
 """What a drive may show in place of its force, a multiple of it by a gain that data may tell, and what one of it is."""

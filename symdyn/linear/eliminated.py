@@ -25,11 +25,11 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.loops import pivots
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr
 from symdyn.linear.linearization import Point
 from symdyn.linear.variations import Variations
-from symdyn.simulation.prescribed import TIME
 
 RANK = 1e-7
 """Singular values of rows of unit length, over the largest, below which rows depend on each other at a place."""

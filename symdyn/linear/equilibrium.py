@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.mechanism import quaternions
+from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.errors import LinearizeError
 from symdyn.graph import Expr, reachable
 from symdyn.linear.eliminated import RANK
@@ -30,7 +30,6 @@ from symdyn.linear.modes import Complexes
 from symdyn.linear.prepared import Prepared
 from symdyn.scene import SceneUnits
 from symdyn.simulation import opened, read_start
-from symdyn.simulation.prescribed import TIME
 
 STARTS = 200
 """Seeded starts."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import LoopChoices
+from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
 from symdyn.graph import Op, reachable
@@ -20,7 +21,6 @@ from symdyn.linear.variations import Variations, variations
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import force_unit, split_commas
 from symdyn.simulation import Forces, opened, read_forces
-from symdyn.simulation.prescribed import TIME
 
 CORNER = 1e-12
 """What a sign is of, as far as it is zero."""

@@ -17,13 +17,12 @@ from .equations.system import StateEquations as StateEquations
 from .equations.variational import Flow as Flow, flow as flow, smooth_flow as smooth_flow
 from .equations.written import state_equations as state_equations
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
-from .feedback.gains import Gains as Gains, state_names as state_names
-from .feedback.saturation import Saturation as Saturation
+from .feedback.gains import state_names as state_names
 from .forward import check_run as check_run, simulate as simulate
 from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start, Values as Values, read_guess as read_guess, read_start as read_start
 from .integrate import METHODS as METHODS
-from .integrate.heyoka_expressions import library as library, refuses as refuses, translate as translate
+from .integrate.heyoka_expressions import taylor_of as taylor_of
 from .integrate.method import IntegrationError as IntegrationError, importable as importable
 from .inverse_run import inverse as inverse
 from .panels import check_columns as check_columns, chosen as chosen
@@ -33,8 +32,6 @@ from .plot import (
     write_picture as write_picture,
 )
 from .prescribed.forces import Forces as Forces, read_forces as read_forces
-from .prescribed.path_entries import read_path as read_path
-from .prescribed.point_path import ScenePath as ScenePath
 from .prescribed.scene_motion import SceneMotion as SceneMotion, read_motion as read_motion
 from .reaction_columns import axes_of as axes_of
 from .record import (
@@ -45,5 +42,5 @@ from .record import (
 )
 from .tables import columns_csv as columns_csv, frame as frame
 from .timed_runs import Runs as Runs, runs_of as runs_of
-from .trajectory import Event as Event, Trajectory as Trajectory
+from .trajectory import Trajectory as Trajectory
 from .variations import UNTOLD as UNTOLD, variations as variations

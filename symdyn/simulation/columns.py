@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import in_latex
 from symdyn.emit.print import latex_symbols, print_name
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import acceleration_name, choice, force_unit
 from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.mechanism import INPUTS, state_symbols
+from symdyn.dynamics.mechanism import INPUTS, TIME, state_symbols
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest, identifier
 from symdyn.scene import Scene
@@ -25,7 +25,6 @@ from symdyn.simulation.equations.compiled_routines import (
 from symdyn.simulation.equations.crossings import limits_of
 from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import Opened, opened
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.prescribed.point_path import ScenePath
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra import Array
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene
 from symdyn.simulation.columns import ENERGIES, FORCES, Column, columns, known, missing
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 if TYPE_CHECKING:
     from symdyn.simulation.trajectory import Trajectory

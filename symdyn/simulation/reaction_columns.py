@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.mechanism import INPUTS
+from symdyn.dynamics.mechanism import INPUTS, TIME
 from symdyn.dynamics.reactions import ties, why_no_reactions
 from symdyn.dynamics.roads import multiplier_names, reaction_names, unique_entries
 from symdyn.graph import reachable
@@ -27,7 +27,6 @@ from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
 from symdyn.simulation.equations.decisions import WrittenDecisions, loop_decisions, written_decisions
 from symdyn.simulation.equations.opened import Opened, opened
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.trajectory import Trajectory
 
 

@@ -11,13 +11,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra import Array, Batches
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import LETTERS, suggestion
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import ForceFunction, Forces
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.reaction_columns import multiplier_columns, reaction_columns
 from symdyn.simulation.trajectory import Trajectory
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
+from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene import Scene
@@ -20,7 +21,6 @@ from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing
 from symdyn.simulation.feedback.saturation import Saturation, cut_lines
 from symdyn.simulation.prescribed.forces import drive_names
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]

@@ -11,12 +11,12 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
+from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
 from symdyn.simulation import Column, Trajectory, columns_csv, frame
-from symdyn.simulation.prescribed import TIME
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]

@@ -29,12 +29,11 @@ from symdyn.simulation import (
     inverse,
     read_forces,
     read_motion,
-    read_path,
     read_start,
     simulate,
     variations,
 )
-from symdyn.simulation.prescribed import Entries, close, noted
+from symdyn.simulation.prescribed import Entries, close, noted, read_path
 from symdyn.study.error_bars import Uncertainty
 from symdyn.study.force_slopes import force_slopes
 from symdyn.study.spread import Spread, read_spread

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import Expr, evaluate
 from symdyn.program.assemble import PREPARED
 from symdyn.scene import Scene, read
@@ -26,7 +27,6 @@ from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate.heyoka_expressions import Expressions
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent

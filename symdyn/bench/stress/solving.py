@@ -22,10 +22,10 @@ from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
 from symdyn.dynamics import roads_of, row_of
-from symdyn.dynamics.mechanism import INPUTS
+from symdyn.dynamics.mechanism import INPUTS, TIME
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.simulation.prescribed import TIME, parameter_values
+from symdyn.simulation.prescribed import parameter_values
 
 Array = npt.NDArray[np.float64]
 

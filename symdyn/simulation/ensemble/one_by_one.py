@@ -14,13 +14,8 @@ from symdyn.algebra import Array, Batches
 from symdyn.errors import MethodError, SymdynError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity
-<<<<<<< HEAD
 from symdyn.scene.values import LETTERS
-from symdyn.simulation.ensemble.measures import Sums, sums_of
-=======
-from symdyn.scene.values import MULTIPLIER, REACTION
 from symdyn.simulation.ensemble.measures import Measure, Sums, sums_of
->>>>>>> 0dac795c (Flows, timed runs, measures and studies answer for themselves; what was identified is written by one noun)
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.forward import simulate

@@ -14,7 +14,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.build import load_program
-from symdyn.dynamics.mechanism import quaternions
+from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import PREPARE
@@ -26,7 +26,6 @@ from symdyn.simulation.integrate.heyoka_expressions import TURNING, UNSEEN, Expr
 from symdyn.simulation.integrate.method import importable
 from symdyn.simulation.integrate.taylor import SHORTEST, SMALLEST
 from symdyn.simulation.integrator import LARGEST
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.trajectory import END
 
 CHUNK = 512

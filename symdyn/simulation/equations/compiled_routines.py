@@ -15,7 +15,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.build import load_program
 from symdyn.dynamics import Argument, Equations, Function, Workspace
-from symdyn.dynamics.mechanism import body_placements, inputs_of, placement
+from symdyn.dynamics.mechanism import TIME, body_placements, inputs_of, placement
 from symdyn.dynamics.roads import DRIVES, arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
@@ -23,7 +23,6 @@ from symdyn.program import PARAMS, PREPARE, Program, lower, prepare
 from symdyn.scene import Scene
 from symdyn.scene.values import ZERO
 from symdyn.simulation.prescribed.forces import Forces
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 Calls = Mapping[str, Callable[..., Any]]
 T = TypeVar("T")

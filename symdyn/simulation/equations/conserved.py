@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.mechanism import joint_motion, placement, quaternions
+from symdyn.dynamics.mechanism import TIME, joint_motion, placement, quaternions
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import GROUND, Joint
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.spatial import add, apply, cross
 from symdyn.unlocked import cached_property
 

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function
-from symdyn.dynamics.mechanism import quaternions
+from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
@@ -36,7 +36,6 @@ from symdyn.simulation.equations.decisions import WrittenDecisions
 from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.feedback.loop import Loops
 from symdyn.simulation.prescribed.forces import Forces
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.unlocked import cached_property
 
 CORRECTIONS = 2

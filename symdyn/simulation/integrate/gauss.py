@@ -24,6 +24,7 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.build import load_functions
 from symdyn.dynamics import Equations, Workspace
+from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
@@ -32,7 +33,6 @@ from symdyn.program import Program, cheapest, lower
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import IntegrationError, Method, Piece, Problem
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 FIRST = 1e-3
 """First step, s."""

@@ -18,13 +18,13 @@ import numpy.typing as npt
 
 from symdyn import shell
 from symdyn.dynamics import Function
+from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import PREPARED
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.heyoka_folder import settle
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 WORDS: Mapping[Op, str] = {
     Op.SIN: "sin",
@@ -163,3 +163,10 @@ def translate(system: StateEquations, real: Callable[[Fraction], Any] | None = N
 def parameters(system: StateEquations) -> npt.NDArray[np.float64]:
     """Return the prepared values of the rates."""
     return _compiled(system).values(system.opened.values)
+
+
+def taylor_of(system: StateEquations, start: Any, real: Callable[[Fraction], Any], kind: Any) -> tuple[Any, Any]:
+    """Return Taylor's method for numbers of a kind, at a start, and the outcome of one that reaches its time."""
+    heyoka = library()
+    rates = list(zip(*translate(system, real=real), strict=True))
+    return heyoka.taylor_adaptive(rates, start, compact_mode=True, fp_type=kind), heyoka.taylor_outcome.time_limit

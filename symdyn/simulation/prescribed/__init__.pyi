@@ -3,7 +3,6 @@
 from .entries import Entries as Entries, read_entries as read_entries
 from .forces import Table as Table, drive_names as drive_names, read_inputs as read_inputs
 from .formulas_in_time import (
-    TIME as TIME,
     close as close,
     noted as noted,
     number_of as number_of,
@@ -13,4 +12,5 @@ from .formulas_in_time import (
     words as words,
 )
 from .numbers_in_time import Columns as Columns, read_columns as read_columns
+from .path_entries import read_path as read_path
 from .scene_motion import motion_times as motion_times

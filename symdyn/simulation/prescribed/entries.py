@@ -22,10 +22,11 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
 from symdyn.scene.values import Faults, show, spell
-from symdyn.simulation.prescribed.formulas_in_time import TIME, noted, read_file, words
+from symdyn.simulation.prescribed.formulas_in_time import noted, read_file, words
 from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, read_columns
 
 

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.mechanism import prescribed
+from symdyn.dynamics.mechanism import TIME, prescribed
 from symdyn.errors import SceneError, SimulateError
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import ZERO, Faults, ask_for_units, force_unit, suggestion, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values, read_formula
 from symdyn.simulation.prescribed.function_laws import required_arguments
 from symdyn.unlocked import cached_property
 

@@ -25,10 +25,11 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra import Array, Batches
+from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import Quantity
 from symdyn.scene.values import Faults, FormulaError, split_commas, suggestion
-from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, number_of, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import Columns
 
 Motion3 = tuple[Array, Array, Array]

@@ -18,9 +18,10 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.bounds import BOUNDS
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene.values import Faults
-from symdyn.simulation.prescribed.formulas_in_time import TIME, close, read_file
+from symdyn.simulation.prescribed.formulas_in_time import close, read_file
 
 MOST = 10
 """Faults of one file that are told; the rest is counted."""
