@@ -87,13 +87,13 @@ CASES = {"two_link": two_link, "puma": lambda: arm("puma", PUMA), "iiwa": lambda
 
 def measure(name: str) -> None:
     """Print one line for one case."""
-    from symdyn.dynamics.closed_forms.closed_form import closed_form, coefficient_names
+    from symdyn.dynamics.closed_forms.closed_form import closed_form
 
     scene = CASES[name]()
     start = time.perf_counter()
     closed = closed_form(scene)
     derived = time.perf_counter()
-    names = coefficient_names(closed)
+    names = closed.coefficient_names()
     forms = [closed.form(*key) for key in names]
     done = time.perf_counter()
     energy = len(closed.K)

@@ -14,7 +14,7 @@ from mechanisms import shape
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
+from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Scene, parse
 from symdyn.scene.values import Body, Joint, Load, Place, number
@@ -90,7 +90,7 @@ class Loop:
         """Derive the system."""
         self.scene, self.w = scene, Workspace(scene)
         self.graph, self.state, self.hanging = self.w.graph, self.w.state, self.w.hanging
-        self.system: Equilibrium = equilibrium(self.hanging)
+        self.system: Equilibrium = Equilibrium.of(self.hanging)
         self.placed = body_placements(scene, self.graph)
 
     def place(self, j: int) -> Transform:

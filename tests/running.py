@@ -9,8 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
-from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
-from symdyn.dynamics.reactions.least import elements, equations
+from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene
@@ -61,7 +60,7 @@ def solved_reactions(scene: Scene, axes: str, algebra: Algebra[Any], **arguments
         arguments: q, qd, qdd, params.
     """
     w = Workspace(scene)
-    system = equilibrium(w.hanging)
+    system = Equilibrium.of(w.hanging)
     known = {p.name: p.value.express(w.graph) for p in scene.parameters if p.value is not None}
     values = {w.graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in known.items()}
     for symbols, name in ((w.state.q, "q"), (w.state.qd, "qd"), (w.state.qdd, "qdd")):
@@ -70,7 +69,7 @@ def solved_reactions(scene: Scene, axes: str, algebra: Algebra[Any], **arguments
     values.update(zip(free, arguments.get("params", ()), strict=True))
     sizes = [w.graph.symbol(f"x[{k}]") for k in range(len(system.unknowns))]
     values.update(zip(sizes, solved_at(system, algebra, values), strict=True))
-    whole = elements(system)  # axes of joint frames
+    whole = system.elements()  # axes of joint frames
     for unknown, size in zip(system.unknowns, sizes, strict=True):
         for h, wrench in unknown.acts:
             whole[h] = plus(whole[h], times(size, wrench))
@@ -81,7 +80,7 @@ def solved_reactions(scene: Scene, axes: str, algebra: Algebra[Any], **arguments
 
 def solved_at(system: Equilibrium, algebra: Algebra[Any], values: Mapping[Expr, Any]) -> list[Any]:
     """Return x with A x + b = 0 of (5.18) at one place, shape (unknowns,), which the equations determine there."""
-    rows = equations(system)
+    rows = system.rows()
     found = iter(evaluate([entry for row in rows for entry in row.values()], algebra, dict(values)))
     zero = evaluate([system.hanging.graph.zero], algebra, {})[0]
     done = eliminate([{c: next(found) for c in row} for row in rows], len(system.unknowns), algebra, zero, abs)

@@ -18,7 +18,7 @@ from symdyn.graph import reachable
 from symdyn.scene import Scene, bind, read, read_text
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulation.equations.decisions import hold, written_decisions
+from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
@@ -217,8 +217,8 @@ def test_decisions_that_may_not_hold_are_not_taken_over() -> None:
     start = read_start(scene).q
 
     assert known.linear is None
-    assert not hold(known, opened(scene).numbers(), start)
-    assert not hold(known, opened(bind(scene, {"c": 1.2})), start)  # which it does not close
+    assert not known.hold(opened(scene).numbers(), start)
+    assert not known.hold(opened(bind(scene, {"c": 1.2})).numbers(), start)  # which it does not close
 
 
 @pytest.mark.parametrize("name", ["four_bar", "rolling_disc", "governor"])
@@ -228,7 +228,7 @@ def test_where_the_start_is_given_nothing_is_assembled(name: str, monkeypatch: p
     simulate(scene, until=0.3, method="dop853", start=start)
     other = another(scene, parameter)
     with monkeypatch.context() as patch:
-        patch.setattr("symdyn.simulation.equations.decisions.close", None)
+        patch.setattr("symdyn.dynamics.loops.loop_numbers.Numbers.decided", None)
         found = simulate(other, until=0.3, method="dop853", start=start)
     fresh = simulate(of_numbers(other), until=0.3, method="dop853", start=start)
 

@@ -11,7 +11,6 @@ from arms import EXAMPLES, two_link
 
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
-from symdyn.dynamics.loops.assembly import witness
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.roads import Counts
 from symdyn.emit.print.equations_text import equations_text
@@ -285,6 +284,6 @@ def test_a_start_without_a_real_value_costs_a_draw_of_free_parameters_and_no_mor
 
     with pytest.raises(DerivationError, match="has no real value with these parameters"):
         numbers.bound_to(draw | {"r": 1.4, "l": 0.6}).start()
-    found, assembly = witness({}, numbers)
+    found, assembly = numbers.witness({})
     assert found.free["l"] > found.free["r"] * 3**0.5 / 2
     assert assembly.residual < 1e-9

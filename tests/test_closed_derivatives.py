@@ -22,7 +22,6 @@ from test_centre_of_mass import FLYER
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import LoopChoices, Workspace, derive_one, roads_of
-from symdyn.dynamics.loops.continuation import fitting
 from symdyn.dynamics.mechanism.cost import operations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
@@ -371,7 +370,7 @@ def test_the_benchmark_bicycle_at_five_metres_a_second() -> None:
     w = Workspace(symdyn.read(DATA / "contacts" / "bicycle.toml"))
     q, names = w.loops.decisions.assembly.q, list(w.scene.velocities)
     given = {names.index("lean_dot"): 0.0, names.index("steer_dot"): 0.0, names.index("rear_turn_dot"): 5 / 0.3}
-    u = fitting(w.loops.numbers, np.array(q), given).tolist()
+    u = w.loops.numbers.fitting_rates(np.array(q), given).tolist()
     known = w.loops.values(q) | dict(zip(w.state.qd, u, strict=True)) | dict.fromkeys(w.state.tau, 0.0)
     function = derive_one(w, "state_matrices")
     A = np.array(evaluate(function.entries, Floats(), known)).reshape(function.shape)[:, : function.shape[0]]

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symdyn.dynamics.loops.assembly import closed_position
-from symdyn.dynamics.loops.continuation import fitting
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import DerivationError, SceneError, SimulateError
@@ -272,9 +270,9 @@ def eigenvalues(scene: Scene, speed: float) -> np.ndarray:
     def rates(x: np.ndarray) -> np.ndarray:
         guess = numbers.start()
         guess[[q.index("lean"), q.index("steer")]] = x[:2]
-        at = np.array(closed_position(numbers, guess, held).q)
+        at = np.array(numbers.closed_position(guess, held).q)
         given = dict(zip((u.index("lean_dot"), u.index("steer_dot")), x[2:].tolist(), strict=True))
-        state = np.concatenate([at, fitting(numbers, at, {**given, u.index("rear_turn_dot"): speed / 0.3})])
+        state = np.concatenate([at, numbers.fitting_rates(at, {**given, u.index("rear_turn_dot"): speed / 0.3})])
         return np.array([*x[2:], *system.rates(0.0, state)[moving]])
 
     slopes = [(rates(1e-5 * e) - rates(-1e-5 * e)) / 2e-5 for e in np.eye(4)]

@@ -12,7 +12,6 @@ from closed_mechanisms import crank_rocker, exact, four_bar, n_four_bar, rssr, s
 
 from symdyn.build import lambdify
 from symdyn.dynamics import Workspace, assemble, consistent, follow
-from symdyn.dynamics.loops.assembly import witness
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError
 from symdyn.scene import read_text
@@ -162,9 +161,9 @@ def test_loops_that_cannot_be_closed_are_given_up_when_enough_is_spent(monkeypat
     with pytest.raises(
         DerivationError, match=r"the loop far cannot be.*random values of r were tried, \d+ times: give"
     ):
-        witness({}, numbers)
+        numbers.witness({})
     assert limit < numbers.effort < 1.5 * limit
-    assert witness({}, Numbers(read_text(text.format("r"), "near.toml")))[1].residual < 1e-9
+    assert Numbers(read_text(text.format("r"), "near.toml")).witness({})[1].residual < 1e-9
 
 
 def test_a_path_keeps_its_branch_through_two_turns() -> None:

@@ -11,9 +11,8 @@ from calls import counted
 
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
-from symdyn.dynamics.lagrange.second_kind import energies, gravity_forces, mass_matrix
-from symdyn.dynamics.mechanism.directions import christoffel
+from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
+from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
@@ -65,7 +64,7 @@ def test_the_two_link_arm_reads_as_in_the_textbook(equation: str, two_link: Clos
 @pytest.mark.parametrize("name", [*SMALL, "puma560"])
 def test_energies_equal_those_of_the_graph_exactly(name: str) -> None:
     scene, graph = example(name), Graph()
-    closed, energy = closed_form(scene), energies(scene, graph)
+    closed, energy = closed_form(scene), Energies.of(scene, graph)
     nodes = [energy.K, energy.P, closed.form("K").express(graph), closed.form("P").express(graph)]
     ring = TrigonometricRing(nodes, (*energy.state.q, *energy.state.qd))
     K, P, printed_K, printed_P = evaluate(nodes, ring, ring.values(nodes))
@@ -83,10 +82,10 @@ def float_values(nodes: list[Expr]) -> list[float]:
 
 
 def coefficients_of_the_graph(scene: Scene, graph: Graph) -> dict[tuple[object, ...], Expr]:
-    energy = energies(scene, graph)
-    M, n = mass_matrix(energy), energy.state.n
-    symbols = christoffel(M, energy.directions)
-    k_C, k_D, k_G = symbols.coriolis(), symbols.centrifugal(), gravity_forces(energy)
+    energy = Energies.of(scene, graph)
+    M, n = energy.mass_matrix(), energy.state.n
+    symbols = energy.directions.christoffel(M)
+    k_C, k_D, k_G = symbols.coriolis(), symbols.centrifugal(), energy.gravity_forces()
     found: dict[tuple[object, ...], Expr] = {("k_z", i, j): M[i][j] for i in range(n) for j in range(n)}
     pairs = range(len(list(combinations(range(n), 2))))
     found.update({("k_C", i, pair): k_C[i][pair] for i in range(n) for pair in pairs})
@@ -99,7 +98,7 @@ def coefficients_of_the_graph(scene: Scene, graph: Graph) -> dict[tuple[object, 
 def test_every_coefficient_has_the_value_of_the_graph(name: str) -> None:
     scene, graph = example(name), Graph()
     closed, expected = closed_form(scene), coefficients_of_the_graph(scene, graph)
-    keys = coefficient_names(closed)
+    keys = closed.coefficient_names()
     values = float_values([expected[key] for key in keys] + [closed.form(*key).express(graph) for key in keys])
 
     assert set(keys) == set(expected)
@@ -110,7 +109,7 @@ def test_every_coefficient_has_the_value_of_the_graph(name: str) -> None:
 def test_a_compact_form_equals_the_normal_form_in_the_ring(name: str) -> None:
     closed = closed_form(example(name))
     graph, ring = closed.state.q[0].graph, closed.ring
-    for key in coefficient_names(closed):
+    for key in closed.coefficient_names():
         node = closed.form(*key).express(graph)
         assert ring.is_zero(evaluate([node], ring, ring.values([node]))[0] - closed[key]), key
 
@@ -146,7 +145,7 @@ def test_odd_constant_angles_print_short_and_exact_to_the_last_digits(name: str)
     scene, graph = tilted(*TILTS[name]), Graph()
     with counted() as calls:
         closed = closed_form(scene)
-        keys = coefficient_names(closed)
+        keys = closed.coefficient_names()
         texts = [text_of(closed.form(*key)) for key in keys]
         expected = coefficients_of_the_graph(scene, graph)
         values = float_values([*(expected[key] for key in keys), *(parse(text).express(graph) for text in texts)])
@@ -284,7 +283,7 @@ def chain(n: int, turned: int = -1) -> Scene:
 def test_a_long_chain_has_few_terms_and_the_values_of_the_graph(turned: int) -> None:
     scene, graph = chain(5, turned), Graph()
     closed, expected = closed_form(scene), coefficients_of_the_graph(scene, graph)
-    keys = coefficient_names(closed)
+    keys = closed.coefficient_names()
     values = float_values([expected[key] for key in keys] + [closed.form(*key).express(graph) for key in keys])
 
     assert values[len(keys) :] == pytest.approx(values[: len(keys)], rel=1e-9, abs=1e-9)

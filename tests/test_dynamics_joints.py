@@ -15,7 +15,7 @@ from running import agreements, call, workspace
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import derive, expected, roads_of
-from symdyn.dynamics.mechanism.state import joint_motion, placement, quaternions
+from symdyn.dynamics.mechanism.state import joint_motion, quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, JointMotion
@@ -149,7 +149,7 @@ def test_a_joint_that_is_held_is_where_its_motion_takes_it(kind: str) -> None:
     at = (number(Fraction(3, 10)),) if len(joint.coordinates) == 1 else resting(joint)
     steps = JOINTS[kind].held(joint, at[0] if at else number(0))
 
-    held, moved = placement(Pose(steps), graph), joint_motion(joint, graph).placement
+    held, moved = Pose(steps).transform(graph), joint_motion(joint, graph).placement
 
     known = {graph.symbol(name): float(x.value) for name, x in zip(joint.coordinates, at, strict=True)}
     entries = [x - y for x, y in zip(flat(held), flat(moved), strict=True)]

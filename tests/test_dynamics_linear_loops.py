@@ -12,7 +12,7 @@ import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.bench.stress.scenes import parallelogram
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics, linear_loops
+from symdyn.dynamics.roads.linear_loops import linear_loops
 from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
 from symdyn.scene.starters import starter
@@ -52,10 +52,10 @@ def test_away_from_change_points_it_is_the_forward_dynamics_of_everybody():
     values = {w.state.q[free]: 0.7, w.state.qd[free]: -1.3} | dict.fromkeys(w.state.tau, 0.4)
     own = {name: w.graph.symbol(name) for name in ("m", "l", "g")}
     values |= {own["m"]: 1.0, own["l"]: 1.0, own["g"]: 9.81}
-    known = followers(w, loops)
+    known = loops.followers(w)
     usual = substitute(derive_one(w, "forward_dynamics").entries, known)
 
-    found = evaluate(substitute(forward_dynamics(w, loops), known), Floats(), values)
+    found = evaluate(substitute(loops.forward_dynamics(w), known), Floats(), values)
 
     assert found == pytest.approx(evaluate(usual, Floats(), values), rel=1e-12)
 

@@ -20,10 +20,10 @@ from arms import chain, turning_chain, two_link
 import symdyn
 from symdyn.bench.reference import linear
 from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspace, derive_one, roads_of
-from symdyn.dynamics.loops import loop_decisions
+from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism.prescribed import has_motion
+from symdyn.dynamics.roads import Counts
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
-from symdyn.dynamics.roads.count import count
 from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.dynamics.roads.signal_outputs import SIGNALS
@@ -330,7 +330,7 @@ def size(name: str) -> None:
 
 @cache
 def counted(name: str, n: int) -> int:
-    return count(derive_one(Workspace(turning_chain(n)), name)).cost
+    return Counts.of(derive_one(Workspace(turning_chain(n)), name)).cost
 
 
 CHECKS: dict[str, Callable[[str], None]] = {
@@ -477,7 +477,7 @@ def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
 def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     derived: Counter[tuple[str, str, int, Workspace]] = Counter()
     closed: Counter[str] = Counter()
-    close = loop_decisions.close
+    close = Numbers.decided
 
     def counted(name: str, way: str, road: Road) -> Road:
         def derive(w: Workspace, *asked: str) -> object:
@@ -488,14 +488,14 @@ def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest
 
     def closes(*given: object) -> object:
         closed["loops"] += 1
-        return close(*given)
+        return close(*given)  # type: ignore[arg-type]
 
     for name, row in OUTPUTS.items():
         roads_of = {way: counted(name, way, road) for way, road in row.roads.items()}
         of_loops = {way: counted(name, f"closed {way}", road) for way, road in row.where_closed.roads.items()}
         own = row.own and replace(row.own, roads=of_loops)
         monkeypatch.setitem(OUTPUTS, name, replace(row, roads=roads_of, own=own))
-    monkeypatch.setattr(loop_decisions, "close", closes)
+    monkeypatch.setattr(Numbers, "decided", closes)
 
     assert certify(scene("four_bar")).passed
     assert closed["loops"] == 1

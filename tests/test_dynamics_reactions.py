@@ -16,8 +16,7 @@ from running import call, solved_reactions
 
 import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
-from symdyn.dynamics.reactions.dalembert import equilibrium
-from symdyn.dynamics.reactions.least import equations
+from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.roads.unique_reactions import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
@@ -137,10 +136,10 @@ def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
 def test_multipliers_of_lagranges_equations_are_the_reactions_of_the_cut_joint(one):
     """Lagrange with multipliers = D'Alembert, identically: off the closed positions too."""
     w = Workspace(one)
-    system = equilibrium(w.hanging, tau=w.state.tau, whole=True)
+    system = Equilibrium.of(w.hanging, tau=w.state.tau, whole=True)
     motion = dict(zip(w.state.qdd, derive_one(w, "forward_dynamics", "lagrange").entries, strict=True))
     last, places = len(system.unknowns), {(u.joint, u.number): k for k, u in enumerate(system.unknowns)}
-    rows = equations(system)
+    rows = system.rows()
     found = iter(substitute([entry for row in rows for entry in row.values()], motion))
     rows = [{c: next(found) for c in row} for row in rows]
     labels = [w.loops.recursive.labels[k] for k in w.loops.decisions.kept]
@@ -344,7 +343,7 @@ def test_a_row_that_forbids_nothing_has_a_force_that_nothing_tells():
 
     assert found.words == ("r: force of the row is not unique",)
     assert found.unique.all()
-    system = equilibrium(Workspace(one).hanging)
+    system = Equilibrium.of(Workspace(one).hanging)
     assert "r" not in {system.unknowns[u].joint for _, u in system.blocks}
     assert walkthrough(one, road="dalembert").sections
 

@@ -11,7 +11,7 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.loops import sparse_rows
 from symdyn.dynamics.loops.levels import Levels
 from symdyn.dynamics.loops.loop_numbers import Numbers, jacobian
-from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless
+from symdyn.dynamics.loops.newton import NEGLIGIBLE
 from symdyn.dynamics.loops.partition import blocks
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import NoValueError
@@ -61,7 +61,7 @@ def test_mechanisms_are_decided_alike_row_by_row(mechanism, monkeypatch):
     dense = Workspace(mechanism()).loops.decisions
     monkeypatch.setattr(sparse_rows, "LARGE", 1)
     numbers = Numbers(mechanism())
-    assert is_large(dimensionless(numbers, numbers.start(), 1.0)) or len(numbers.constraints.labels) == 0
+    assert is_large(numbers.dimensionless(numbers.start(), 1.0)) or len(numbers.constraints.labels) == 0
 
     sparse = Workspace(mechanism()).loops.decisions
 

@@ -21,7 +21,7 @@ from mechanisms import random_tree
 from symdyn.build import build
 from symdyn.build.on_threads import GRAIN, WORTH, price, run_rows, split
 from symdyn.cli import main
-from symdyn.dynamics.roads.count import count as counted
+from symdyn.dynamics.roads import Counts
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
@@ -514,8 +514,8 @@ def test_two_threads_are_taken_where_states_times_their_price_are_worth_it(name,
 def test_a_state_is_priced_by_its_operations_and_its_numbers():
     program = lower(derive(random_tree(1, 3, free=False), ("mass_matrix", "forward_dynamics")))
     M, forward = (one.function for one in program.routines)
-    assert price(M) == counted(M).cost + 10 * (3 + 9)
-    assert price(forward) == counted(forward).cost + 10 * (4 * 3)
+    assert price(M) == Counts.of(M).cost + 10 * (3 + 9)
+    assert price(forward) == Counts.of(forward).cost + 10 * (4 * 3)
     assert price(M, itemsize=4) == price(M) / 2
 
 

@@ -16,7 +16,7 @@ from patience import HANG
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.lagrange.second_kind import driving_forces, energies
+from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.emit.print.breaking import break_lines
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
 from symdyn.emit.print.formula_text import Latex, significant, text_of
@@ -54,7 +54,7 @@ def paragraphs(text: str) -> list[str]:
 @pytest.mark.parametrize("name", SMALL)
 def test_text_read_back_has_the_values_of_the_graph(name: str) -> None:
     scene, graph = example(name), Graph()
-    forces = driving_forces(energies(scene, graph))  # drive = left-hand side - Q
+    forces = Energies.of(scene, graph).driving_forces()  # drive = left-hand side - Q
     printed = [line.split(" = ") for line in paragraphs(equations_text(scene, "text"))]
     assert len(printed) == len(scene.moving)
     for joint, (left, right), force in zip(scene.moving, printed, forces, strict=True):
@@ -96,7 +96,7 @@ def value_of_sympy(expression: Any) -> float:
 @pytest.mark.parametrize("group", ["equations", "textbook"])
 def test_sympy_text_executed_has_the_values_of_the_graph(group: str) -> None:
     scene, graph = example("scara"), Graph()
-    forces = driving_forces(energies(scene, graph))
+    forces = Energies.of(scene, graph).driving_forces()
     defined = execute(equations_text(scene, "sympy", group))
     for i, force in enumerate(forces, 1):
         value = value_of_sympy(defined[f"equation{i}"].lhs)

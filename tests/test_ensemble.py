@@ -13,10 +13,8 @@ import pytest
 from patience import HANG
 
 import symdyn
-from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import MethodError, SimulateError, UnknownNameError
-from symdyn.graph import Graph
 from symdyn.notebook import bundle
 from symdyn.scene import bind, read_text
 from symdyn.scene.values import velocity_name
@@ -103,7 +101,7 @@ def bound(name: str) -> symdyn.Scene:
 def test_a_lane_is_a_run_of_simulate(name: str) -> None:
     """Starts of the scene and off it, on every coordinate that is no quaternion and is not prescribed."""
     scene = bound(name)
-    moved = {scene.velocities[k] for k in prescribed(scene, Graph()).place}
+    moved = {scene.velocities[k] for k in scene.led_velocities}
     turned = {name for group in quaternions(scene) for name in group}
     free = [q for q in scene.coordinates if velocity_name(q) in scene.velocities and velocity_name(q) not in moved]
     names = [q for q in free if q not in turned]

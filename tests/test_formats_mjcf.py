@@ -13,7 +13,7 @@ import pytest
 
 from symdyn.algebra.numeric import Floats
 from symdyn.build import lambdify
-from symdyn.dynamics.mechanism.state import placement, quaternions
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Scene
@@ -380,7 +380,7 @@ def test_connect_and_weld_close_loops_where_mujoco_measures_them(tmp_path: Path)
 
 def matrix_of(pose: Pose) -> np.ndarray:
     graph = Graph()
-    found = placement(pose, graph)
+    found = pose.transform(graph)
     entries = evaluate([*(x for row in found.R for x in row), *found.p], Floats(), {})
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = np.array(entries[:9]).reshape(3, 3), entries[9:]

@@ -13,7 +13,6 @@ from mechanisms import coupled_tree, random_tree
 from symdyn.algebra.numeric import Floats
 from symdyn.build import lambdify, run_python
 from symdyn.dynamics import derive
-from symdyn.dynamics.mechanism.state import placement
 from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
@@ -282,7 +281,7 @@ def test_steps_become_roll_pitch_and_yaw(steps):
 
 
 def matrix(pose: Pose) -> list[float]:
-    T = placement(pose, Graph())
+    T = pose.transform(Graph())
     return evaluate([*T.p, *(x for row in T.R for x in row)], Floats(), {})
 
 

@@ -13,13 +13,12 @@ from mechanisms import random_tree
 import symdyn
 from symdyn.build.c_module import build
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one, roads_of
-from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.aba_loop import aba_loop
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, lacking
 from symdyn.dynamics.recursive.rnea_loop import rnea_loop
 from symdyn.dynamics.recursive.row_kinds import kinds_of
 from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS, TableLoop
-from symdyn.dynamics.roads.count import Counts, count, count_loop
+from symdyn.dynamics.roads.count import Counts
 from symdyn.dynamics.roads.named_functions import Argument, Function
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError
@@ -185,7 +184,7 @@ def test_at_rest_there_is_no_loop() -> None:
 def test_what_a_table_does_not_hold_is_said(name: str, words: str) -> None:
     scene = symdyn.example(name)
 
-    said = lacking(scene, build_tree(scene, Graph()))
+    said = lacking(scene)
 
     assert words in said
     assert bool(words) == bool(said)
@@ -228,7 +227,7 @@ def test_the_operations_that_are_told_are_those_of_the_loop(
         function = Function(
             "f", "", (Argument("qdd", symbols, "", ()),), "f", (len(kinds),), tuple(derive(table, *given)), "", road
         )
-        counts.append((count(function), count_loop(TableLoop(road, table))))
+        counts.append((Counts.of(function), Counts.of_loop(TableLoop(road, table))))
     (fewer, told_fewer), (more, told_more) = counts
     again = Counts(additions=slides * (len(TABLE_LOOPS[road].sweeps(kinds_of(table)[0])) - 1))  # rise + q, each sweep
 

@@ -8,7 +8,7 @@ from formulas import argument, function, one
 
 from symdyn.dynamics import Equations, derive
 from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.count import BINDING, count, count_by_binding
+from symdyn.dynamics.roads.count import BINDING, count_by_binding
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import at_rest, lower
 from symdyn.scene import Scene, read
@@ -36,7 +36,7 @@ def test_binding_times_add_up_to_one_call():
 
     for routine in program.routines:
         assert tuple(routine.binding) == tuple(name for name, _ in BINDING)
-        assert routine.counts == count(routine.function)
+        assert routine.counts == Counts.of(routine.function)
         assert routine.prepare + routine.state_counts == routine.counts
 
 

@@ -6,7 +6,6 @@ from formulas import every_op, one
 
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.count import count
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
 
@@ -15,42 +14,42 @@ def test_a_shared_product_counts_once_and_a_sign_never():
     g = Graph()
     x, y = g.symbol("x"), g.symbol("y")
     (f,) = one([x * y + x, -(x * y), x * y - y], [x, y]).functions
-    assert count(f) == Counts(multiplications=1, additions=2)
+    assert Counts.of(f) == Counts(multiplications=1, additions=2)
 
 
 def test_sine_and_cosine_of_one_angle_are_one_pair():
     g = Graph()
     x, y = g.symbol("x"), g.symbol("y")
     (f,) = one([g.sin(x), g.cos(x), g.cos(y), g.sin(x + y)], [x, y]).functions
-    assert count(f) == Counts(additions=1, sincos=3)
+    assert Counts.of(f) == Counts(additions=1, sincos=3)
 
 
 def test_a_price_without_a_function_is_that_of_its_counts():
     function = every_op().functions[0]
     state = [symbol for argument in function.arguments for symbol in argument.symbols]
 
-    assert cost(function.entries, state) == count(function).cost
+    assert cost(function.entries, state) == Counts.of(function).cost
 
 
 def test_what_has_no_symbol_costs_nothing():
     g = Graph()
     x = g.symbol("x")
     (f,) = one([g.sqrt(2) * g.sin(g.pi / 7) / g.pi + 1, x / g.sqrt(3)], [x]).functions
-    assert count(f) == Counts(divisions=1)
+    assert Counts.of(f) == Counts(divisions=1)
 
 
 def test_other_functions_are_counted_apart():
     g = Graph()
     x = g.symbol("x")
     (f,) = one([g.function(Op.TANH, x), g.sqrt(x), g.function(Op.ATAN2, x, g.one)], [x]).functions
-    assert count(f) == Counts(others=3)
+    assert Counts.of(f) == Counts(others=3)
 
 
 def test_binding_a_parameter_never_costs_more():
     equations = every_op()
     program = lower(equations)
     for function in equations.functions:
-        before, after = count(function), program[function.name].counts
+        before, after = Counts.of(function), program[function.name].counts
         assert (after.multiplications, after.divisions) <= (before.multiplications, before.divisions)
 
 

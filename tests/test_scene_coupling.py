@@ -14,7 +14,7 @@ from running import call
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive, derive_one
-from symdyn.dynamics.closed_forms.closed_form import closed_form, coefficient_names
+from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.graph import substitute
@@ -258,7 +258,7 @@ def test_closed_forms_of_coupled_trees_are_those_of_the_graph(seed):
     closed, w = closed_form(one), Workspace(one)
     claims = []
     for name in ("k_z", "k_C", "k_D", "k_G"):
-        printed = [closed.form(*key).express(w.graph) for key in coefficient_names(closed) if key[0] == name]
+        printed = [closed.form(*key).express(w.graph) for key in closed.coefficient_names() if key[0] == name]
         claims.append(Claim(name, "printed", "graph", tuple(printed), derive_one(w, name).entries))
 
     found = prove([claim for claim in claims if claim.left])[1]  # k_C of one coordinate has no entries

@@ -9,7 +9,7 @@ import pytest
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import placement, state_symbols
+from symdyn.dynamics.mechanism.state import State
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Scene, read, read_text, with_symbolic_inertia
@@ -49,13 +49,13 @@ FREEDOMS = {"four_bar": 1, "slider_crank": 1, "spatial_slider_crank": 2, "rssr":
 def residuals(scene: Scene) -> list[float]:
     """Return the residual of every loop where the scene starts, all parameters at their values; m or 1."""
     graph = Graph()
-    state, poses = state_symbols(scene, graph), body_placements(scene, graph)
+    state, poses = State.of(scene, graph), body_placements(scene, graph)
     known = {p.name: p.value.express(graph) for p in scene.parameters if p.value is not None}
     at = dict(zip(state.q, (x.express(graph) for x in start_of(scene).position), strict=True))
     entries: list[Expr] = []
     for loop in scene.loops:
-        there = poses[loop.parent] @ placement(loop.origin, graph)
-        here = poses[loop.child] @ placement(inverse(loop.tip), graph)
+        there = poses[loop.parent] @ loop.origin.transform(graph)
+        here = poses[loop.child] @ inverse(loop.tip).transform(graph)
         entries += JOINTS[loop.type].forbids.residual(loop, there.inverse() @ here)
     placed = substitute(substitute(entries, at), {graph.symbol(name): x for name, x in known.items()})
     return evaluate(placed, Floats(), {})

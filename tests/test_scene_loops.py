@@ -9,7 +9,7 @@ import pytest
 from mechanisms import AXES, shape
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.mechanism.state import joint_motion, placement
+from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import ReadOptions, read_noting, read_text, write_text
@@ -145,7 +145,7 @@ def test_a_joint_that_is_turned_round_moves_the_bodies_as_before(kind, keys, nam
     graph = Graph()
 
     there, back = (
-        placement(j.origin, graph) @ joint_motion(j, graph).placement @ placement(j.tip, graph)
+        j.origin.transform(graph) @ joint_motion(j, graph).placement @ j.tip.transform(graph)
         for j in (one, turned(one))
     )
 

@@ -13,7 +13,7 @@ from latex_reader import LatexReader, displays
 from symdyn.algebra.form import Form, Function, Number, Power, Symbol, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.lagrange.second_kind import driving_forces, energies
+from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.printed_names import latex_symbols
@@ -50,7 +50,7 @@ def floats(nodes: list[Expr]) -> list[float]:
 def needed(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the drives, zero where there is none, less what Lagrange's road says that the motion needs."""
     drives = [(symbol(x) if x else number(0)).express(graph) for x in scene.drives]
-    return [drive - force for drive, force in zip(drives, driving_forces(energies(scene, graph)), strict=True)]
+    return [drive - force for drive, force in zip(drives, Energies.of(scene, graph).driving_forces(), strict=True)]
 
 
 def printed_text(scene: Scene) -> tuple[list[list[str]], dict[str, str]]:

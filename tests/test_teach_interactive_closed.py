@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 
 from symdyn.build import run_python
 from symdyn.dynamics import derive
-from symdyn.dynamics.loops.assembly import closed_position
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.emit import emit
@@ -150,7 +149,7 @@ def test_closed_numbers_follow_the_sliders_and_are_what_python_computes(
     free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
     numbers = Numbers(free).bound_to(dict(zip(names, params.tolist(), strict=True)))
     held = [k for k in range(len(scene.velocities)) if k in positions]
-    np.testing.assert_allclose(closed_position(numbers, q, held).q, q, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(numbers.closed_position(q, held).q, q, rtol=0, atol=1e-11)
     np.testing.assert_allclose(q[list(positions)], list(positions.values()))
 
     truth = Truth(scene, params)

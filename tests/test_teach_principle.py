@@ -12,7 +12,7 @@ import pytest
 from symdyn.algebra.form import Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.draw.places import places
-from symdyn.dynamics.mechanism.state import state_symbols
+from symdyn.dynamics.mechanism.state import State
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene import read, read_text
 from symdyn.teach import Document, rendered, walkthrough
@@ -255,7 +255,7 @@ def test_what_nothing_turns_is_said_to_stand() -> None:
 def test_masses_and_lengths_have_their_letters_in_the_picture() -> None:
     def lettered(name: str) -> dict[str, list[float]]:
         scene, graph = read(SCENES[name]), Graph()
-        chosen = choose_state(scene, state_symbols(scene, graph), graph)
+        chosen = choose_state(scene, State.of(scene, graph), graph)
         return {one.latex: list(one.at) for one in picture_letters(scene, graph, chosen)}
 
     arm = lettered("two_link")

@@ -13,7 +13,7 @@ import symdyn
 from symdyn.algebra.form import Number, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.dynamics.lagrange.second_kind import energies
+from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
@@ -71,11 +71,11 @@ def test_what_is_said_of_masses_and_lengths_is_true(name: str) -> None:
     scene = read(EXAMPLES / f"{name}.toml")
 
     heavier, said = single(scene, "variant.mass")
-    (before,), (after,) = (values(energies(one, Graph()).K) for one in (scene, heavier))
+    (before,), (after,) = (values(Energies.of(one, Graph()).K) for one in (scene, heavier))
     gone = {"mass": ZERO, "inertia": (ZERO,) * 6, "particles": ()}
     bodies = (replace(one, **gone) if one.name == said.places["body"] else one for one in scene.bodies)  # type: ignore[arg-type]
     light = replace(scene, bodies=tuple(bodies))
-    (without,) = values(energies(light, Graph()).K)
+    (without,) = values(Energies.of(light, Graph()).K)
     assert after - without == pytest.approx(number(said, "factor") * (before - without))
 
     longer, said = single(scene, "variant.length" if name == "two_link" else "variant.length.spun")
@@ -107,7 +107,7 @@ def test_what_is_said_of_axes_gravity_and_springs_is_true() -> None:
     assert isinstance(k, Symbol)
     assert isinstance(q, Symbol)
     assert k.name not in {one.name for one in scene.parameters}
-    E = energies(sprung, graph).P - energies(scene, graph).P
+    E = Energies.of(sprung, graph).P - Energies.of(scene, graph).P
     assert values(E) == pytest.approx(values(graph.symbol(k.name) * graph.symbol(q.name) ** 2 / 2))
 
 

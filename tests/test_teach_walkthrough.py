@@ -16,7 +16,7 @@ from mechanisms import jointed
 from symdyn.algebra.form import Number, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.dynamics import Workspace
+from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.loops.constraint_rows import differentiated
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.emit.print.formula_text import text_of
@@ -31,7 +31,6 @@ from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Step, Values, Words
 from symdyn.teach.languages import PLACE, language_of, languages
 from symdyn.teach.mathematics import Spelling, written
-from symdyn.teach.roads.dalembert import reactions as reactions_room
 from symdyn.teach.roads.dalembert.laws import LAW
 from symdyn.teach.roads.lagrange import meaning as meaning_room
 from symdyn.teach.roads.lessons import ROADS, usual_road
@@ -270,7 +269,7 @@ def test_parts_of_the_other_road(name: str) -> None:
 
 
 def test_a_wrong_drive_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reactions_room, "driving_forces", lambda energy: [2 * energy.K for _ in energy.state.qd])
+    monkeypatch.setattr(Energies, "driving_forces", lambda energy: [2 * energy.K for _ in energy.state.qd])
     with pytest.raises(AssertionError, match="the two roads differ"):
         walkthrough(scene("two_link"), road="dalembert")
 

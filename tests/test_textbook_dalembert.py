@@ -18,9 +18,8 @@ from running import solved_at
 from symdyn.dynamics import derive_one
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.mechanism.tree import body_inertia
-from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector, shift, turned
-from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, equilibrium
-from symdyn.dynamics.reactions.least import equations
+from symdyn.dynamics.reactions.bivectors import inertia_bivector, shift, turned
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene.joints import JOINTS
@@ -101,7 +100,7 @@ def test_equation_5_3_shift_of_a_bivector(loop, graph):
 def test_equation_5_4_direction_cosines_of_every_frame(loop):
     for j in bodies(loop):
         P = loop.place(j).R
-        built = frames(loop.hanging)[j].R
+        built = loop.hanging.frames[j].R
 
         assert loop.agrees(flat(*built), flat(*P))
         assert loop.agrees(flat(*multiply(transpose(P), P)), flat(*identity(loop.graph)))  # so P̄ is orthogonal too
@@ -114,7 +113,7 @@ def test_equation_5_5_bivector_of_a_body_in_the_ground_frame(loop, graph):
         P = loop.place(j)
         both = matrix_times(shift(P.p), flat(apply(P.R, F), apply(P.R, M)))  # R̄ P̄ F̄
 
-        assert loop.agrees(flat(*turned(frames(loop.hanging)[j], (F, M))), both)
+        assert loop.agrees(flat(*turned(loop.hanging.frames[j], (F, M))), both)
 
 
 def columns(loop, joint, kind):
@@ -310,17 +309,17 @@ def test_bivectors_are_in_motion_at_all():
 
 def test_a_planar_mechanism_needs_three_equations_a_body():
     loop = Loop(two_link())
-    flat_system = equilibrium(loop.hanging, planar=True)
+    flat_system = Equilibrium.of(loop.hanging, planar=True)
 
     assert (flat_system.equations, flat_system.reactions, flat_system.drives) == (6, 4, 2)
     assert flat_system.kept == (0, 1, 5)
     drives = [u for u, one in enumerate(flat_system.unknowns) if one.kind == DRIVE]
     tau = derive_one(loop.w, "inverse_dynamics").entries
     given = [{u: loop.graph.one, len(flat_system.unknowns): force} for u, force in zip(drives, tau, strict=True)]
-    claim = solvable("drives", "tau", "(5.18)", [*equations(flat_system), *given], len(flat_system.unknowns))
+    claim = solvable("drives", "tau", "(5.18)", [*flat_system.rows(), *given], len(flat_system.unknowns))
     assert prove([claim])[1][0].verdict == PROVED
 
 
 def test_a_spatial_mechanism_has_no_planar_equations():
     with pytest.raises(DerivationError, match="no plane of coordinates of all frames"):
-        equilibrium(Loop(single_loop()).hanging, planar=True)
+        Equilibrium.of(Loop(single_loop()).hanging, planar=True)

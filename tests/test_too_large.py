@@ -11,6 +11,7 @@ from arms import turning_chain as chain
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive, derive_one
+from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
 
 PUMA = Path(__file__).parent.parent / "examples" / "puma560.toml"
@@ -32,14 +33,13 @@ REQUESTS = ("inverse_dynamics", "mass_matrix", "inverse_dynamics_derivatives", "
 def test_a_size_that_is_told_beforehand_is_counted_within_a_factor_of_two(
     n: int, requests: tuple[str, ...], kind: str
 ) -> None:
-    from symdyn.dynamics.roads.count import count
     from symdyn.dynamics.roads.too_large import expected_size, simplicity
 
     scene = chain(n, kind)
     for request in requests:
         workspace = Workspace(scene)
         told = expected_size(workspace, request, simplicity(workspace))
-        counted = count(derive_one(workspace, request)).cost
+        counted = Counts.of(derive_one(workspace, request)).cost
 
         assert 0.5 < told / counted < (2 if kind != "plane" or request != "inverse_dynamics_hessian" else 5), request
 

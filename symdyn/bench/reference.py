@@ -28,7 +28,6 @@ from flint import arb_mat
 
 from symdyn.algebra import Balls, Bounded, Floats
 from symdyn.dynamics import Function, row_of
-from symdyn.dynamics.mechanism import has_motion
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError
 from symdyn.graph import evaluate, reachable
@@ -116,7 +115,7 @@ def state_of(states: Mapping[str, Array], k: int) -> dict[str, Array]:
 def linear(scene: Scene, request: str) -> tuple[Routine, ...]:
     """Return the functions that say which equations an output solves; () for none, and where it solves for drives."""
     solved = row_of(request, scene)[0].solves
-    if not solved or has_motion(scene):
+    if not solved or bool(scene.led_velocities):
         return ()
     try:
         return lower(formulate(scene, solved)).routines

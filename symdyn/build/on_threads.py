@@ -14,7 +14,7 @@ from math import prod
 from typing import Any
 
 from symdyn.dynamics import Function
-from symdyn.dynamics.roads import count
+from symdyn.dynamics.roads import Counts
 from symdyn.program import shared
 
 WORTH = 12_500_000
@@ -37,7 +37,7 @@ def price(function: Function, itemsize: int = 8) -> float:
     common = shared([one.name for one in function.arguments])
     own = [prod(one.shape) for one in function.arguments if one.name != common]
     numbers = sum(own) + prod(function.shape)
-    return (count(function).cost + NUMBER * numbers) * itemsize / 8
+    return (Counts.of(function).cost + NUMBER * numbers) * itemsize / 8
 
 
 def split(states: int, threads: int, price: float) -> list[tuple[int, int]]:

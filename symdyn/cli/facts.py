@@ -10,15 +10,14 @@ from symdyn.dynamics import (
     LARGEST,
     Equations,
     LoopChoices,
-    Unasked,
     Workspace,
     available_on,
-    expected,
-    unique_reactions,
+    loose_reactions,
+    on_request,
 )
 from symdyn.dynamics.loops import mobility
 from symdyn.dynamics.reactions import why_no_reactions
-from symdyn.dynamics.roads import COMPONENTS, RESIDUAL, STATE_MATRICES, UNPROJECTED, WORDS, Counts, joints_of, told
+from symdyn.dynamics.roads import Counts
 from symdyn.emit.print import base_parameter_texts, frame_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
@@ -118,12 +117,6 @@ def _written(letter: Letter) -> dict[str, str]:
     return {"written": said} if (said := as_written(letter)) else {}
 
 
-def on_request(scene: Scene) -> list[str]:
-    """Return the outputs of the whole scene that no one has unasked, and how derivatives of all are asked for."""
-    alone = [STATE_MATRICES, *((RESIDUAL, f"NAME{UNPROJECTED}") if scene.is_closed else ())]
-    return [*(name for name in expected(scene, Unasked.NEVER) if name not in expected(scene)), *alone, *WORDS]
-
-
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
     """Return what the functions cost, what can be prepared, and what was left out; and what many velocities forbid."""
     n, said, first, program = len(equations.scene.velocities), [], None, None
@@ -175,8 +168,7 @@ def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
 def _loose(scene: Scene, closing: LoopChoices) -> str:
     """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
     try:
-        loose = ~unique_reactions(scene, closing=closing)
-        return told(joints_of(scene), COMPONENTS, loose.ravel().tolist())
+        return loose_reactions(scene, closing)
     except DerivationError:  # `available` has told why
         return ""
 

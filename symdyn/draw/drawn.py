@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.dynamics.mechanism import body_placements, first_moment, joint_motion, load_vectors, placement, vector
+from symdyn.dynamics.mechanism import body_placements, joint_motion, vector
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, in_plane
@@ -27,7 +27,7 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     for joint in (*scene.joints, *scene.loops):
         wanted |= _joint(joint, joint in scene.loops, placed, graph)
     for point in scene.points:
-        wanted["point", point.name] = _flat(placed[point.body] @ placement(point.at, graph))
+        wanted["point", point.name] = _flat(placed[point.body] @ point.at.transform(graph))
     for one in scene.elements:
         wanted |= _element(one, placed, graph)
     return wanted
@@ -40,7 +40,7 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
     }
     if isinstance(one, Load):
         R = placed[one.place.body].R if one.frame == "body" else Transform.unit(graph).R
-        force, couple = load_vectors(one, graph)
+        force, couple = FORCES[one.kind].push.wrench(one, graph)
         wanted |= {("force", one): apply(R, force), ("couple", one): apply(R, couple)}
     elif isinstance(one, Contact):
         if FORCES[one.kind].rolls:
@@ -60,7 +60,7 @@ def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...
         if body.com is not None:
             wanted["com", body.name] = T.point(vector(body.com, graph))
         else:
-            x, y, z = first_moment(body, graph)
+            x, y, z = body.mass_moment(graph)
             wanted["com", body.name] = T.point((x / mass, y / mass, z / mass))
     for k, particle in enumerate(body.particles):
         at = T.point(vector(particle.at, graph))
@@ -70,8 +70,8 @@ def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...
 
 def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     name = joint.name
-    fixed = placed[joint.parent] @ placement(joint.origin, graph)
-    moved = placed[joint.child] @ placement(joint.tip, graph).inverse()
+    fixed = placed[joint.parent] @ joint.origin.transform(graph)
+    moved = placed[joint.child] @ joint.tip.transform(graph).inverse()
     wanted: dict[Key, tuple[Expr, ...]] = {("fixed", name): _flat(fixed), ("moved", name): _flat(moved)}
     for own, way in JOINTS[joint.type].directions(joint):
         wanted["way", name, own.name] = vector(way, graph)

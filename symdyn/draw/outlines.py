@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Floats
-from symdyn.dynamics.mechanism import first_moment, vector
+from symdyn.dynamics.mechanism import vector
 from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
@@ -101,7 +101,7 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
     if mass.is_zero:
         centre: Vec = vector(body.com, graph) if body.com else zero_vector(graph)
     else:
-        centre = vector(body.com, graph) if body.com is not None else scale(1 / mass, first_moment(body, graph))
+        centre = vector(body.com, graph) if body.com is not None else scale(1 / mass, body.mass_moment(graph))
     tensor = _about_centre(body, graph, mass, centre)
     known = _numbers([mass, *(x for row in tensor for x in row), *centre], parameters)
     if known is None:

@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.draw.places import Array, places
-from symdyn.dynamics.loops import Numbers, closed_position, witness
+from symdyn.dynamics.loops import Numbers
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import FORCES
@@ -84,12 +84,12 @@ def _closed(
     numbers = Numbers(scene)
     known = {p.name: values[p.name] for p in scene.free_parameters if parameters and p.name in parameters}
     try:
-        numbers, assembly = witness(known, numbers)
+        numbers, assembly = numbers.witness(known)
         q = np.array(assembly.q)
         if given:
             velocities = list(scene.velocities)
             held = [velocities.index(velocity_name(name)) for name in given if velocity_name(name) in velocities]
-            q = np.array(closed_position(numbers, _with(scene, q, given), held).q)
+            q = np.array(numbers.closed_position(_with(scene, q, given), held).q)
     except DerivationError as fault:
         raise DrawError(str(fault)) from fault
     return q, values | numbers.free

@@ -3,37 +3,21 @@
 from .closed_forms.closed_form import (
     ClosedForm as ClosedForm,
     closed_form as closed_form,
-    coefficient_names as coefficient_names,
 )
-from .closed_forms.coefficient_key import MOST_TERMS as MOST_TERMS, Key as Key, too_long as too_long
 from .closed_forms.constraint_forms import ClosedRow as ClosedRow, closed_constraints as closed_constraints
 from .closed_forms.frames_and_parameters import (
-    ChosenFrame as ChosenFrame,
     base_parameter_forms as base_parameter_forms,
     base_parameters as base_parameters,
     chosen_frames as chosen_frames,
     formulas as formulas,
     vanishes as vanishes,
 )
-from .closed_forms.load_forms import ClosedLoads as ClosedLoads
 from .closed_forms.parallel import angle_groups as angle_groups
-from .lagrange.second_kind import (
-    Energies as Energies,
-    driving_forces as driving_forces,
-    elastic_forces as elastic_forces,
-    energies as energies,
-    gravity_forces as gravity_forces,
-    mass_matrix as mass_matrix,
-    momenta as momenta,
-    rotor_energy as rotor_energy,
-)
+from .lagrange.second_kind import Energies as Energies, rotor_energy as rotor_energy
 from .loops.continuation import assemble as assemble, consistent as consistent, follow as follow
 from .loops.partition import LoopChoices as LoopChoices
 from .recursive.aba_loop import BESIDES as BESIDES, INERTIA as INERTIA, forward_sweeps as forward_sweeps
 from .recursive.joint_table import JointTable as JointTable, lacking as lacking
-from .recursive.lean_tree import LeanTree as LeanTree, reframe as reframe
-from .recursive.resting import resting as resting
-from .recursive.rnea import rnea as rnea
 from .recursive.row_kinds import kinds_of as kinds_of, names_of as names_of
 from .recursive.sweeps import Sweep as Sweep, values_over_table as values_over_table
 from .recursive.table_loops import TABLE_LOOPS as TABLE_LOOPS, TableLoop as TableLoop
@@ -47,6 +31,7 @@ from .roads.derive import (
     expected as expected,
     loop_alone as loop_alone,
     of_place as of_place,
+    on_request as on_request,
     there as there,
     wanted_on as wanted_on,
 )
@@ -60,5 +45,9 @@ from .roads.requests import (
     roads_of as roads_of,
     row_of as row_of,
 )
-from .roads.unique_reactions import reactions_at as reactions_at, unique_reactions as unique_reactions
-from .roads.workspace import Workspace as Workspace
+from .roads.unique_reactions import (
+    loose_reactions as loose_reactions,
+    reactions_at as reactions_at,
+    unique_reactions as unique_reactions,
+)
+from .roads.workspace import Ungrouped as Ungrouped, Workspace as Workspace

@@ -18,7 +18,6 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.draw import Reel, Stage, film
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops import newton
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Mode, untouched
@@ -61,7 +60,7 @@ def motion(one: Linearization, mode: Mode) -> tuple[Array, Array]:
     numbers, point = opened(one.scene).numbers(), one.point.q
     labels = COLUMNS["q"](Workspace(one.scene))
     held = [labels.index(name) for name in (*one.states.names[: one.positions], *one.dropped)]
-    found = [newton(numbers, numbers.normalised(point + one.moves @ shift), held) for shift in shifts]
+    found = [numbers.newton(numbers.normalised(point + one.moves @ shift), held) for shift in shifts]
     return turn / (2 * math.pi) * MODE_PERIOD, np.array(found)
 
 

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.mechanism import inputs_of
 from symdyn.dynamics.roads import Moving, expressed
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
@@ -71,6 +70,6 @@ def on_graph(
 
     moving = Moving(lambda: w.state.qdd, lambda: [acting[tau] for tau in w.state.tau], reactions, lambda: multipliers)
     try:
-        return expressed(w, formulas, moving, inputs={one: acting[one] for one in inputs_of(w.scene, w.graph)})
+        return expressed(w, formulas, moving, inputs={one: acting[one] for one in w.inputs})
     except DerivationError as fault:
         raise LinearizeError(str(fault)) from None

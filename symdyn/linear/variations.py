@@ -20,7 +20,7 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches, Floats
 from symdyn.dynamics import LoopChoices, Workspace
-from symdyn.dynamics.mechanism import inputs_of, refuse_ideal_friction
+from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
 from symdyn.linear.outputs import on_graph
 from symdyn.program import cheapest
@@ -149,7 +149,7 @@ def _written(
     graph, state, n = w.graph, w.state, w.state.n
     places = dict(formulas)
     zero = graph.zero
-    letters = inputs_of(scene, graph)
+    letters = w.inputs
     acting = {one: one + places[k].express(graph) if k in places else one for k, one in enumerate(letters, n)}
     push = substitute([places[k].express(graph) if k in places else zero for k in range(n)], acting)
     acting |= {tau: tau + more for tau, more in zip(state.tau, push, strict=True)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symdyn.dynamics import ClosedForm, coefficient_names
+from symdyn.dynamics import ClosedForm
 from symdyn.emit.print import (
     BREAK,
     EquationsOfMotion,
@@ -99,7 +99,7 @@ SHORT = 120
 
 def _length(closed: ClosedForm) -> int:
     """Return the number of terms in normal form, which is known before anything is written."""
-    return sum(len(closed[key]) for key in coefficient_names(closed) if key[0] != "k_E")
+    return sum(len(closed[key]) for key in closed.coefficient_names() if key[0] != "k_E")
 
 
 def _too_long(terms: int, way: str) -> str:

@@ -35,10 +35,9 @@ from symdyn.dynamics import (
     roads_of,
     row_of,
 )
-from symdyn.dynamics.mechanism import build_tree
-from symdyn.dynamics.roads import count
+from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
-from symdyn.graph import Graph, growing
+from symdyn.graph import growing
 from symdyn.program.lower import lower
 from symdyn.program.pivots import may_vanish
 from symdyn.scene import Scene
@@ -93,7 +92,7 @@ def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
         loop = any(
             road in OUTPUTS[name].roads and OUTPUTS[name].roads[road].loop for name in outputs if name in OUTPUTS
         )
-        why = lacking(scene, build_tree(scene, Graph())) if loop else ""
+        why = lacking(scene) if loop else ""
         raise DerivationError(
             f"no output that was asked for has the road {road!r}{why and f' ({why})'}; there are {', '.join(known)}"
         )
@@ -136,7 +135,7 @@ def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
     might = [name for name, joints in fewest.items() if len(scene.velocities) >= joints]
     if not might:
         return ""
-    why = lacking(scene, build_tree(scene, Graph()))
+    why = lacking(scene)
     return f"{scene.name}: {', '.join(might)} in lines, not as a loop over a table: {why}" if why else ""
 
 
@@ -148,7 +147,7 @@ def cheapest(workspace: Workspace, request: str) -> Function:
     row, scene = row_of(request, workspace.scene)[0], workspace.scene
     places = [Workspace(scene, workspace.closing) if row.roads[road].apart else workspace for road in names]
     functions = [derive_one(place, request, road) for place, road in zip(places, names, strict=True)]
-    costs = [count(function).cost for function in functions]
+    costs = [Counts.of(function).cost for function in functions]
     hopeful = [k for k, cost in enumerate(costs) if cost <= HOPELESS * min(costs)]
     lowered = {k: lower(Equations(scene, places[k].graph, (functions[k],))) for k in hopeful}
     best = min(hopeful, key=lambda k: lowered[k].routines[0].counts.cost)

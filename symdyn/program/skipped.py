@@ -17,8 +17,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.dynamics import Equations, LeanTree, Workspace, angle_groups, derive_one, reframe, resting, roads_of
-from symdyn.dynamics.mechanism import CATEGORY, FREE
+from symdyn.dynamics import Equations, Ungrouped, Workspace, angle_groups, derive_one, roads_of
+from symdyn.dynamics.mechanism import counts_alone
 from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
@@ -26,7 +26,6 @@ from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import ZERO, Body, Pose, number
-from symdyn.unlocked import cached_property
 
 SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))
 
@@ -49,15 +48,6 @@ class Skipped:
     step: str
     why: str
     saved: Mapping[str, Counts] | None = None
-
-
-class Ungrouped(Workspace):
-    """A workspace whose recursions run over the inertias as declared."""
-
-    @cached_property
-    def lean(self) -> LeanTree:
-        """The tree in frames of the generator's choice."""
-        return resting(reframe(self.tree))
 
 
 def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...]:
@@ -87,7 +77,7 @@ def _dead(workspace: Workspace, chosen: Mapping[str, str]) -> Iterator[Skipped]:
     """Return what the chosen roads derive on the way and no function needs; other roads do not count."""
     functions = [derive_one(workspace, request, road) for request, road in chosen.items()]
     alive = set(reachable([entry for function in functions for entry in function.entries]))
-    dead = sum(CATEGORY[node.op] not in (FREE, "sincos") and node not in alive for node in workspace.graph.nodes)
+    dead = sum(counts_alone(node.op) and node not in alive for node in workspace.graph.nodes)
     if dead:
         yield Skipped("dead operations", f"{dead} that the chosen roads derive on the way and no function needs")
 

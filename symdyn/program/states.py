@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from symdyn.dynamics import Argument
-from symdyn.dynamics.roads import DIRECTIONS, WEIGHTS
+from symdyn.dynamics.roads import DIRECTIONS
 
 ALLOWED = 2.0  # times the bound, which is of first order
 DRAWS = 40  # states tried for one at which a function is real
 
 RANGES = {"q": 3.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0, "inputs": 3.0}  # half-widths of the sampled states, SI
-RANGES |= dict.fromkeys((*DIRECTIONS.values(), WEIGHTS), 2.0)
+RANGES |= dict.fromkeys((*DIRECTIONS.values(), "weights"), 2.0)
 WIDER = (1.0, 4.0, 16.0, 64.0)  # times those, one after the other, where a function is not real
 
 Array = np.ndarray[Any, Any]

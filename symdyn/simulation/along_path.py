@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.loops import direction_words, newton, seen_closed
+from symdyn.dynamics.loops import direction_words
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene.values import velocity_name
 from symdyn.simulation.followed import Followed
@@ -108,8 +108,8 @@ def _walked(equations: PathEquations, t: float, guess: Array) -> Array | None:
     held = [velocity_name(name) for name in following.given]
     try:
         if following.holding.any():
-            q = newton(numbers, q, [names.index(name) for name in held if name in names])
-            if not seen_closed(numbers, q):
+            q = numbers.newton(q, [names.index(name) for name in held if name in names])
+            if not numbers.is_closed(q):
                 return None
         ways = []
         for path, asked in equations.asked(t):

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.loops import FLAT
 from symdyn.errors import SimulateError
 from symdyn.simulation.following import Following, Known, Tied
 from symdyn.simulation.initial import no_equations
@@ -99,7 +98,7 @@ def _fallen(one: Following, t: Array, q: Array, u: Array) -> tuple[int, str] | N
                 left, right = low + (high - low) / 3, high - (high - low) / 3
                 one_third, two_thirds = one.placed(left, q[i]), one.placed(right, q[i])
                 low, high = (low, right) if w(one_third) < w(two_thirds) else (left, high)
-            if w(one.placed(low, q[i])) < FLAT:
+            if gauge.is_flat(w(one.placed(low, q[i]))):
                 found.append((i + 1, f"motion: t = {low:.6g} s: {gauge.fell_flat}"))
                 break
     return min(found, default=None)

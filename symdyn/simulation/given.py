@@ -14,17 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.loops import (
-    Assembly,
-    Numbers,
-    closed_position,
-    declared_rates,
-    dimensionless,
-    fitting,
-    free_motions,
-    newton,
-    seen_closed,
-)
+from symdyn.dynamics.loops import Assembly, Numbers, free_motions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene.values import velocity_name
 
@@ -57,14 +47,14 @@ def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequen
         for k in order:
             kept = [*kept, k] if _closes(numbers, q, (*moved, *kept, k)) else kept
     held = sorted({*moved, *kept})
-    assembly = closed_position(numbers, q if held or any(q) else None, held or None)
+    assembly = numbers.closed_position(q if held or any(q) else None, held or None)
     return assembly, [*assembly.notes, *_guessed(numbers, np.array(assembly.q), q, places, kept, moved)]
 
 
 def _closes(numbers: Numbers, q: Array, held: Sequence[int]) -> bool:
     """Whether the loops close with some coordinates as they are, where equations of motion say something."""
-    found = newton(numbers, numbers.normalised(q), tuple(sorted({*held})))
-    return seen_closed(numbers, found) and not (numbers.singular_angles(found) or numbers.lying_flat(found))
+    found = numbers.newton(numbers.normalised(q), tuple(sorted({*held})))
+    return numbers.is_closed(found) and not (numbers.singular_angles(found) or numbers.lying_flat(found))
 
 
 def _guessed(
@@ -72,7 +62,7 @@ def _guessed(
 ) -> list[str]:
     """Return what is said of coordinates that were given and not kept."""
     coordinates = numbers.scene.coordinates
-    N = free_motions(dimensionless(numbers, closed, 1.0))
+    N = free_motions(numbers.dimensionless(closed, 1.0))
     lost = [k for k in places if k not in kept and abs(closed[places[k]] - q[places[k]]) > CONSISTENT]
     for k in lost:
         if _rank(N, (*moved, *kept, k)) > _rank(N, (*moved, *kept)):
@@ -101,15 +91,15 @@ def closed_rates(
     Raises:
         DerivationError: the given velocities contradict each other.
     """
-    declared = [k for k in declared_rates(numbers) if k not in (*given, *moved)]
+    declared = [k for k in numbers.declared_rates() if k not in (*given, *moved)]
     held = [*moved, *given]
     if given:
-        N = free_motions(dimensionless(numbers, q, 1.0))
+        N = free_motions(numbers.dimensionless(q, 1.0))
         for k in declared:
             held = [*held, k] if _rank(N, (*held, k)) > _rank(N, held) else held
     else:
         held += declared
-    found = fitting(numbers, q, {k: float(u[k]) for k in sorted(held)})
+    found = numbers.fitting_rates(q, {k: float(u[k]) for k in sorted(held)})
     lost = [k for k in declared if abs(found[k] - u[k]) > CONSISTENT * max(1.0, abs(float(u[k])))]
     names = numbers.scene.velocities
     notes = [

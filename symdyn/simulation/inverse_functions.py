@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.mechanism import INPUTS, TIME, state_symbols
+from symdyn.dynamics.mechanism import TIME, State
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest, identifier
 from symdyn.scene import Scene
@@ -47,7 +47,7 @@ class InverseFunctions:
         functions = {routine.function.name: routine.function for routine in self._made.program.routines}
         closed = "constraint_jacobian" in functions
         residuals = functions["constraint_residual"].entries if closed else ()
-        self.limits = limits_of(found.scene, graph := Graph(), state_symbols(found.scene, graph).tau)
+        self.limits = limits_of(found.scene, graph := Graph(), State.of(found.scene, graph).tau)
         self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
         self.follows, self.holds = closed or bool(names), bool(self.holding.any()) or bool(names)
         self._lacking = (
@@ -94,7 +94,7 @@ def _called(
     tau: Array | None = None,
     inputs: Array | None = None,
 ) -> Array:
-    name, known = identifier(name), {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t, INPUTS: inputs}
+    name, known = identifier(name), {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t, "inputs": inputs}
     with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
         found = np.asarray(calls[name](*(known[one] for one in made.takes(name))), dtype=np.float64)
     return np.broadcast_to(found, (*q.shape[:-1], *made.program[name].function.shape))

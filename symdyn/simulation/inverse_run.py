@@ -16,10 +16,8 @@ import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
-from symdyn.dynamics.loops import off_planes
-from symdyn.dynamics.mechanism import prescribed, quaternions
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import SimulateError, quoted
-from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of, with_values
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
@@ -181,7 +179,7 @@ def _followed(
         found = along(tied, given, known, quasi, path, functions.rates, t, guess)
     else:
         found = followed(tied, given, known, quasi, t, guess)
-    return replace(found, notes=(*found.notes, *off_planes(numbers, found.q[0])))
+    return replace(found, notes=(*found.notes, *numbers.off_planes(found.q[0])))
 
 
 def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str) -> tuple[int, str]:
@@ -201,7 +199,7 @@ def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str
 
 def _impossible(scene: Scene, tau: Array) -> list[str]:
     """Return what is to be said of forces that no drive gives."""
-    moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
+    moved, largest = scene.led_velocities, np.abs(tau).max(axis=0)
     units = SceneUnits(scene).velocities
     return [
         f"{name.removesuffix('_dot')} has no drive, and the motion takes up to "
@@ -249,7 +247,7 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     for what, (low, high) in (("motion", motion.span), ("path", path.span)):
         if len(t) and (t[0] < low or t[-1] > high):
             faults.add(what, f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")
-    moved = prescribed(scene, Graph()).place
+    moved = scene.led_velocities
     for name in motion.laws:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
             faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")

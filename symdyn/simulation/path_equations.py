@@ -21,7 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.loops import newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.simulation.following import CLOSED, NEGLIGIBLE, RTOL, Following, shortest
 from symdyn.simulation.prescribed.point_path import Approach, Asked, PointPath
@@ -184,8 +183,8 @@ class PathEquations:
             moved = self.moved(q, way)
             try:
                 if len(self.following.holding):
-                    moved = newton(self.numbers, moved, ())
-                    if not seen_closed(self.numbers, moved):
+                    moved = self.numbers.newton(moved, ())
+                    if not self.numbers.is_closed(moved):
                         continue
                 yield moved
             except DerivationError:  # a formula has no value there

@@ -17,15 +17,15 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.mechanism import INPUTS, TIME
+from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import ties, why_no_reactions
-from symdyn.dynamics.roads import multiplier_names, reaction_names, unique_entries
+from symdyn.dynamics.roads import WrittenDecisions, multiplier_names, reaction_names, unique_entries
 from symdyn.graph import reachable
 from symdyn.program import cheapest, formulate
 from symdyn.scene import Scene
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
-from symdyn.simulation.equations.decisions import WrittenDecisions, loop_decisions, written_decisions
+from symdyn.simulation.equations.decisions import loop_decisions, written_decisions
 from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.trajectory import Trajectory
 
@@ -36,7 +36,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
 
     def make() -> Compiled:
         w = Workspace(found.scene, found.closing)
-        inputs = (INPUTS,) if w.scene.inputs else ()
+        inputs = ("inputs",) if w.scene.inputs else ()
         forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME, *inputs))
         return compiled(w.scene, w.graph, (forces, cheapest(w, "constraint_jacobian")))
 
@@ -48,7 +48,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
 def _over(motion: Trajectory, made: Compiled, found: Opened, function: Function) -> Array:
     """Return a compiled function at all samples of a motion, shape (N, ...)."""
     known = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, TIME: motion.t}
-    known |= {INPUTS: motion.inputs} if motion.scene.inputs else {}
+    known |= {"inputs": motion.inputs} if motion.scene.inputs else {}
     values = made.at(found.values)[function.name](*(known[one] for one in made.takes(function.name)))
     return np.broadcast_to(values, (len(motion.t), *function.shape))
 

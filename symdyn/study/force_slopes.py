@@ -13,9 +13,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.build import lambdify
 from symdyn.dynamics import LoopChoices, derive
-from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.graph import Graph
 from symdyn.simulation import SceneMotion, Trajectory, opened
 from symdyn.simulation.prescribed import drive_names
 
@@ -69,7 +67,7 @@ def force_slopes(
 def _exact(run: Trajectory, motion: SceneMotion, names: Sequence[str]) -> Array | None:
     """Return ∂τ/∂p, shape (N, nv, k), by its own output; None where there is none along this motion."""
     scene = run.scene
-    if prescribed(scene, Graph()).place:
+    if scene.led_velocities:
         return None
     given = tuple(name for name in scene.coordinates if name in motion.laws) if scene.is_closed else ()
     choices = LoopChoices(independent=given)

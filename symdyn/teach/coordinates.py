@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from symdyn.algebra import Symbol
-from symdyn.dynamics.mechanism import body_placements, placement, vector
+from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit
@@ -120,7 +120,7 @@ class _Zero:
         return None
 
     def _frame(self, joint: Joint) -> Transform:
-        return self.placed[joint.parent] @ placement(joint.origin, self.graph)
+        return self.placed[joint.parent] @ joint.origin.transform(self.graph)
 
     def _axis(self, joint: Joint) -> Vec:
         axis = JOINTS[joint.type].axis(joint)

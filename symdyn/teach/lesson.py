@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
-from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form, driving_forces, energies
-from symdyn.dynamics.mechanism import State, body_placements, squared_length, state_symbols, vector
+from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form
+from symdyn.dynamics.mechanism import State, body_placements, squared_length, vector
 from symdyn.emit.print import LENGTH, Letters, Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
@@ -174,7 +174,7 @@ class Lesson(Prose):
         self.graph = Graph()
         for parameter in self.scene.parameters:
             self.graph.symbol(parameter.name)
-        self.state: State = state_symbols(self.scene, self.graph)
+        self.state: State = State.of(self.scene, self.graph)
         self.refuse()
 
     def refuse(self) -> None:
@@ -222,7 +222,7 @@ class Lesson(Prose):
     @cached_property
     def energy(self) -> Energies:
         """K and P by differentiated positions."""
-        return energies(self.scene, self.graph)
+        return Energies.of(self.scene, self.graph)
 
     @cached_property
     def L(self) -> Expr:
@@ -247,7 +247,7 @@ class Lesson(Prose):
     @cached_property
     def drives(self) -> list[Expr]:
         """Driving forces M_i of Lagrange's equations."""
-        return driving_forces(self.energy)
+        return self.energy.driving_forces()
 
     @cached_property
     def placed(self) -> dict[str, Transform]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism import first_moment, vector
+from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import Body
@@ -58,7 +58,7 @@ def masses(scene: Scene, graph: Graph, placed: Mapping[str, Transform]) -> list[
             if body.about == "com" and body.com is not None:
                 found.append(Mass(tag, body, False, m, T.point(vector(body.com, graph)), inertia))
             else:
-                found.append(Mass(tag, body, False, m, T.p, inertia, apply(T.R, first_moment(body, graph))))
+                found.append(Mass(tag, body, False, m, T.p, inertia, apply(T.R, body.mass_moment(graph))))
         nothing = symmetric(*[graph.zero] * 6)
         found += [Mass(tag, body, True, m, at, nothing) for tag, (m, at) in zip(tags, own, strict=False)]
     return found

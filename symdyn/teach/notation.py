@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 from symdyn.algebra import Form, Symbol
-from symdyn.dynamics.mechanism import joint_position
 from symdyn.emit.print import value_text
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneUnits
@@ -23,7 +22,7 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
         parent = lesson.text("ground") if joint.parent == GROUND else joint.parent
         places: list[Form] = [Symbol(q) for q in joint.coordinates]
         if joint.coupling:
-            places = [Form.of(joint_position(joint, Graph()))]
+            places = [Form.of(joint.position(Graph()))]
         rows.append((joint.name, lesson.joint_kind(joint), parent, joint.child, together(places)))
     key = "scene.closed" if scene.is_closed else "scene"
     claim = lesson.say(key, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
@@ -42,7 +41,7 @@ def acting_steps(lesson: Prose) -> list[Step]:
             formula: tuple[str | Form, ...] = (f"{where}: ", Symbol(joint.coordinates[0]), " = ", motion)
             rows.append((lesson.say("acting.motion"), Words(formula)))
         if joint.coupling is not None:
-            position = Form.of(joint_position(joint, Graph()))
+            position = Form.of(joint.position(Graph()))
             said = lesson.say("acting.follows", joint=joint.name, leader=leader(scene, joint), position=position)
             rows.append((lesson.say("acting.coupling"), said))
         if joint.damping != ZERO:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.draw import Lettered
-from symdyn.dynamics.mechanism import body_placements, joint_motion, placement, vector
+from symdyn.dynamics.mechanism import body_placements, joint_motion, vector
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
 from symdyn.scene import Quantity, Scene
@@ -41,7 +41,7 @@ def _lengths(scene: Scene, graph: Graph) -> Iterator[tuple[str, Vec]]:
         before = placed[joint.parent]
         yield from _steps(before, joint.origin, graph)
         if joint.tip.steps:
-            moved = before @ placement(joint.origin, graph) @ joint_motion(joint, graph).placement
+            moved = before @ joint.origin.transform(graph) @ joint_motion(joint, graph).placement
             yield from _steps(moved, joint.tip, graph)
     fixed = [(body.name, particle.at) for body in scene.bodies for particle in body.particles]
     fixed += [(point.body, _shift(point.at)) for point in scene.points if point.body in placed]

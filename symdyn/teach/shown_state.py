@@ -16,7 +16,7 @@ import numpy as np
 from symdyn.algebra import Floats
 from symdyn.draw import limits_of, pose
 from symdyn.dynamics import Energies, Workspace
-from symdyn.dynamics.mechanism import TIME, State, at_time, prescribed, state_symbols
+from symdyn.dynamics.mechanism import TIME, State, at_time, prescribed
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate, gradient
 from symdyn.scene import Scene, SceneUnits
@@ -108,7 +108,7 @@ def undriven(scene: Scene, chosen: Chosen) -> Chosen:
 
 def idle_velocities(scene: Scene) -> list[int]:
     """Return the velocities for which there is neither a drive nor a prescribed motion."""
-    led = prescribed(scene, Graph()).place
+    led = scene.led_velocities
     return [i for i, drive in enumerate(scene.drives) if drive is None and i not in led]
 
 
@@ -121,7 +121,7 @@ def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]
 def shown_state(scene: Scene) -> Chosen:
     """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
     graph = Graph()
-    return choose_state(scene, state_symbols(scene, graph), graph, moving=not scene.is_closed)
+    return choose_state(scene, State.of(scene, graph), graph, moving=not scene.is_closed)
 
 
 def rates_of(energies: Energies, state: State, chosen: Chosen) -> list[float]:

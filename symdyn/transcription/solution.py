@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.mechanism import prescribed
-from symdyn.graph import Graph
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, bind
 from symdyn.shown import Shown
@@ -194,7 +192,7 @@ class Solution(Shown):
         problem = self.problem
         found = np.zeros(problem.place["a"].shape)
         found[:, list(problem.driven)] = self.z[problem.place["force"]]
-        led = prescribed(problem.scene, Graph()).place
+        led = problem.scene.led_velocities
         if led:
             found[:, list(led)] = self.z[problem.place["multiplier"]][:, -len(led) :]
         return found

@@ -12,7 +12,6 @@ r(positions(q_i)) = 0                the closed form closes the loops
 from __future__ import annotations
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops import driven_velocities
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, of_loops
@@ -57,7 +56,7 @@ def _balance(w: Workspace) -> Claim:
 
 def _forward_of_inverse(w: Workspace) -> Claim | None:
     free = len(w.loops.decisions.partition.independent)
-    if (len(driven_velocities(w.scene)) or free) != free:
+    if (len(w.scene.driven_velocities) or free) != free:
         return None
     reduced = w.loops.motion
     qdd = reduced.spread([w.state.qdd[i] for i in reduced.independent])
@@ -67,7 +66,7 @@ def _forward_of_inverse(w: Workspace) -> Claim | None:
 
 
 def _inverse_of_forward(w: Workspace) -> Claim | None:
-    driven = driven_velocities(w.scene) or list(w.loops.decisions.partition.independent)
+    driven = w.scene.driven_velocities or list(w.loops.decisions.partition.independent)
     passive = {tau: w.graph.zero for k, tau in enumerate(w.state.tau) if k not in driven}
     qdd = substitute(entries(w, "forward_dynamics"), passive)
     back = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))

@@ -19,21 +19,8 @@ from typing import Any
 
 from symdyn.algebra import Bound
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.mechanism import body_inertia, body_placements, vector
-from symdyn.dynamics.reactions import (
-    Equilibrium,
-    Hinge,
-    Tie,
-    acting,
-    equations,
-    equilibrium,
-    own_forces,
-    relative_twists,
-    sizes,
-    ties,
-    undriven,
-    wrench_rows,
-)
+from symdyn.dynamics.mechanism import body_placements, vector
+from symdyn.dynamics.reactions import Equilibrium, Hinge, carried
 from symdyn.errors import DerivationError
 from symdyn.graph import Algebra, Expr, substitute, tangents
 from symdyn.scene.forces import without_place
@@ -115,9 +102,9 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
 
     Else those that driving forces give; None where forward dynamics does not exist.
     """
-    if not w.scene.is_closed or len(undriven(w.scene)) == len(w.loops.decisions.kept):
+    if not w.scene.is_closed or len(w.scene.undriven_velocities) == len(w.loops.decisions.kept):
         return {}
-    passive = {w.state.tau[k]: w.graph.zero for k in undriven(w.scene)}
+    passive = {w.state.tau[k]: w.graph.zero for k in w.scene.undriven_velocities}
     try:
         moved = substitute(entries(w, "forward_dynamics"), passive)
     except DerivationError:
@@ -125,21 +112,11 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
     return dict(zip(w.state.qdd, moved, strict=True))
 
 
-def _carried(w: Workspace) -> list[tuple[Tie, Expr]]:
-    """Return what closes loops, contacts and rows, and its sizes in `reactions`."""
-    if not w.scene.is_closed:
-        return []
-    unknown, hanging = ties(w.hanging), w.hanging
-    return list(
-        zip(unknown, sizes(hanging, unknown, hanging.needed_forces(hanging.transmitted(hanging.loads))), strict=True)
-    )
-
-
 def _contacts(w: Workspace) -> list[tuple[Hinge, Wrench]]:
     """Return contacts with what they exert on their bodies, axes of the bodies."""
     hanging, first = w.hanging, len(w.hanging.loops)
     total = [nothing(w.graph)] * len(hanging.cuts)
-    for one, size in _carried(w):
+    for one, size in carried(w.hanging) if w.scene.is_closed else []:
         if one.wrench is not None:
             total[one.loop] = plus(total[one.loop], times(size, one.wrench))
     return [(hinge, hinge.on_child(wrench)) for hinge, wrench in zip(hanging.cuts[first:], total[first:], strict=True)]
@@ -150,7 +127,7 @@ def _equilibrium(w: Workspace) -> Claim | None:
     motion = _motion(w)
     if motion is None:
         return None
-    return _met(w, equilibrium(w.hanging, whole=True), entries(w, "reactions"), motion, "reactions")
+    return _met(w, Equilibrium.of(w.hanging, whole=True), entries(w, "reactions"), motion, "reactions")
 
 
 def _forward_equilibrium(w: Workspace) -> Claim | None:
@@ -163,12 +140,12 @@ def _forward_equilibrium(w: Workspace) -> Claim | None:
     tau = entries(w, "drive_forces") if w.prescribed.place else w.state.tau
     motion = dict(zip(w.state.qdd, entries(w, "forward_dynamics"), strict=True))
     R = entries(w, "forward_reactions")
-    return _met(w, equilibrium(w.hanging, tau=tau, whole=True), R, motion, "forward_reactions")
+    return _met(w, Equilibrium.of(w.hanging, tau=tau, whole=True), R, motion, "forward_reactions")
 
 
 def _met(w: Workspace, system: Equilibrium, R: Sequence[Expr], motion: Mapping[Expr, Expr], name: str) -> Claim:
     """Return the claim that there are sizes x of all unknowns with A x + b = 0 whose wrenches are R."""
-    rows = [*equations(system), *wrench_rows(system, R)]
+    rows = [*system.rows(), *system.wrench_rows(R)]
     if motion:
         found = iter(substitute([entry for row in rows for entry in row.values()], motion))
         rows = [{c: next(found) for c in row} for row in rows]
@@ -182,7 +159,7 @@ def drives_in_reactions(w: Workspace) -> Claim | None:
         return None
     driving = w.hanging.driving(w.hanging.felt(_reactions(w)[: len(w.scene.joints)]))
     tau = list(entries(w, "inverse_dynamics"))
-    for one, size in _carried(w):
+    for one, size in carried(w.hanging) if w.scene.is_closed else []:
         if one.wrench is None:  # what keeps a formula goes through the joints of its velocities
             tau = [force + size * x for force, x in zip(tau, one.G, strict=True)]
     sides = substitute([*driving, *tau], motion)
@@ -200,12 +177,12 @@ def power_of_reactions(w: Workspace) -> Claim | None:
         here = hinge.in_joint_axes(R)
         twists = zip(hinge.velocities, hinge.S, strict=True)
         if hinge in hanging.cuts:
-            terms += [power(here, twist) * u[k] for k, twist in relative_twists(hinge, hanging.joints).items()]
+            terms += [power(here, twist) * u[k] for k, twist in hanging.relative_twists(hinge).items()]
         terms += [hinge.ratio * power(here, twist) * u[k] for k, twist in twists]
     tau = entries(w, "inverse_dynamics")
     given = [t * v for t, v in zip(tau, u, strict=True)]
     for hinge in hanging.joints:
-        pushes = zip(hinge.rates, own_forces(w.scene, hinge, w.state), strict=True)
+        pushes = zip(hinge.rates, hanging.own_forces(hinge), strict=True)
         given += [rate * force for rate, force in pushes]
     sides = substitute([graph.total(terms), graph.total(given)], motion)
     if w.scene.is_closed:
@@ -225,10 +202,9 @@ def momentum(w: Workspace) -> Claim:
         force, moment = about((apply(T.R, R[0]), apply(T.R, R[1])), T.point(hinge.place_on_child))
         total = plus(total, (force, moment) if hinge.parent < 0 else (neg(force), neg(moment)))
     gravity = vector(w.scene.gravity, graph)
-    pushed = acting(w.scene, hanging.joints, state)
     p, L = [graph.zero] * 3, [graph.zero] * 3
-    for body, load in zip(w.scene.bodies, pushed, strict=True):
-        I, T = body_inertia(body, graph), placed[body.name]  # noqa: E741  the book's name
+    for body, I, load in zip(w.scene.bodies, hanging.inertias, hanging.acting, strict=True):  # noqa: E741  the book's
+        T = placed[body.name]
         h = add(apply(T.R, I.h), scale(I.m, T.p))
         weight = scale(I.m, gravity), cross(h, gravity)
         total = plus(total, plus(weight, about((apply(T.R, load[0]), apply(T.R, load[1])), T.p)))

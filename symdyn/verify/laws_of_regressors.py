@@ -9,17 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from symdyn.dynamics import Workspace
-from symdyn.dynamics.roads import (
-    REFERENCE,
-    REFERENCE_RATE,
-    base_values,
-    direction,
-    drives_of,
-    energies_by_momentum,
-    parameters,
-    remainder,
-)
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.roads import base_values, drives_of, energies_by_momentum, parameters, remainder
 from symdyn.graph import Expr, substitute
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere
@@ -59,10 +50,10 @@ def _energies(w: Workspace) -> Claim:
 
 def _along_itself(w: Workspace, output: str) -> tuple[Expr, ...]:
     """Return an output where the reference is the motion itself."""
-    n, state = w.state.n, w.state
-    moved = dict(zip(direction(w.graph, REFERENCE, n), state.qd, strict=True))
-    moved |= dict(zip(direction(w.graph, REFERENCE_RATE, n), state.qdd, strict=True))
-    return tuple(substitute(entries(w, output), moved))
+    found, references = derive_one(w, output), {"qd_r": w.state.qd, "qdd_r": w.state.qdd}
+    given = [one for one in found.arguments if one.name in references]
+    moved = {x: y for one in given for x, y in zip(one.symbols, references[one.name], strict=True)}
+    return tuple(substitute(found.entries, moved))
 
 
 def _passive(w: Workspace) -> Claim:

@@ -24,9 +24,8 @@ import numpy as np
 
 from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.loops import newton, seen_closed
 from symdyn.dynamics.mechanism import at_time
-from symdyn.dynamics.reactions import InNumbers, equilibrium, undriven, why_no_reactions
+from symdyn.dynamics.reactions import Equilibrium, InNumbers, why_no_reactions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.scene import SceneUnits
@@ -98,7 +97,7 @@ def reaction_findings(w: Workspace) -> Looked:
     """Return how reactions of a motion that is given stand there."""
     if not w.hanging.cuts:
         return [], []
-    states, _ = _states(w, dict.fromkeys(undriven(w.scene), 0.0))  # told of forward dynamics
+    states, _ = _states(w, dict.fromkeys(w.scene.undriven_velocities, 0.0))  # told of forward dynamics
     finding, lost = _reactions(w, "reactions", states)
     return [finding], lost
 
@@ -132,8 +131,8 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
     for where, guess, set_to in _guesses(w):
         for held in (set_to, []):  # as they were set, if the loops close so
             try:
-                q = newton(numbers, numbers.normalised(guess), held)
-                closed = seen_closed(numbers, q) and not (numbers.lying_flat(q) or numbers.singular_angles(q))
+                q = numbers.newton(numbers.normalised(guess), held)
+                closed = numbers.is_closed(q) and not (numbers.lying_flat(q) or numbers.singular_angles(q))
             except DerivationError:  # a formula has no value there
                 continue
             if closed:
@@ -271,7 +270,7 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Findi
     given = any(argument.name == "tau" for argument in derived.arguments)
     # what is prescribed takes its own drive
     drives = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
-    system = InNumbers(equilibrium(w.hanging, tau=drives if given else None, whole=True))
+    system = InNumbers(Equilibrium.of(w.hanging, tau=drives if given else None, whole=True))
     compared: list[str] = []
     lost: dict[str, str] = {}
     wrong, holes, general = [], [], 0

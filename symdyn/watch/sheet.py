@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.draw import extent_of, limits_of, pose
-from symdyn.dynamics.loops import Numbers, newton, seen_closed
+from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
 from symdyn.scene import Scene, SceneUnits
@@ -84,8 +84,8 @@ class Standing:
             tried = q.copy()
             tried[k] = at
             try:
-                tried = newton(self.numbers, self.numbers.normalised(tried), held)
-                closed = seen_closed(self.numbers, tried)
+                tried = self.numbers.newton(self.numbers.normalised(tried), held)
+                closed = self.numbers.is_closed(tried)
             except DerivationError:
                 closed = False
             if not closed:

@@ -22,7 +22,7 @@ from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
 from symdyn.dynamics import roads_of, row_of
-from symdyn.dynamics.mechanism import INPUTS, TIME
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.simulation.prescribed import parameter_values
@@ -67,7 +67,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     if any(joint.motion is not None for joint in scene.joints):
         return
     given = states(positions_of(scene), len(scene.velocities)) | {TIME: np.linspace(0.0, 1.0, STATES)[:, None]}
-    given |= {INPUTS: np.linspace(1.0, 2.0, STATES * len(scene.inputs)).reshape(STATES, -1)}
+    given |= {"inputs": np.linspace(1.0, 2.0, STATES * len(scene.inputs)).reshape(STATES, -1)}
     for name, factor in (("as it is", 1), ("last body 1e12 times as heavy", LARGE), ("last body 1e-12 times", SMALL)):
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
         for road in _roads(one):

@@ -22,7 +22,7 @@ from threading import RLock
 from typing import Any
 
 from symdyn.dynamics import Argument, Equations, Function, LoopChoices, Workspace, row_of
-from symdyn.dynamics.roads import DIRECTIONS, WEIGHTS, differentiable
+from symdyn.dynamics.roads import differentiable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.program import PREPARED, Program, Routine, formulate, lower
@@ -98,7 +98,7 @@ class Word:
         """What the direction of each argument is called, a name that nothing has: "dq" of "q"."""
         found: dict[str, str] = {}
         for name in self.names:
-            found[name] = DIRECTIONS.get(name, f"d{name}")
+            found[name] = f"d{name}"
             while found[name] in (*self.names, *(one for other, one in found.items() if other != name)):
                 found[name] = f"d{found[name]}"
         return found
@@ -173,7 +173,7 @@ def weights_of(of: Word) -> str:
     """Return what the weights of a function's entries are called, "" where it is a number and has none."""
     if not of.shape:
         return ""
-    found = WEIGHTS
+    found = "weights"
     while found in of.names:
         found = f"{found}_"
     return found

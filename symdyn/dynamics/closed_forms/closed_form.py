@@ -22,7 +22,7 @@ from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.mechanism.placements import body_placements, moved_placements
-from symdyn.dynamics.mechanism.state import State, joint_motion, state_symbols, vector
+from symdyn.dynamics.mechanism.state import State, joint_motion, vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
@@ -75,6 +75,20 @@ class ClosedForm(Shown):
     def n(self) -> int:
         """Number of coordinates."""
         return self.state.n
+
+    def coefficient_names(self) -> list[Key]:
+        """Return the keys of all coefficients, row by row: of k_z, k_C, k_D, then k_G, k_E where there are springs."""
+        n = range(self.n)
+        keys: list[Key] = [("k_z", i, j) for i in n for j in n]
+        keys += [("k_C", i, pair) for i in n for pair in range(len(self.k_C[i]))]
+        keys += [("k_D", i, j) for i in n for j in n]
+        keys += [("k_G", i) for i in n]
+        return [*keys, *(("k_E", i) for i in n if elastic(self.scene))]
+
+    def refuse_too_long(self, instead: str) -> None:
+        """Raise DerivationError where its coefficients have more terms than anyone reads; `instead` says what works."""
+        if (terms := sum(len(self[key]) for key in self.coefficient_names() if key[0] != "k_E")) > MOST_TERMS:
+            raise too_long(self.scene, f"its coefficients have {terms} terms", instead)
 
     def __getitem__(self, key: Key) -> Polynomial:
         """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",).
@@ -151,7 +165,7 @@ def closed_form(scene: SceneLike) -> ClosedForm:
     if entries > MOST_TERMS:
         raise too_long(scene, f"k_C alone has {entries} entries")
     graph = ordered_graph(scene)
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     nodes = load_nodes(scene, graph)
     massive = [
         (inertia, list(dict(moved_placements(scene, joint, graph)).items()))
@@ -276,16 +290,3 @@ def _christoffel(M: list[list[Polynomial]], ring: TrigonometricRing, state: Stat
     k_C = tuple(tuple(d(i, j, k) + d(i, k, j) - d(j, k, i) for j, k in combinations(n, 2)) for i in n)
     k_D = tuple(tuple(d(i, j, j) - d(j, j, i) / 2 for j in n) for i in n)
     return k_C, k_D
-
-
-# Forms to read
-
-
-def coefficient_names(closed: ClosedForm) -> list[Key]:
-    """Return the keys of every coefficient, row by row: all of k_z, k_C, k_D, then k_G, k_E where there are springs."""
-    n = range(closed.n)
-    keys: list[Key] = [("k_z", i, j) for i in n for j in n]
-    keys += [("k_C", i, pair) for i in n for pair in range(len(closed.k_C[i]))]
-    keys += [("k_D", i, j) for i in n for j in n]
-    keys += [("k_G", i) for i in n]
-    return [*keys, *(("k_E", i) for i in n if elastic(closed.scene))]

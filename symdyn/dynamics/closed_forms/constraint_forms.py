@@ -17,7 +17,7 @@ from symdyn.algebra import Compactor, Form, Number, Polynomial, TrigonometricRin
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_graph
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.constraint_rows import Constraints, Label, differentiated
-from symdyn.dynamics.mechanism.state import State, state_symbols
+from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, reachable
@@ -61,7 +61,7 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
     """Return the rows of a closed scene; DerivationError where nobody knows which are independent."""
     decisions = Workspace(scene).loops.decisions
     graph = ordered_graph(scene)
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     found = differentiated(scene, graph, state)
     rows = []
     for k in decisions.kept:

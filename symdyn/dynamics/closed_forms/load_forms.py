@@ -25,7 +25,7 @@ from symdyn.algebra import (
 from symdyn.dynamics.closed_forms.coefficient_key import ordered_graph
 from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors, stored
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
-from symdyn.dynamics.mechanism.state import State, joint_position, vector
+from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.graph import Expr, Graph, Op, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic, resisting
@@ -160,7 +160,7 @@ class ClosedLoads:
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint or the distance of two points."""
         if strut.joint:
-            return Form.of(joint_position(joint_of(self.scene, strut), ordered_graph(self.scene)))
+            return Form.of(joint_of(self.scene, strut).position(ordered_graph(self.scene)))
         return Symbol(self.names[strut][0]) if strut in self.names else self.length(strut, compact)
 
     def _rate(self, strut: Strut, slopes: Sequence[Form]) -> Form:
@@ -176,7 +176,7 @@ class ClosedLoads:
             share = compact(self.slopes[strut][i])
             return product_of((share, self._way(strut, compact).power(-1)))
         graph = ordered_graph(self.scene)
-        position = joint_position(joint_of(self.scene, strut), graph)
+        position = joint_of(self.scene, strut).position(graph)
         coordinate = graph.symbol(str(self.state.q[i].value))
         return Form.of(tangents([position], {coordinate: graph.one})[0])
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.algebra import AngleGroup, TrigonometricRing
-from symdyn.dynamics.mechanism.state import placement
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit
@@ -43,15 +42,15 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
     q, axis, below = graph.symbol(joint.coordinate), _axis(joint, graph), joint
     assert axis, "only joints that turn have neighbours"
     while below.parent != GROUND:
-        axis = apply(placement(below.origin, graph).R, axis)
+        axis = apply(below.origin.transform(graph).R, axis)
         below = carrier[below.parent]
-        axis = apply(placement(below.tip, graph).R, axis)
+        axis = apply(below.tip.transform(graph).R, axis)
         kind, other = JOINTS[below.type], _axis(below, graph)
         if (kind.axis(below) is None and kind.velocities(below)) or (other and below.coupling):
             return Neighbours(q, None, graph.zero, below.child, axis)  # no angle of the ring
         if other:
             return Neighbours(q, graph.symbol(below.coordinate), dot(axis, other), below.child, axis)
-    return Neighbours(q, None, graph.zero, GROUND, apply(placement(below.origin, graph).R, axis))
+    return Neighbours(q, None, graph.zero, GROUND, apply(below.origin.transform(graph).R, axis))
 
 
 def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[AngleGroup, ...]:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.directions import Directions, directions
 from symdyn.dynamics.mechanism.loads import elastic_energy, elastic_slopes, generalized_forces
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, first_moment, joint_motion, joint_position, state_symbols, vector
+from symdyn.dynamics.mechanism.state import State, joint_motion, vector
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
@@ -38,23 +38,60 @@ class Energies:
     G: Expr
     E: Expr
 
+    @classmethod
+    def of(cls, scene: Scene, graph: Graph) -> Energies:
+        """Return K(q, q̇), G(q) = -Σ m g·r, zero where the mass centre passes the ground's origin level, and E(q)."""
+        state = State.of(scene, graph)
+        rates = state.velocity
+        gravity = vector(scene.gravity, graph)
+        placed = body_placements(scene, graph)
+        kinetic = [_kinetic(body, placed[body.name], rates, graph) for body in scene.bodies]
+        kinetic += [rotor_energy(joint, rates, graph) for joint in scene.joints if joint.moves]
+        potential = [-dot(gravity, _weighted_place(body, placed[body.name], graph)) for body in scene.bodies]
+        K, G = graph.total(kinetic), graph.total(potential)
+        return cls(scene, graph, state, directions(scene, graph), K, G, elastic_energy(scene, graph))
+
     @property
     def P(self) -> Expr:
         """Potential energy."""
         return self.G + self.E
 
+    def momenta(self) -> list[Expr]:
+        """Return p = ∂L/∂u = M(q) u, shape (nv,); kg m^2/s or kg m/s."""
+        return gradient(self.K, self.state.qd)
 
-def energies(scene: Scene, graph: Graph) -> Energies:
-    """Return K(q, q̇), G(q) = -Σ m g·r, zero where the mass centre passes the ground's origin level, and E(q)."""
-    state = state_symbols(scene, graph)
-    rates = state.velocity
-    gravity = vector(scene.gravity, graph)
-    placed = body_placements(scene, graph)
-    kinetic = [_kinetic(body, placed[body.name], rates, graph) for body in scene.bodies]
-    kinetic += [rotor_energy(joint, rates, graph) for joint in scene.joints if joint.moves]
-    potential = [-dot(gravity, _weighted_place(body, placed[body.name], graph)) for body in scene.bodies]
-    K, G = graph.total(kinetic), graph.total(potential)
-    return Energies(scene, graph, state, directions(scene, graph), K, G, elastic_energy(scene, graph))
+    def driving_forces(self) -> list[Expr]:
+        """Return τ = d/dt p - X L - Σ γ u p - Q^A, shape (nv,); N m or N.
+
+        Eq. (5.21)-(5.23), in the form of Boltzmann and Hamel.
+        """
+        state, p = self.state, self.momenta()
+        inertial = tangents(p, state.acceleration)
+        slope = self.directions.slopes(self.K - self.G)
+        declared = generalized_forces(self.scene, self.graph)
+        forces = [a - b + e - f for a, b, e, f in zip(inertial, slope, self.elastic_forces(), declared, strict=True)]
+        for (j, i), terms in self.directions.brackets.items():
+            for m, value in terms:
+                forces[i] = forces[i] - value * state.qd[j] * p[m]
+        return forces
+
+    def mass_matrix(self) -> list[list[Expr]]:
+        """Return M = ∂²K/∂q̇², shape (n, n); column j is the momentum at q̇ = e_j, since K is quadratic in q̇."""
+        state, graph = self.state, self.graph
+        p = self.momenta()
+        columns = []
+        for j in range(state.n):
+            still = {qd: graph.one if k == j else graph.zero for k, qd in enumerate(state.qd)}
+            columns.append(substitute(p, still))
+        return [[columns[max(i, j)][min(i, j)] for j in range(state.n)] for i in range(state.n)]
+
+    def gravity_forces(self) -> list[Expr]:
+        """Return k_G = X G, shape (nv,), ∂G/∂q for rates of coordinates; N m or N."""
+        return self.directions.slopes(self.G)
+
+    def elastic_forces(self) -> list[Expr]:
+        """Return k_E = X E, shape (nv,), ∂E/∂q for rates of coordinates; N m or N."""
+        return elastic_slopes(self.scene, self.graph, self.directions.slopes)
 
 
 def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) -> Expr:
@@ -72,7 +109,7 @@ def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) ->
         v = _rate(T.point(vector(body.com, graph)), rates)
         return total + _half(graph) * m * _square(v) + spin
     v = _rate(T.p, rates)  # of the body frame's origin: K = ½ m v² + v·(ω × R h) + ½ ω·I ω, h = m r
-    h = first_moment(body, graph)
+    h = body.mass_moment(graph)
     return total + _half(graph) * m * _square(v) + dot(v, cross(omega, matvec(T.R, h))) + spin
 
 
@@ -83,13 +120,13 @@ def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
         return graph.zero
     if JOINTS[joint.type].ball(joint):
         return _half(graph) * inertia * _square(_angular_velocity(joint_motion(joint, graph).placement.R, rates))
-    (rate,) = tangents([joint_position(joint, graph)], rates)
+    (rate,) = tangents([joint.position(graph)], rates)
     return _half(graph) * inertia * rate * rate
 
 
 def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:
     """Return Σ m r of the body in the ground frame, kg m."""
-    m, h = body.mass.express(graph), matvec(T.R, first_moment(body, graph))
+    m, h = body.mass.express(graph), matvec(T.R, body.mass_moment(graph))
     total = [m * T.p[k] + h[k] for k in range(3)]
     for particle in body.particles:
         place, mass = T.point(vector(particle.at, graph)), particle.mass.express(graph)
@@ -113,45 +150,3 @@ def _square(v: Vec) -> Expr:
 
 def _half(graph: Graph) -> Expr:
     return graph.one / 2
-
-
-# The equations
-
-
-def momenta(energy: Energies) -> list[Expr]:
-    """Return p = ∂L/∂u = M(q) u, shape (nv,); kg m^2/s or kg m/s."""
-    return gradient(energy.K, energy.state.qd)
-
-
-def driving_forces(energy: Energies) -> list[Expr]:
-    """Return τ = d/dt p - X L - Σ γ u p - Q^A, shape (nv,); N m or N. Eq. (5.21)-(5.23), Boltzmann and Hamel's form."""
-    state, p = energy.state, momenta(energy)
-    inertial = tangents(p, state.acceleration)
-    slope = energy.directions.slopes(energy.K - energy.G)
-    declared = generalized_forces(energy.scene, energy.graph)
-    forces = [a - b + e - f for a, b, e, f in zip(inertial, slope, elastic_forces(energy), declared, strict=True)]
-    for (j, i), terms in energy.directions.brackets.items():
-        for m, value in terms:
-            forces[i] = forces[i] - value * state.qd[j] * p[m]
-    return forces
-
-
-def mass_matrix(energy: Energies) -> list[list[Expr]]:
-    """Return M = ∂²K/∂q̇², shape (n, n); column j is the momentum at q̇ = e_j, since K is quadratic in q̇."""
-    state, graph = energy.state, energy.graph
-    p = momenta(energy)
-    columns = []
-    for j in range(state.n):
-        still = {qd: graph.one if k == j else graph.zero for k, qd in enumerate(state.qd)}
-        columns.append(substitute(p, still))
-    return [[columns[max(i, j)][min(i, j)] for j in range(state.n)] for i in range(state.n)]
-
-
-def gravity_forces(energy: Energies) -> list[Expr]:
-    """Return k_G = X G, shape (nv,), ∂G/∂q for rates of coordinates; N m or N."""
-    return energy.directions.slopes(energy.G)
-
-
-def elastic_forces(energy: Energies) -> list[Expr]:
-    """Return k_E = X E, shape (nv,), ∂E/∂q for rates of coordinates; N m or N."""
-    return elastic_slopes(energy.scene, energy.graph, energy.directions.slopes)

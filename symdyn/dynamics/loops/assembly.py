@@ -13,27 +13,28 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.algebra import Array
 from symdyn.dynamics.loops.loop_words import unbound
 from symdyn.dynamics.loops.newton import (
     CLOSED,
     NEGLIGIBLE,
-    dimensionless,
     generic_places,
     lever_of,
-    newton,
     open_loop,
     rank_of,
     reversed_loop,
-    seen_closed,
     spectrum,
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
 from symdyn.scene.forces import FORCES
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.loop_numbers import Numbers
 
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""
@@ -88,11 +89,11 @@ def closed_position(
     attempts = [tuple(held)] if held is not None else [tuple(driven), ()] if driven else [()]
     fault, notes = numbers.lying_flat(first), list[str]()
     for fixed in attempts if not fault else ():
-        q = newton(numbers, first, fixed)
-        if not seen_closed(numbers, q) and not fixed:
+        q = numbers.newton(first, fixed)
+        if not numbers.is_closed(q) and not fixed:
             # where angles are singular they hold a body
-            q = numbers.turned_back(newton(numbers.plain, numbers.turned(first), ()), first)
-        if seen_closed(numbers, q):
+            q = numbers.turned_back(numbers.plain.newton(numbers.turned(first), ()), first)
+        if numbers.is_closed(q):
             if fixed != attempts[0]:
                 names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
                 notes.append(f"the loops do not close at the start of {names}, which had to move")
@@ -101,8 +102,8 @@ def closed_position(
     for seed in range(guesses) if not given else ():
         if numbers.effort > EFFORT:
             break
-        q = newton(numbers, numbers.drawn(seed), ())
-        if seen_closed(numbers, q):
+        q = numbers.newton(numbers.drawn(seed), ())
+        if numbers.is_closed(q):
             notes.append("no joint has a start: a closed position was found from a random guess; give start")
             return _looked_at(numbers, q, notes)
     raise DerivationError(f"{scene.name}: {fault}")
@@ -206,7 +207,7 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
 
 def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
     """Return the loops whose rows all vanish at closed positions."""
-    sizes = [np.abs(dimensionless(numbers, q, lever_of(numbers, q))).max(axis=1, initial=0.0) for q in positions]
+    sizes = [np.abs(numbers.dimensionless(q, lever_of(numbers, q))).max(axis=1, initial=0.0) for q in positions]
     working = np.max(sizes, axis=0) > NEGLIGIBLE
     owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.loop and works}
     return [joint.name for joint in numbers.scene.loops if joint.name not in owners]
@@ -214,7 +215,7 @@ def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
 
 def _weakest(numbers: Numbers, q: Array, length: float) -> str:
     """Return in words the owner of the rows that come closest to being dependent."""
-    G = dimensionless(numbers, q, length)
+    G = numbers.dimensionless(q, length)
     working = np.flatnonzero(G.any(axis=1))
     if is_large(G[working]):
         found = triangular(G[working], NEGLIGIBLE)

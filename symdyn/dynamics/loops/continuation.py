@@ -10,12 +10,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from symdyn.dynamics.loops.assembly import Assembly, closed_position
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
-from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless, newton, seen_closed
+from symdyn.algebra import Array
+from symdyn.dynamics.loops.assembly import Assembly
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.scene.joints import start_of
 
 FINEST = 2.0**-20
 """Part of a step of the path below which it is given up."""
@@ -47,7 +46,7 @@ def assemble(
         q = numbers.start()
         for name, value in guess.items():
             q[_index(scene, scene.coordinates, name)] = value
-    return closed_position(numbers, q, None if held is None else [_velocity(scene, name) for name in held])
+    return numbers.closed_position(q, None if held is None else [_velocity(scene, name) for name in held])
 
 
 def follow(
@@ -88,13 +87,13 @@ def _led(numbers: Numbers, q: Array, places: list[int], held: list[int], goal: A
         tangent = _tangent(numbers, q, held, way)
         guess = numbers.moved(q, tangent)
         guess[places] = begin + (done + step) * (goal - begin)
-        tried = newton(numbers, guess, held)
-        if seen_closed(numbers, tried) and float(np.abs(tried - guess).max()) < STRAIGHT:
+        tried = numbers.newton(guess, held)
+        if numbers.is_closed(tried) and float(np.abs(tried - guess).max()) < STRAIGHT:
             q, done, step = tried, done + step, 2 * step
             continue
         step /= 2
         if step < FINEST:
-            values = np.linalg.svd(dimensionless(numbers, q, 1.0), compute_uv=False)
+            values = np.linalg.svd(numbers.dimensionless(q, 1.0), compute_uv=False)
             smallest = values[rank - 1] if rank else 0.0
             names = ", ".join(
                 f"{numbers.scene.coordinates[k]} = {x:.6g}" for k, x in zip(places, q[places], strict=True)
@@ -131,38 +130,10 @@ def consistent(scene: Scene, assembly: Assembly, rates: Mapping[str, float] | No
     """
     numbers = _numbers(scene, dict(assembly.parameters))
     if rates is None:
-        given = declared_rates(numbers)
+        given = numbers.declared_rates()
     else:
         given = {_index(scene, scene.velocities, name): value for name, value in rates.items()}
-    return fitting(numbers, np.array(assembly.q), given)
-
-
-def declared_rates(numbers: Numbers) -> dict[int, float]:
-    """Return the velocities that joints give as `start_rates`, by index; rad/s or m/s."""
-    scene = numbers.scene
-    given = {name for joint in scene.joints if joint.start_rates for name in joint.rates}
-    values = zip(scene.velocities, start_of(scene).velocity, strict=True)
-    return {k: numbers.value(x) for k, (name, x) in enumerate(values) if name in given}
-
-
-def fitting(numbers: Numbers, q: Array, rates: Mapping[int, float]) -> Array:
-    """Return velocities that the loops and rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
-    scene, given = numbers.scene, list(rates)
-    u = np.zeros(numbers.state.n)
-    u[given] = list(rates.values())
-    loose = [k for k in range(numbers.state.n) if k not in rates]
-    G = dimensionless(numbers, q, 1.0)
-    if loose and len(G):
-        u[loose] = np.linalg.lstsq(G[:, loose], -G[:, given] @ u[given], rcond=NEGLIGIBLE)[0]
-    off = np.abs(G @ u)
-    if len(off) and off.max() > 1e-9 * max(1.0, float(np.abs(u).max())):
-        owner = numbers.constraints.labels[int(off.argmax())].owner
-        names = ", ".join(f"{scene.velocities[k]} = {value:.6g}" for k, value in rates.items())
-        raise DerivationError(
-            f"{scene.name}: the initial velocities {names} contradict each other: {owner} is violated by "
-            f"{off.max():.3g}; give as many as the mechanism has freedoms, and let the others follow"
-        )
-    return u
+    return numbers.fitting_rates(np.array(assembly.q), given)
 
 
 def _numbers(scene: Scene, parameters: Mapping[str, float] | None) -> Numbers:

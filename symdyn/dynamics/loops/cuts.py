@@ -10,17 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 from symdyn.algebra import TrigonometricRing
+from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import placement, vector
+from symdyn.dynamics.mechanism.state import vector
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, evaluate
+from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Contact, Joint
 from symdyn.spatial import Transform, Wrench, dot, identity
+
+FLAT = 1e-3
+"""Sine of the angle between axis and normal of a wheel that lies flat."""
 
 
 @dataclass(frozen=True)
@@ -63,9 +68,9 @@ def _joint(joint: Joint, graph: Graph) -> Cut:
     return Cut(
         joint.name,
         joint.parent,
-        placement(joint.origin, graph),
+        joint.origin.transform(graph),
         joint.child,
-        placement(joint.tip, graph).inverse(),
+        joint.tip.transform(graph).inverse(),
         lambda X: forbids.wrenches(joint, X),
         lambda X: forbids.residual(joint, X),
         (True,) * kind.class_t(joint),
@@ -123,6 +128,10 @@ class Gauge:
         """What is said where a motion ends because the wheel lies flat."""
         return f"contact {self.row.name}: the motion came to where {self._parallel}"
 
+    def is_flat(self, sine: float) -> bool:
+        """Whether a wheel lies flat where the sine has a value."""
+        return sine < FLAT
+
     @property
     def _parallel(self) -> str:
         body = self.row.place.body
@@ -139,3 +148,16 @@ def gauges(scene: Scene, graph: Graph) -> tuple[Gauge, ...]:
         w = sine(row, X)
         found.append(Gauge(row, law.height(row, X, w), w))
     return tuple(found)
+
+
+def ends(scene: Scene, graph: Graph) -> list[tuple[Expr, str]]:
+    """Return what crosses zero where equations of motion end, and what is said there.
+
+    It is the volume of the axes of three turns, whose sign changes where the angles are singular; and w² - FLAT² of a
+    wheel, since w itself is a size and has no other sign behind its zero.
+    """
+    found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
+    least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
+    found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
+    moving = {graph.symbol(name) for name in scene.coordinates}
+    return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]

@@ -13,7 +13,7 @@ import numpy as np
 
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions, pivots, unit_rows
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless
+from symdyn.dynamics.loops.newton import NEGLIGIBLE
 from symdyn.dynamics.loops.partition import Partition, blocks
 
 
@@ -23,7 +23,7 @@ def held_positions(numbers: Numbers, decisions: LoopDecisions) -> tuple[tuple[in
     partition, n = decisions.partition, numbers.state.n
     if set(decisions.kept) <= set(closes):
         return decisions.kept, partition
-    G = dimensionless(numbers, np.array(decisions.assembly.typical), decisions.assembly.length)
+    G = numbers.dimensionless(np.array(decisions.assembly.typical), decisions.assembly.length)
     count = int(np.linalg.matrix_rank(G[closes], tol=NEGLIGIBLE * float(np.abs(G).max()))) if closes else 0
     held = tuple(sorted(closes[i] for i in pivots(unit_rows(G[closes]), [list(range(len(closes)))], count)[0]))
     among = sorted(partition.dependent, reverse=True)

@@ -21,26 +21,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symdyn.algebra import Array
 from symdyn.dynamics.loops import sparse_rows
-from symdyn.dynamics.loops.assembly import Assembly, witness
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.assembly import Assembly
 from symdyn.dynamics.loops.loop_words import spoken
-from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, dimensionless
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE
 from symdyn.dynamics.loops.partition import (
     LoopChoices,
     Partition,
     blocks,
-    driven_velocities,
     drives_of,
-    led_velocities,
     over_driven,
 )
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.loop_numbers import Numbers
 
 EVEN = 0.9
 """Pivots this close to the largest are as good: of them the first is taken, so that rounding does not choose."""
@@ -89,12 +91,6 @@ class LoopDecisions:
     fault: str = ""
 
 
-def close(numbers: Numbers, closing: LoopChoices) -> tuple[LoopDecisions, Numbers]:
-    """Return the decisions about a scene's loops, and the mechanism with values of all parameters."""
-    numbers, assembly = witness(dict(closing.parameters), numbers)
-    return loop_decisions_at(numbers, assembly, closing), numbers
-
-
 def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices) -> LoopDecisions:
     """Return the decisions at an assembled position.
 
@@ -104,7 +100,7 @@ def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices
     singular = numbers.singular_angles(np.array(assembly.typical), held=True)
     if singular:
         raise DerivationError(f"{numbers.scene.name}: {singular}")
-    found = [dimensionless(numbers, q, assembly.length) for q in map(np.array, (assembly.typical, *assembly.places))]
+    found = [numbers.dimensionless(q, assembly.length) for q in map(np.array, (assembly.typical, *assembly.places))]
     sizes = np.max([np.abs(G).max(axis=1, initial=0.0) for G in found], axis=0)
     empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max(initial=NOISE))
     some = [k for k in range(len(sizes)) if k not in set(empty)]
@@ -126,7 +122,7 @@ def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
     """
     loose = np.zeros(len(numbers.constraints.labels), dtype=bool)
     for q in map(np.array, (assembly.typical, *assembly.places)):
-        G = dimensionless(numbers, q, assembly.length)
+        G = numbers.dimensionless(q, assembly.length)
         working = np.flatnonzero(G.any(axis=1))
         if is_large(G[working]):
             found = triangular(G[working], NEGLIGIBLE)
@@ -192,7 +188,7 @@ def _partition(
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:
         return _made(numbers, kept, _wanted(scene, wanted, choices[0]))
-    led = led_velocities(scene)
+    led = scene.led_velocities
     every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
     passive = [k for k in every if not scene.drives[k]]
     sure = _sure(numbers, kept, choices[0], passive, length)
@@ -248,7 +244,7 @@ def _fails(numbers: Numbers, kept: Sequence[int], G: Array, dependent: Sequence[
 def _drawn(numbers: Numbers, kept: Sequence[int], G: Array, length: float) -> Array | None:
     """Return the kept rows at a position, G, and at random ones, shape (positions, m, n); None where some have none."""
     try:
-        drawn = [dimensionless(numbers, numbers.drawn(seed), length)[list(kept)] for seed in range(POSITIONS)]
+        drawn = [numbers.dimensionless(numbers.drawn(seed), length)[list(kept)] for seed in range(POSITIONS)]
     except DerivationError:  # a formula has no value somewhere
         return None
     return np.stack([G, *drawn])
@@ -267,7 +263,7 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
     freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
     if len(independent) != n - m:
         raise DerivationError(f"{scene.name}: independent: {', '.join(wanted)} given, but it has {freedoms}")
-    forgotten = [velocities[k] for k in led_velocities(scene) if k not in independent]
+    forgotten = [velocities[k] for k in scene.led_velocities if k not in independent]
     if forgotten:
         raise DerivationError(f"{scene.name}: independent: {', '.join(forgotten)} are prescribed, so add them")
     dependent = [k for k in range(n) if k not in independent]
@@ -287,7 +283,7 @@ def _driven(
 ) -> tuple[Partition | None, str]:
     """Return the partition of inverse dynamics, or why there is none."""
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
-    driven = driven_velocities(scene)
+    driven = scene.driven_velocities
     if set(driven) <= set(partition.independent):
         return partition, ""
     free = n - m

@@ -16,18 +16,19 @@ import random
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra import Floats
+from symdyn.algebra import Array, Floats
 from symdyn.dynamics.loops.constraint_rows import recursive
-from symdyn.dynamics.loops.cuts import Gauge, gauges
+from symdyn.dynamics.loops.cuts import FLAT, Gauge, gauges
 from symdyn.dynamics.loops.levels import Levels
+from symdyn.dynamics.loops.sparse_rows import Places
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
 from symdyn.dynamics.mechanism.directions import directions
-from symdyn.dynamics.mechanism.state import placement, quaternions, state_symbols
+from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, operands, reachable
@@ -35,14 +36,13 @@ from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
 from symdyn.unlocked import cached_property
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
-Places = np.ndarray[Any, np.dtype[np.intp]]
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.assembly import Assembly
+    from symdyn.dynamics.loops.loop_decisions import LoopDecisions
+    from symdyn.dynamics.loops.partition import LoopChoices
 
 SINGULAR = 1e-6
 """Sine of the angle between axes that are parallel as far as digits go: so many are lost in accelerations, twice."""
-
-FLAT = 1e-3
-"""Sine of the angle between axis and normal of a wheel that lies flat."""
 
 AT_LEAST = 100
 """Nodes that could be evaluated while values are handed to and fro."""
@@ -115,7 +115,7 @@ class Numbers:
     def __init__(self, scene: Scene) -> None:
         """Write a scene on a graph of its own, without values of its free parameters."""
         self.scene, self.graph = scene, Graph()
-        self.state, self.tree = state_symbols(scene, self.graph), build_tree(scene, self.graph)
+        self.state, self.tree = State.of(scene, self.graph), build_tree(scene, self.graph)
         self.directions = directions(scene, self.graph)
         self.constraints = recursive(scene, self.tree, self.state)
         self.free: dict[str, float] = {}
@@ -230,6 +230,16 @@ class Numbers:
         scaled = None if length is None else length**self._lengths
         return self._filled(self._rows, q, scaled)
 
+    def dimensionless(self, q: Array, length: float) -> Array:
+        """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
+        G = self.jacobian(q, length)
+        if not np.isfinite(G).all():
+            raise DerivationError(
+                f"{self.scene.name}: the lengths of its loops and rows are beyond what doubles hold; choose units that "
+                "keep them smaller"
+            )
+        return G
+
     @cached_property
     def turns(self) -> list[int]:
         """The velocities that are angular."""
@@ -253,7 +263,7 @@ class Numbers:
 
     @cached_property
     def _places(self) -> list[Expr]:
-        loops = [placement(pose, self.graph) for loop in self.scene.loops for pose in (loop.origin, loop.tip)]
+        loops = [pose.transform(self.graph) for loop in self.scene.loops for pose in (loop.origin, loop.tip)]
         return [x for T in (*self.tree.T, *loops) for x in T.p]
 
     def levers(self, q: Array) -> tuple[Array, Array]:
@@ -327,3 +337,78 @@ class Numbers:
         """Return random coordinates, about one turn or one metre wide; the same seed, the same ones."""
         rng = random.Random(f"{self.scene.name}:{seed}")
         return self.normalised(np.array([rng.uniform(-2.0, 2.0) for _ in self.state.q]))
+
+    def declared_rates(self) -> dict[int, float]:
+        """Return the velocities that joints give as `start_rates`, by index; rad/s or m/s."""
+        scene = self.scene
+        given = {name for joint in scene.joints if joint.start_rates for name in joint.rates}
+        values = zip(scene.velocities, start_of(scene).velocity, strict=True)
+        return {k: self.value(x) for k, (name, x) in enumerate(values) if name in given}
+
+    def fitting_rates(self, q: Array, rates: Mapping[int, float]) -> Array:
+        """Return velocities that the loops and rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
+        from symdyn.dynamics.loops.newton import NEGLIGIBLE
+
+        scene, given = self.scene, list(rates)
+        u = np.zeros(self.state.n)
+        u[given] = list(rates.values())
+        loose = [k for k in range(self.state.n) if k not in rates]
+        G = self.dimensionless(q, 1.0)
+        if loose and len(G):
+            u[loose] = np.linalg.lstsq(G[:, loose], -G[:, given] @ u[given], rcond=NEGLIGIBLE)[0]
+        off = np.abs(G @ u)
+        if len(off) and off.max() > 1e-9 * max(1.0, float(np.abs(u).max())):
+            owner = self.constraints.labels[int(off.argmax())].owner
+            names = ", ".join(f"{scene.velocities[k]} = {value:.6g}" for k, value in rates.items())
+            raise DerivationError(
+                f"{scene.name}: the initial velocities {names} contradict each other: {owner} is violated by "
+                f"{off.max():.3g}; give as many as the mechanism has freedoms, and let the others follow"
+            )
+        return u
+
+    # Closed positions
+
+    def newton(self, q: Array, held: Sequence[int]) -> Array:
+        """Return where Newton's method with line search ends, closed or not; `held` velocities do not move."""
+        from symdyn.dynamics.loops.newton import newton
+
+        return newton(self, q, held)
+
+    def is_closed(self, q: Array) -> bool:
+        """Whether every loop is closed, and the right way round."""
+        from symdyn.dynamics.loops.newton import seen_closed
+
+        return seen_closed(self, q)
+
+    def closed_position(self, guess: Array | None = None, held: Sequence[int] | None = None) -> Assembly:
+        """Return a closed position from a guess; errors and what is `held` as of `assembly.closed_position`."""
+        from symdyn.dynamics.loops.assembly import closed_position
+
+        return closed_position(self, guess, held)
+
+    def witness(self, make: Mapping[str, float]) -> tuple[Numbers, Assembly]:
+        """Return the mechanism with values of its free parameters, drawn where none are given, and a closed position.
+
+        Raises:
+            DerivationError: the loops never close.
+        """
+        from symdyn.dynamics.loops.assembly import witness
+
+        return witness(make, self)
+
+    def decided(self, closing: LoopChoices) -> tuple[LoopDecisions, Numbers]:
+        """Return the decisions about the loops, and the mechanism with values of all parameters.
+
+        Raises:
+            DerivationError: the loops cannot be assembled, or what was chosen does not fit.
+        """
+        from symdyn.dynamics.loops.loop_decisions import loop_decisions_at
+
+        numbers, assembly = self.witness(dict(closing.parameters))
+        return loop_decisions_at(numbers, assembly, closing), numbers
+
+    def off_planes(self, q: Array) -> list[str]:
+        """Return which contacts are off the plane that their scene declares, and do not hold it."""
+        from symdyn.dynamics.loops.assembly import off_planes
+
+        return off_planes(self, q)

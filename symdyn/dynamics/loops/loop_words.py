@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symdyn.algebra import Array
 from symdyn.dynamics.loops.constraint_rows import Label
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import Scene
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.loop_numbers import Numbers
 
 
 def unbound(scene: Scene, entries: Sequence[Expr]) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
@@ -55,11 +54,10 @@ class LoopWorkspace:
 
     @cached_property
     def _outcome(self) -> tuple[LoopDecisions, Numbers] | DerivationError:
-        from symdyn.dynamics.loops.loop_decisions import close  # with NumPy, which trees can do without
         from symdyn.dynamics.loops.loop_numbers import Numbers
 
         try:
-            return close(Numbers(self.w.scene), self.w.closing)
+            return Numbers(self.w.scene).decided(self.w.closing)
         except DerivationError as fault:  # every output would try again, and all in vain
             return fault
 
@@ -205,7 +203,7 @@ class LoopWorkspace:
     @cached_property
     def lagrange_forces(self) -> list[Expr]:
         """M u̇ + h, shape (nv,)."""
-        return lagrange.driving_forces(self.w.energy)
+        return self.w.energy.driving_forces()
 
     @cached_property
     def lagrange_solution(self) -> tuple[list[Expr], list[Expr]]:

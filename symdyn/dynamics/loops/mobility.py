@@ -22,11 +22,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
-from symdyn.dynamics.loops.continuation import declared_rates, fitting
+from symdyn.algebra import Array
+from symdyn.dynamics.loops.assembly import Assembly, seen_plain
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loop_decisions_at, loose_rows
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
-from symdyn.dynamics.loops.newton import dimensionless, free_motions
+from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.kinematics import tree_placements
 from symdyn.errors import DerivationError
@@ -74,7 +74,7 @@ class Mobility:
 
 def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  # noqa: B008  frozen
     """Return the mobility of a scene with loops or rows; DerivationError where they cannot be assembled."""
-    whole, assembly = witness(dict(closing.parameters), Numbers(scene))
+    whole, assembly = Numbers(scene).witness(dict(closing.parameters))
     held = whole.singular_angles(np.array(assembly.typical), held=True)
     numbers, seen = whole.plain, seen_plain(whole, assembly)
     decisions = loop_decisions_at(numbers, seen, LoopChoices()) if held else loop_decisions_at(whole, assembly, closing)
@@ -126,7 +126,7 @@ def _idle(numbers: Numbers, seen: Assembly, empty: Container[int]) -> list[str]:
     """Return the idle motions, in words: what is one at one position and not at a generic one is none."""
     words: list[str] = []
     for k, at in enumerate(map(np.array, (seen.typical, *seen.places))):
-        G = dimensionless(numbers, at, seen.length)[[i for i in range(len(numbers.constraints.G)) if i not in empty]]
+        G = numbers.dimensionless(at, seen.length)[[i for i in range(len(numbers.constraints.G)) if i not in empty]]
         here = [one for one, _ in idle_motions(numbers, G, at)]
         words = here if k == 0 else [one for one in words if one in here]
         if not words:
@@ -252,7 +252,7 @@ def _start(numbers: Numbers, decisions: LoopDecisions) -> list[str]:
     if numbers.scene.free_parameters:
         return []
     try:
-        fitting(numbers, np.array(decisions.assembly.q), declared_rates(numbers))
+        numbers.fitting_rates(np.array(decisions.assembly.q), numbers.declared_rates())
     except DerivationError as fault:
         return [str(fault).removeprefix(f"{numbers.scene.name}: ")]
     return []

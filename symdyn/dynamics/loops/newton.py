@@ -17,13 +17,17 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.algebra import Array
 from symdyn.dynamics.loops.loop_words import missed
 from symdyn.dynamics.loops.sparse_rows import is_large, triangular
 from symdyn.errors import DerivationError
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.loop_numbers import Numbers
 
 CLOSED = 1e-9
 """Largest residual of a closed loop, over the size of the mechanism."""
@@ -85,17 +89,6 @@ def lever_of(numbers: Numbers, q: Array) -> float:
     return largest if largest > SHORT * extent else extent or 1.0
 
 
-def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
-    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
-    G = numbers.jacobian(q, length)
-    if not np.isfinite(G).all():
-        raise DerivationError(
-            f"{numbers.scene.name}: the lengths of its loops and rows are beyond what doubles hold; choose units that "
-            "keep them smaller"
-        )
-    return G
-
-
 # What was found
 
 
@@ -111,7 +104,7 @@ def open_loop(numbers: Numbers, q: Array) -> str | None:
         return None
     k = int(r.argmax())
     label = numbers.constraints.labels[k]
-    G = dimensionless(numbers, q, lever_of(numbers, q))
+    G = numbers.dimensionless(q, lever_of(numbers, q))
     rows = [k for k, row in enumerate(numbers.constraints.G) if not all(entry.is_zero for entry in row)]
     if rows and is_large(G[rows]):
         smallest = triangular(G[rows], NEGLIGIBLE).ends()[1]
@@ -163,7 +156,7 @@ class Spectrum:
 
 def spectrum(numbers: Numbers, q: Array, length: float) -> Spectrum:
     """Return the singular values of the dimensionless G at a position."""
-    G = dimensionless(numbers, q, length)
+    G = numbers.dimensionless(q, length)
     working = G[G.any(axis=1)]
     if working.size and is_large(working):
         found = triangular(working, NEGLIGIBLE)
@@ -204,7 +197,7 @@ def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:
     scales[numbers.turns] = 1.0
     way = np.array([rng.uniform(-1, 1) for _ in scales])
     for _ in range(LEGS):
-        G = dimensionless(numbers, q, length)
+        G = numbers.dimensionless(q, length)
         way = way - shortest(G, G @ way, 1e-8) if len(G) else way
         size = float(np.abs(way).max(initial=0.0))
         if size < 1e-6:  # the loops hold it
@@ -219,8 +212,8 @@ def _stepped(numbers: Numbers, q: Array, way: Array) -> Array:
     step = WIDE
     for _ in range(SHORTER):
         try:
-            near = newton(numbers, numbers.moved(q, step * way), ())
-            if seen_closed(numbers, near):
+            near = numbers.newton(numbers.moved(q, step * way), ())
+            if numbers.is_closed(near):
                 return near
         except DerivationError:  # a formula has no value there
             pass

@@ -59,21 +59,9 @@ class Partition:
     blocks: tuple[Block, ...]
 
 
-def led_velocities(scene: Scene) -> list[int]:
-    """Return the velocities whose motion is prescribed."""
-    names = [rate for joint in scene.joints if joint.motion is not None for rate in joint.rates]
-    return [scene.velocities.index(name) for name in names]
-
-
-def driven_velocities(scene: Scene) -> list[int]:
-    """Return the velocities that have a drive or a prescribed motion."""
-    led = led_velocities(scene)
-    return [k for k, drive in enumerate(scene.drives) if drive or k in led]
-
-
 def over_driven(scene: Scene, free: int) -> str:
     """Return what is said of more drives than degrees of freedom, which is `free`."""
-    driven = driven_velocities(scene)
+    driven = scene.driven_velocities
     return (
         f"over-driven, {len(driven)} drive{'s' * (len(driven) != 1)} ({drives_of(scene, driven)}) for {free} "
         f"degree{'s' * (free != 1)} of freedom; leave {len(driven) - free} of them passive (drive = false)"

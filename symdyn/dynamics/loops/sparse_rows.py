@@ -18,9 +18,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from symdyn.dynamics.loops.loop_numbers import Array, Places
+from symdyn.algebra import Array
 from symdyn.unlocked import cached_property
+
+Places = npt.NDArray[np.intp]
 
 LARGE, BUSY = 150, 40
 """Rows from which on this pays, and entries of a column beyond which it does not: reflections would fill all."""

@@ -2,39 +2,26 @@
 
 from .angles import angles_of as angles_of
 from .centroidal import mass as mass
-from .cost import CATEGORY as CATEGORY, FREE as FREE, cost as cost
-from .directions import christoffel as christoffel, has_quaternions as has_quaternions
+from .cost import cost as cost, counts_alone as counts_alone
+from .directions import has_quaternions as has_quaternions
 from .kinematics import body_motion as body_motion, centre_of_mass as centre_of_mass, tree_placements as tree_placements
 from .ldl import solve as solve
 from .loads import (
     declared_forces as declared_forces,
     elastic_energy as elastic_energy,
     generalized_forces as generalized_forces,
-    joint_rates as joint_rates,
     joint_resistance as joint_resistance,
-    load_vectors as load_vectors,
     pull as pull,
     refuse_ideal_friction as refuse_ideal_friction,
     squared_length as squared_length,
 )
 from .placements import body_placements as body_placements, ends_apart as ends_apart, joint_placement as joint_placement
 from .prescribed import (
-    INPUTS as INPUTS,
     TIME as TIME,
     at_time as at_time,
     has_motion as has_motion,
-    inputs_of as inputs_of,
     prescribed as prescribed,
 )
 from .row_solve import RowSolve as RowSolve, stepped as stepped
-from .state import (
-    State as State,
-    first_moment as first_moment,
-    joint_motion as joint_motion,
-    joint_position as joint_position,
-    placement as placement,
-    quaternions as quaternions,
-    state_symbols as state_symbols,
-    vector as vector,
-)
-from .tree import body_inertia as body_inertia, build_tree as build_tree
+from .state import State as State, joint_motion as joint_motion, quaternions as quaternions, vector as vector
+from .tree import body_inertia as body_inertia

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Sequence
 
 from symdyn.dynamics.mechanism.kinematics import body_motion, tree_placements
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, state_symbols
+from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
@@ -124,7 +124,7 @@ def differentiated_centre(scene: Scene, graph: Graph) -> Vec:
 
 def differentiated_momentum(scene: Scene, graph: Graph) -> list[Expr]:
     """Return [p; L], shape (6,): ∫ ṙ dm and ∫ (r - C) × ṙ dm."""
-    rates, C = state_symbols(scene, graph).velocity, differentiated_centre(scene, graph)
+    rates, C = State.of(scene, graph).velocity, differentiated_centre(scene, graph)
     p = L = zero_vector(graph)
     for T, one in _moving(scene, graph):
         x, y, z = tangents(T.p, rates)
@@ -136,7 +136,7 @@ def differentiated_momentum(scene: Scene, graph: Graph) -> list[Expr]:
 
 def differentiated_centre_jacobian(scene: Scene, graph: Graph) -> list[Expr]:
     """Return J row by row, shape (3, n)."""
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     velocity = tangents(differentiated_centre(scene, graph), state.velocity)
     return by_rows([tangents(velocity, {u: graph.one}) for u in state.qd])
 
@@ -144,9 +144,9 @@ def differentiated_centre_jacobian(scene: Scene, graph: Graph) -> list[Expr]:
 def differentiated_momentum_matrix(scene: Scene, graph: Graph) -> list[Expr]:
     """Return A row by row, shape (6, n)."""
     momentum = differentiated_momentum(scene, graph)
-    return by_rows([tangents(momentum, {u: graph.one}) for u in state_symbols(scene, graph).qd])
+    return by_rows([tangents(momentum, {u: graph.one}) for u in State.of(scene, graph).qd])
 
 
 def differentiated_momentum_bias(scene: Scene, graph: Graph) -> list[Expr]:
     """Return b, shape (6,): the rate of [p; L] at u̇ = 0."""
-    return tangents(differentiated_momentum(scene, graph), state_symbols(scene, graph).velocity)
+    return tangents(differentiated_momentum(scene, graph), State.of(scene, graph).velocity)

@@ -39,7 +39,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.dynamics.mechanism.state import joint_motion, state_symbols
+from symdyn.dynamics.mechanism.state import State, joint_motion
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, Block
@@ -71,10 +71,24 @@ class Directions:
         """Return X_i f of several functions."""
         return tangents(fs, self.along[i])
 
+    def christoffel(self, M: Matrix) -> Christoffel:
+        """Return the connection of a symmetric mass matrix, shape (n, n), for velocities along these directions."""
+        n = len(M)
+        upper = [M[i][j] for i in range(n) for j in range(i, n)]
+        slopes = []
+        for k in range(n):
+            flat = iter(self.derivative(upper, k))
+            slope: Matrix = [[M[0][0]] * n for _ in range(n)]
+            for i in range(n):
+                for j in range(i, n):
+                    slope[i][j] = slope[j][i] = next(flat)
+            slopes.append(slope)
+        return Christoffel(M, tuple(slopes), self.brackets)
+
 
 def directions(scene: Scene, graph: Graph) -> Directions:
     """Return the directions of a scene's velocities."""
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     along: list[dict[Expr, Expr]] = [{} for _ in state.qd]
     for q, rate in zip(state.q, state.rates, strict=True):
         for i, h in enumerate(gradient(rate, state.qd)):
@@ -161,18 +175,3 @@ class Christoffel:
         """Return Σ γ^l_ji M_lk."""
         terms = self.brackets.get((j, i), ())
         return sum((self.M[m][k] * value for m, value in terms), self.M[0][0].graph.zero)
-
-
-def christoffel(M: Matrix, along: Directions) -> Christoffel:
-    """Return the connection of a symmetric mass matrix, shape (n, n), for velocities along the given directions."""
-    n = len(M)
-    upper = [M[i][j] for i in range(n) for j in range(i, n)]
-    slopes = []
-    for k in range(n):
-        flat = iter(along.derivative(upper, k))
-        slope: Matrix = [[M[0][0]] * n for _ in range(n)]
-        for i in range(n):
-            for j in range(i, n):
-                slope[i][j] = slope[j][i] = next(flat)
-        slopes.append(slope)
-    return Christoffel(M, tuple(slopes), along.brackets)

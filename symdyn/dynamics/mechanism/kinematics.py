@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, placement, state_symbols, vector
+from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
@@ -45,7 +45,7 @@ def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
     """Return the body that carries the body or point called `name`, and its placement there."""
     for point in scene.points:
         if point.name == name:
-            return point.body, placement(point.at, graph)
+            return point.body, point.at.transform(graph)
     check_place(scene, name)
     return name, Transform.unit(graph)
 
@@ -66,7 +66,7 @@ def pose(T: Transform) -> list[Expr]:
 
 def differentiated_jacobian(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return J with [v; ω] = J q̇, row by row, shape (6, n): v = ∂p/∂q q̇, ω̃ = Ṙ Rᵀ."""
-    T, state = placed(scene, name, graph), state_symbols(scene, graph)
+    T, state = placed(scene, name, graph), State.of(scene, graph)
     twist = _twist(T, state.velocity)
     columns = [tangents(twist, {qd: graph.one}) for qd in state.qd]
     return [column[k] for k in range(6) for column in columns]
@@ -74,13 +74,13 @@ def differentiated_jacobian(scene: Scene, name: str, graph: Graph) -> list[Expr]
 
 def differentiated_velocity_product(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return J̇ q̇, shape (6,): the acceleration [v̇; ω̇] at q̈ = 0."""
-    T, state = placed(scene, name, graph), state_symbols(scene, graph)
+    T, state = placed(scene, name, graph), State.of(scene, graph)
     return tangents(_twist(T, state.velocity), state.velocity)
 
 
 def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     motion = state.acceleration
     centre = body_placements(scene, graph)[name].point(centre_of_mass(scene, name, graph))
     return tangents(tangents(centre, motion), motion)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, joint_position, state_symbols, vector
+from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
@@ -83,7 +83,7 @@ def elastic_energy(scene: Scene, graph: Graph) -> Expr:
     return graph.total(
         stored_between(strut, squared_length(placed, strut, graph))
         if strut.ends
-        else stored(strut, joint_position(joint_of(scene, strut), graph))
+        else stored(strut, joint_of(scene, strut).position(graph))
         for strut in struts
     )
 
@@ -101,7 +101,7 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
             x = squared_length(placed, strut, graph)
             force = pull(strut, x, graph.zero) / 2
         else:
-            x = joint_position(joint_of(scene, strut), graph)
+            x = joint_of(scene, strut).position(graph)
             force = FORCES[strut.kind].pull.force(strut, x, graph.zero)
         found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
     return found
@@ -128,7 +128,7 @@ def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
 
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and what stores energy; N m or N."""
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     forces = joint_forces(scene, graph)
     struts = resisting(scene)
     placed = body_placements(scene, graph) if struts or scene.loads else {}
@@ -145,15 +145,15 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
 
 def joint_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the part of Q that acts at joints: declared forces, damping, friction, struts; shape (nv,), N m or N."""
-    state, forces = state_symbols(scene, graph), declared_forces(scene, graph)
+    state, forces = State.of(scene, graph), declared_forces(scene, graph)
     for joint in scene.joints:
-        for rate in joint_rates(joint, graph):
+        for rate in joint.speeds(graph):
             _oppose(forces, rate, joint_resistance(joint, rate), state)
     for strut in resisting(scene):
         if strut.joint:
             joint = joint_of(scene, strut)
-            (rate,) = joint_rates(joint, graph)
-            _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, joint_position(joint, graph), rate), state)
+            (rate,) = joint.speeds(graph)
+            _oppose(forces, rate, FORCES[strut.kind].pull.force(strut, joint.position(graph), rate), state)
     return forces
 
 
@@ -166,14 +166,6 @@ def _oppose(forces: list[Expr], rate: Expr, force: Expr, state: State) -> None:
 def declared_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the generalized forces that the joints declare, shape (nv,); N m or N."""
     return [force.express(graph) for joint in scene.joints for force in joint.forces or (ZERO,) * len(joint.rates)]
-
-
-def joint_rates(joint: Joint, graph: Graph) -> list[Expr]:
-    """Return the rates of a joint, by differentiating its position where it follows another one."""
-    if joint.coupling is None:
-        return [graph.symbol(name) for name in joint.rates]
-    leader = joint.coupling.coordinate
-    return tangents([joint_position(joint, graph)], {graph.symbol(leader): graph.symbol(f"{leader}_dot")})
 
 
 def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
@@ -192,7 +184,7 @@ def load_vectors(load: Load, graph: Graph) -> Wrench:
 
 def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:
     """Return (∂ṗ/∂u_i, ∂ω/∂u_i) of a placement for every velocity, ground frame, from ω̃ = Ṙ Rᵀ."""
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     rates = tangents((*T.p, *T.R[0], *T.R[1], *T.R[2]), state.velocity)
     columns = []
     for u in state.qd:

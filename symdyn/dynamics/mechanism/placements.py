@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from symdyn.dynamics.mechanism.state import joint_motion, placement, vector
+from symdyn.dynamics.mechanism.state import joint_motion, vector
 from symdyn.graph import Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Joint, Place
@@ -32,7 +32,7 @@ def ends_apart(scene: Scene, ends: Sequence[Place], graph: Graph) -> Vec:
 
 def joint_placement(joint: Joint, graph: Graph) -> Transform:
     """Return the placement of a joint's child in its parent: origin · motion(q) · tip."""
-    origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
+    origin, tip = joint.origin.transform(graph), joint.tip.transform(graph)
     return origin @ joint_motion(joint, graph).placement @ tip
 
 
@@ -43,7 +43,7 @@ def body_placements(scene: Scene, graph: Graph) -> dict[str, Transform]:
     """
     placed = {GROUND: Transform.unit(graph)}
     for joint in scene.joints:
-        origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
+        origin, tip = joint.origin.transform(graph), joint.tip.transform(graph)
         placed[joint.child] = placed[joint.parent] @ origin @ joint_motion(joint, graph).placement @ tip
     return placed
 
@@ -59,11 +59,11 @@ def moved_placements(scene: Scene, joint: Joint | None, graph: Graph) -> Iterato
     carrier = {j.child: j for j in scene.joints}
     T = None
     while joint is not None:
-        tip = placement(joint.tip, graph)
+        tip = joint.tip.transform(graph)
         T = tip if T is None else tip @ T
         if joint.moves:
             T = joint_motion(joint, graph).placement @ T
             for q in (joint.coupling.coordinate,) if joint.coupling else joint.coordinates:
                 yield number[q], T
-        T = placement(joint.origin, graph) @ T
+        T = joint.origin.transform(graph) @ T
         joint = None if joint.parent == GROUND else carrier[joint.parent]

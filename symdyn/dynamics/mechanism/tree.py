@@ -31,7 +31,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
+from symdyn.dynamics.mechanism.state import joint_motion, vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, JointMotion
@@ -175,7 +175,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
     ends: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]] = {}
     for joint, body in zip(scene.joints, scene.bodies, strict=True):
         carrier, place = home[joint.parent]
-        place = place @ placement(joint.origin, graph)
+        place = place @ joint.origin.transform(graph)
         start = (carrier, place)
         motion = joint_motion(joint, graph)
         follows = joint.coupling
@@ -196,7 +196,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
             carrier, place = len(moves) - 1, still
         place = place @ motion.tail
         ends[joint.name] = (start, (carrier, place))
-        place = place @ placement(joint.tip, graph)
+        place = place @ joint.tip.transform(graph)
         home[body.name] = (carrier, place)
         inertia[carrier] = inertia[carrier] + body_inertia(body, graph).seen_from(place)
     columns = zip(("parent", "base", "T", "S", "position", "A", "b", "armature"), zip(*moves, strict=True), strict=True)
@@ -232,7 +232,7 @@ def body_inertia(body: Body, graph: Graph) -> Inertia:
     m = body.mass.express(graph)
     matrix = symmetric(*(entry.express(graph) for entry in body.inertia))
     if body.about == "frame":
-        return total + Inertia(m, first_moment(body, graph), matrix)
+        return total + Inertia(m, body.mass_moment(graph), matrix)
     assert body.com is not None
     steiner = Inertia.of_point(m, vector(body.com, graph))
     return total + Inertia(m, steiner.h, add_matrices(matrix, steiner.I))

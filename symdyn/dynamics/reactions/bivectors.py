@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.kinematics import TreeMotion
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, drives
-from symdyn.dynamics.reactions.members import acting, inertias, motions, placements
+from symdyn.dynamics.reactions.hinges import Hinge
+from symdyn.dynamics.reactions.members import motions
 from symdyn.graph import Expr
 from symdyn.spatial import (
     Inertia,
@@ -55,6 +55,10 @@ class Bivectors:
     motion: TreeMotion
     body: Inertia
 
+    def inertia_for(self, a: Vec) -> Wrench:
+        """Return (5.17) for another acceleration of O_j."""
+        return inertia_bivector(self.body, self.motion.w, self.motion.dw, a)
+
 
 def shift(way: Vec) -> tuple[tuple[Expr, ...], ...]:
     """Return R̄ = [[1, 0], [r̃, 1]] of (5.3), which moves a bivector by r = `way`, with r̃ of (5.2)."""
@@ -69,12 +73,6 @@ def turned(P: Transform, bivector: Wrench) -> Wrench:
     return force, add(apply(P.R, bivector[1]), cross(P.p, force))
 
 
-def frames(hanging: Hanging) -> list[Transform]:
-    """Return the placement of frame j in the ground for every moving body."""
-    shifted = [Transform(identity(hanging.graph), hinge.place_on_child) for hinge in hanging.joints]
-    return [T @ here for T, here in zip(placements(hanging.joints), shifted, strict=True)]
-
-
 def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
     """Return the actions (5.1), what joints do by themselves included, and the inertia bivectors (5.11)-(5.17)."""
     scene, tree, state = hanging.scene, hanging.tree, hanging.state
@@ -82,11 +80,11 @@ def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bi
     moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
     gravity, placed, loads = (
         vector(scene.gravity, graph),
-        placements(hanging.joints),
-        acting(scene, hanging.joints, state),
+        hanging.placements,
+        hanging.acting,
     )
     actions, bodies, about_origin = [], [], []
-    for hinge, body, motion, T, load in zip(hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True):
+    for hinge, body, motion, T, load in zip(hanging.joints, hanging.inertias, moved, placed, loads, strict=True):
         r = hinge.place_on_child  # O_j in the body's frame
         g = apply(transpose(T.R), gravity)
         weight = (scale(body.m, g), cross(body.h, g))
@@ -94,7 +92,7 @@ def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bi
         about_origin.append(TreeMotion(motion.w, motion.dw, motion.at(r)))
         bodies.append(body.seen_from(Transform(identity(graph), neg(r))))
     for hinge, forces in zip(hanging.joints, own, strict=True):
-        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
+        for force, D in zip(forces, hanging.drives(hinge), strict=True):
             for j, exerted in exerted_on(hanging, hinge, times(force, D)).items():
                 actions[j] = plus(actions[j], exerted)
     return tuple(

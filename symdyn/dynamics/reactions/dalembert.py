@@ -23,10 +23,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_bivectors
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, drives, reactions_of, relative_twists
-from symdyn.dynamics.reactions.members import own_forces
+from symdyn.dynamics.reactions.hinges import PLACES, Hinge, reactions_of
 from symdyn.dynamics.reactions.ties import (
     flattened,
     independent_in_plane,
@@ -34,11 +34,12 @@ from symdyn.dynamics.reactions.ties import (
     refuse_without_place,
     rows_of,
     taken_wrenches,
-    undriven,
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import Vec, Wrench, apply, cross, dot, identity, nothing, plus, times
+
+Rows = list[dict[int, Expr]]
 
 REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"
 
@@ -58,6 +59,21 @@ class Unknown:
     joint: str
     number: int
     acts: tuple[tuple[int, Wrench], ...]
+
+    @property
+    def is_reaction(self) -> bool:
+        """Whether it is what a bearing forbids."""
+        return self.kind == REACTION
+
+    @property
+    def is_drive(self) -> bool:
+        """Whether it is what drives a velocity."""
+        return self.kind == DRIVE
+
+    @property
+    def is_coupling(self) -> bool:
+        """Whether it keeps a joint at the ratio of another."""
+        return self.kind == COUPLING
 
 
 @dataclass(frozen=True)
@@ -80,6 +96,45 @@ class Equilibrium:
     kept: tuple[int, ...]
     own: tuple[tuple[Expr, ...], ...]
 
+    @classmethod
+    def of(
+        cls, hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
+    ) -> Equilibrium:
+        """Return the system (5.18) of a mechanism.
+
+        Args:
+            hanging: the mechanism, open or closed.
+            planar: write three equations a body.
+            tau: driving forces that are known, shape (nv,); None makes them unknowns.
+            whole: nothing is left out and nothing added for readers: joints that close planar loops keep the components
+                across the plane, which are then not unique, and idle motions have no drive.
+
+        Raises:
+            DerivationError: `planar`, and the mechanism does not move in a plane that is one of coordinates of every
+                frame; or a row does not say where its force acts.
+        """
+        refuse_without_place(hanging.scene)
+        normal = coordinate_normal(hanging) if planar else None
+        kept = (0, 1, 2, 3, 4, 5) if normal is None else (*(k for k in range(3) if k != normal), 3 + normal)
+        own = tuple(tuple(_own(hanging, hinge, tau)) for hinge in hanging.joints)
+        bodies = known_bivectors(hanging, own)
+        unknowns = [one for one in _unknowns(hanging, normal, whole) if tau is None or not one.is_drive]
+        blocks: dict[tuple[int, int], Wrench] = {}
+        for u, unknown in enumerate(unknowns):
+            for h, wrench in unknown.acts:
+                for j, exerted in exerted_on(hanging, hanging.hinges[h], wrench).items():
+                    if not all(x.is_zero for part in exerted for x in part):
+                        blocks[j, u] = plus(blocks[j, u], exerted) if (j, u) in blocks else exerted
+        return cls(hanging, bodies, tuple(unknowns), blocks, kept, own)
+
+    @classmethod
+    def for_readers(cls, hanging: Hanging) -> Equilibrium:
+        """Return the system, three equations a body where the mechanism moves in a plane of coordinates."""
+        try:
+            return cls.of(hanging, planar=True)
+        except DerivationError:
+            return cls.of(hanging)
+
     @property
     def equations(self) -> int:
         """6(u - 1) of (5.18), or 3(u - 1)."""
@@ -88,7 +143,7 @@ class Equilibrium:
     @property
     def reactions(self) -> int:
         """m_R of (5.19): the number of unknown reactions, what keeps couplings and rows included."""
-        return sum(unknown.kind != DRIVE for unknown in self.unknowns)
+        return sum(not unknown.is_drive for unknown in self.unknowns)
 
     @property
     def drives(self) -> int:
@@ -99,7 +154,7 @@ class Equilibrium:
     def passive(self) -> list[Unknown]:
         """Unknown drives that the scene does not declare: of passive joints in a tree, of idle motions in loops."""
         motors = {joint.name: joint.drives for joint in self.hanging.scene.joints if joint.motion is None}
-        drives = [one for one in self.unknowns if one.kind == DRIVE and one.joint in motors]
+        drives = [one for one in self.unknowns if one.is_drive and one.joint in motors]
         return [one for one in drives if not any(motors[one.joint][one.number : one.number + 1])]
 
     def matrix(self) -> list[list[Expr]]:
@@ -121,41 +176,53 @@ class Equilibrium:
             b += [entries[component] for component in self.kept]
         return b
 
+    def rows(self) -> Rows:
+        """Return rows of A x = -b, entries by column, what is zero left out; -b is the column behind the unknowns."""
+        rows = [{u: entry for u, entry in enumerate(row) if not entry.is_zero} for row in self.matrix()]
+        for row, right in zip(rows, self.right(), strict=True):
+            row[len(self.unknowns)] = -right
+        return rows
 
-def equilibrium(
-    hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
-) -> Equilibrium:
-    """Return the system (5.18) of a mechanism.
+    def wrench_rows(self, R: Sequence[Expr]) -> Rows:
+        """Return rows which say that the unknowns are R = `reactions` of a tree's joints and those of loops."""
+        hanging, last = self.hanging, len(self.unknowns)
+        shown = (*hanging.joints, *hanging.loops)
+        known = [x for hinge, wrench in zip(shown, self.elements(), strict=False) for x in _entries(hinge, wrench)]
+        rows = [{last: r - own} for r, own in zip(R, known, strict=True)]
+        for u, unknown in enumerate(self.unknowns):
+            for h, wrench in unknown.acts:
+                if h < len(shown):
+                    for k, entry in enumerate(_entries(shown[h], wrench)):
+                        if not entry.is_zero:
+                            before = rows[6 * h + k].get(u)
+                            rows[6 * h + k][u] = entry if before is None else before + entry
+        return rows
 
-    Args:
-        hanging: the mechanism, open or closed.
-        planar: write three equations a body.
-        tau: driving forces that are known, shape (nv,); None makes them unknowns.
-        whole: nothing is left out and nothing added for readers: joints that close planar loops keep the components
-            across the plane, which are then not unique, and idle motions have no drive.
+    def elements(self) -> list[Wrench]:
+        """Return what joints' own elements, and drives that are known, exert in every joint, axes of joint frames."""
+        hanging = self.hanging
+        total = [nothing(hanging.graph)] * len(hanging.hinges)
+        for h, (hinge, forces) in enumerate(zip(hanging.joints, self.own, strict=True)):
+            for force, D in zip(forces, hanging.drives(hinge), strict=True):
+                total[h] = plus(total[h], times(force, D))
+        return total
 
-    Raises:
-        DerivationError: `planar`, and the mechanism does not move in a plane that is a plane of coordinates of every
-            frame; or a row does not say where its force acts.
-    """
-    refuse_without_place(hanging.scene)
-    normal = coordinate_normal(hanging) if planar else None
-    kept = (0, 1, 2, 3, 4, 5) if normal is None else (*(k for k in range(3) if k != normal), 3 + normal)
-    own = tuple(tuple(_own(hanging, hinge, tau)) for hinge in hanging.joints)
-    bodies = known_bivectors(hanging, own)
-    unknowns = [one for one in _unknowns(hanging, normal, whole) if tau is None or one.kind != DRIVE]
-    blocks: dict[tuple[int, int], Wrench] = {}
-    for u, unknown in enumerate(unknowns):
-        for h, wrench in unknown.acts:
-            for j, exerted in exerted_on(hanging, hanging.hinges[h], wrench).items():
-                if not all(x.is_zero for part in exerted for x in part):
-                    blocks[j, u] = plus(blocks[j, u], exerted) if (j, u) in blocks else exerted
-    return Equilibrium(hanging, bodies, tuple(unknowns), blocks, kept, own)
+    def direction(self, unknown: Unknown) -> str:
+        """Return what an unknown of fixed direction in its joint frame is, such as "force along x"; else ""."""
+        force, moment = unknown.acts[0][1]
+        first, second = (self.hanging.samples.at([*force, *moment], seed) for seed in PLACES)
+        return in_words(first[:3], first[3:]) if first.any() and abs(first - second).max() < 1e-12 else ""
+
+
+def _entries(hinge: Hinge, wrench: Wrench) -> tuple[Expr, ...]:
+    """Return [force; moment] on the child, its axes, for a wrench in axes of the joint frame."""
+    force, moment = hinge.on_child(wrench)
+    return (*force, *moment)
 
 
 def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Expr]:
     """Return what a joint's elements do along its velocities, known drives included."""
-    forces = own_forces(hanging.scene, hinge, hanging.state)
+    forces = hanging.own_forces(hinge)
     if tau is None or hinge.joint.coupling is not None:
         return forces
     return [force + tau[k] for force, k in zip(forces, hinge.velocities, strict=True)]
@@ -167,7 +234,7 @@ def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Exp
 def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
     graph = hanging.graph
     axes = None if normal is None else identity(graph)[normal]
-    D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
+    D = {h: hanging.drives(hinge) for h, hinge in enumerate(hanging.joints)}
     feels = {
         k: (h, D[h][i])
         for h, hinge in enumerate(hanging.joints)
@@ -205,12 +272,12 @@ def _passive(hanging: Hanging, with_idle: bool) -> set[int]:
         return set()
     if with_idle and decisions is not None and decisions.driven is not None:
         return set(decisions.driven.dependent)
-    return set(undriven(scene))
+    return set(scene.undriven_velocities)
 
 
 def _in_its_plane(hanging: Hanging, hinge: Hinge) -> tuple[Wrench, ...]:
     """Return what a joint that closes a loop is taken to exert, without what works on no motion in the loop's plane."""
-    twists = relative_twists(hinge, hanging.joints)
+    twists = hanging.relative_twists(hinge)
     normal = plane(hanging, hinge, twists)
     W = taken_wrenches(hanging, hinge, twists)
     return W if normal is None else tuple(W[k] for k in independent_in_plane(hanging, W, normal))

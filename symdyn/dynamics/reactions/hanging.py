@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symdyn.algebra import Floats
-from symdyn.dynamics.loops.loop_numbers import Array
+from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.dynamics.reactions.hinges import Hinge, hinges
-from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces
+from symdyn.dynamics.reactions.hinges import PLACES, TINY, Hinge, drives, hinges, relative_twists
+from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces, placements, way_apart
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
-from symdyn.spatial import Wrench, about, neg, plus, power, rotated, times
+from symdyn.scene.values import Strut
+from symdyn.spatial import Inertia, Transform, Wrench, about, identity, neg, plus, power, rotated, times
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -77,11 +77,48 @@ class Hanging:
         return self.hinges[len(self.scene.joints) :]
 
     @cached_property
+    def placements(self) -> list[Transform]:
+        """Placements of the bodies in the ground."""
+        return placements(self.joints)
+
+    @property
+    def frames(self) -> list[Transform]:
+        """Placements in the ground of frames with axes of the bodies, their origins in the joints that carry them."""
+        ways = (hinge.place_on_child for hinge in self.joints)
+        return [T @ Transform(identity(self.graph), way) for T, way in zip(self.placements, ways, strict=True)]
+
+    @property
+    def inertias(self) -> list[Inertia]:
+        """Inertia of every body about the origin of its own frame."""
+        return inertias(self.scene, self.tree)
+
+    @property
+    def acting(self) -> list[Wrench]:
+        """What loads, and struts between points, do on every body about the origin of its frame, no weight."""
+        return acting(self.scene, self.joints, self.state)
+
+    def own_forces(self, hinge: Hinge) -> list[Expr]:
+        """Return what a joint's own elements do along each of its velocities, N m or N."""
+        return own_forces(self.scene, hinge, self.state)
+
+    def drives(self, hinge: Hinge) -> tuple[Wrench, ...]:
+        """Return D of a joint, axes of J, about P; one for every velocity of the joint."""
+        return drives(hinge, self.samples)
+
+    def relative_twists(self, loop: Hinge) -> dict[int, Wrench]:
+        """Return the twist of the child relative to J at P, axes of J, for every velocity, of what closes a loop."""
+        return relative_twists(loop, self.joints)
+
+    def squared_length(self, strut: Strut) -> Expr:
+        """Return the squared distance of the ends of a strut between points, m²."""
+        return way_apart(self.scene, strut, self.placements, self.graph)[1]
+
+    @cached_property
     def loads(self) -> list[Wrench]:
         """What every body needs for its motion beyond weight and loads, about the origin of its frame."""
         moved = motions(self.scene, self.tree, self.state.qd, self.state.qdd, neg(self.tree.gravity))
-        wanted = [needed(body, motion) for body, motion in zip(inertias(self.scene, self.tree), moved, strict=True)]
-        given = acting(self.scene, self.joints, self.state)
+        wanted = [needed(body, motion) for body, motion in zip(self.inertias, moved, strict=True)]
+        given = self.acting
         return [plus(a, times(self.graph.constant(-1), b)) for a, b in zip(wanted, given, strict=True)]
 
     def transmitted(self, loads: Sequence[Wrench]) -> list[Wrench]:
@@ -126,7 +163,7 @@ class Hanging:
         """Return the driving forces, shape (nv,): what the velocities feel less what the joints' own elements do."""
         total = list(felt)
         for hinge in self.joints:
-            for k, force in zip(hinge.velocities, own_forces(self.scene, hinge, self.state), strict=True):
+            for k, force in zip(hinge.velocities, self.own_forces(hinge), strict=True):
                 total[k] = total[k] - hinge.ratio * force
         return total
 
@@ -166,6 +203,10 @@ class Samples:
             length = sum(values[node] ** 2 for node in nodes) ** 0.5
             values |= {node: values[node] / length for node in nodes if length}
         return np.array(evaluate(list(entries), Floats(), values), dtype=np.float64)
+
+    def vanish(self, entries: Sequence[Expr]) -> bool:
+        """Whether entries are zero at a generic position."""
+        return bool(np.abs(self.at(entries, PLACES[0])).max() < TINY)
 
     def _drawn(self, node: Expr, seed: int) -> float:
         return random.Random(f"{seed}:{node.value}").uniform(0.3, 1.7)

@@ -29,7 +29,7 @@ from symdyn.algebra import vanishes
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
-from symdyn.dynamics.mechanism.state import joint_motion, placement
+from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit_wrenches
@@ -150,7 +150,7 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
         place = here @ move.placement
     rates = tuple(ratio * graph.symbol(name) for name in names)
     numbers = tuple(velocities[name] for name in names)
-    origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
+    origin, tip = joint.origin.transform(graph), joint.tip.transform(graph)
     forbids = JOINTS[joint.type].forbids
     wrenches = forbids.wrenches(joint, X) if forbids else ()
     ends = (number[joint.parent], number[joint.child])

@@ -11,18 +11,15 @@ made beforehand that could fail at another place.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from symdyn.algebra import Floats
-from symdyn.dynamics.loops.loop_numbers import Array
+from symdyn.algebra import Array, Floats
 from symdyn.dynamics.reactions.dalembert import Equilibrium
-from symdyn.dynamics.reactions.hinges import Hinge, drives
 from symdyn.graph import Expr, evaluate
-from symdyn.spatial import Wrench, nothing, plus, times
 
 RANK = 1e-9
 """Singular values this much below the largest are zero, at positions that close the loops to the last digits."""
@@ -30,7 +27,6 @@ RANK = 1e-9
 LOOSE = 1e-7
 """Rows of N above it are not zero, a moment counting as a force."""
 
-Rows = list[dict[int, Expr]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
@@ -64,7 +60,7 @@ class InNumbers:
         """Prepare it."""
         hanging, self.system = system.hanging, system
         zeros = [hanging.graph.zero] * 6 * (len(hanging.joints) + len(hanging.loops))
-        balance, shown = equations(system), wrench_rows(system, zeros)
+        balance, shown = system.rows(), system.wrench_rows(zeros)
         self._size = len(balance)
         places = [(r, c) for r, row in enumerate([*balance, *shown]) for c in row]
         self._rows, self._columns = np.array(places, dtype=int).reshape(-1, 2).T
@@ -121,43 +117,3 @@ class InNumbers:
 def _as_forces(rows: int, length: float) -> Array:
     """Return what makes rows of [force; moment] comparable: moments count as forces, shape (rows,)."""
     return np.tile([1.0] * 3 + [1.0 / length] * 3, rows // 6)
-
-
-def equations(system: Equilibrium) -> Rows:
-    """Return the rows of A x = -b, entries by column, what is zero left out; -b is the column behind the unknowns."""
-    rows = [{u: entry for u, entry in enumerate(row) if not entry.is_zero} for row in system.matrix()]
-    for row, right in zip(rows, system.right(), strict=True):
-        row[len(system.unknowns)] = -right
-    return rows
-
-
-def wrench_rows(system: Equilibrium, R: Sequence[Expr]) -> Rows:
-    """Return rows which say that the unknowns are the output R = `reactions` of a tree's joints and those of loops."""
-    hanging, last = system.hanging, len(system.unknowns)
-    shown = (*hanging.joints, *hanging.loops)
-    known = [x for hinge, wrench in zip(shown, elements(system), strict=False) for x in _entries(hinge, wrench)]
-    rows = [{last: r - own} for r, own in zip(R, known, strict=True)]
-    for u, unknown in enumerate(system.unknowns):
-        for h, wrench in unknown.acts:
-            if h < len(shown):
-                for k, entry in enumerate(_entries(shown[h], wrench)):
-                    if not entry.is_zero:
-                        before = rows[6 * h + k].get(u)
-                        rows[6 * h + k][u] = entry if before is None else before + entry
-    return rows
-
-
-def _entries(hinge: Hinge, wrench: Wrench) -> tuple[Expr, ...]:
-    """Return [force; moment] on the child, its axes, for a wrench in axes of the joint frame."""
-    force, moment = hinge.on_child(wrench)
-    return (*force, *moment)
-
-
-def elements(system: Equilibrium) -> list[Wrench]:
-    """Return what the joints' own elements, and drives that are known, exert in every joint, axes of joint frames."""
-    hanging = system.hanging
-    total = [nothing(hanging.graph)] * len(hanging.hinges)
-    for h, (hinge, forces) in enumerate(zip(hanging.joints, system.own, strict=True)):
-        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
-            total[h] = plus(total[h], times(force, D))
-    return total

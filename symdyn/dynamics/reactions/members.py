@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.mechanism.kinematics import TreeMotion, body_motion
 from symdyn.dynamics.mechanism.loads import joint_resistance, load_vectors, pull
-from symdyn.dynamics.mechanism.state import State, joint_motion, joint_position, vector
+from symdyn.dynamics.mechanism.state import State, joint_motion, vector
 from symdyn.dynamics.mechanism.tree import Tree, ball_rotor, body_inertia
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, Graph, tangents
@@ -123,7 +123,7 @@ def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:
     for strut in scene.struts:
         if strut.joint == joint.name:
             law = FORCES[strut.kind].pull
-            forces[0] = forces[0] - law.force(strut, joint_position(joint, graph), hinge.rates[0])
+            forces[0] = forces[0] - law.force(strut, joint.position(graph), hinge.rates[0])
     armature = joint.armature.express(graph)
     ball = ball_rotor(joint, hinge.velocities, graph)
     if ball is not None:

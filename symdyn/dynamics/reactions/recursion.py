@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.members import placements
 from symdyn.dynamics.reactions.ties import Tie, refuse_without_place, sizes, ties
 from symdyn.graph import Expr
 from symdyn.spatial import Wrench, nothing, plus, rotated, times
@@ -66,7 +65,7 @@ def with_loops(
 
 def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Expr]:
     """Return the wrenches of all joints, axes of their children, in the axes that are asked for; see `reactions`."""
-    placed = placements(hanging.joints) if axes == "ground" else []
+    placed = hanging.placements if axes == "ground" else []
     entries: list[Expr] = []
     for hinge, wrench in zip((*hanging.joints, *hanging.loops), wrenches, strict=True):
         force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench

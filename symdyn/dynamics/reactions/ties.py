@@ -21,13 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symdyn.algebra import Array
 from symdyn.dynamics.loops.constraint_rows import recursive
-from symdyn.dynamics.loops.loop_numbers import Array
-from symdyn.dynamics.loops.partition import Partition, blocks, driven_velocities
+from symdyn.dynamics.loops.partition import Partition, blocks
 from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.mechanism.exact import has_symbols
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import PLACES, Hinge, relative_twists
+from symdyn.dynamics.reactions.hinges import PLACES, Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.scene import Scene
@@ -88,12 +88,19 @@ def ties(hanging: Hanging) -> list[Tie]:
     return [every[k] for k in hanging.decisions.kept] if hanging.decisions else every
 
 
+def carried(hanging: Hanging) -> list[tuple[Tie, Expr]]:
+    """Return what closes loops, contacts and rows of a closed mechanism, each with its size in `reactions`."""
+    unknown = ties(hanging)
+    forces = hanging.needed_forces(hanging.transmitted(hanging.loads))
+    return list(zip(unknown, sizes(hanging, unknown, forces), strict=True))
+
+
 def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
     """Return the unknowns of all loops, contacts and rows, in the order of G; `whole` with what goes across planes."""
     found: dict[tuple[bool, str], list[Tie]] = {}  # by whether it is a loop, and its name
     zero, every = hanging.graph.zero, range(hanging.state.n)
     for number, loop in enumerate(hanging.cuts):
-        name, twists = loop.joint.name, relative_twists(loop, hanging.joints)
+        name, twists = loop.joint.name, hanging.relative_twists(loop)
         wrenches = loop.wrenches if whole else taken_wrenches(hanging, loop, twists)
         rows = [(W, tuple(power(W, twists[k]) if k in twists else zero for k in every)) for W in wrenches]
         found[number < len(hanging.loops), name] = [Tie(name, number, wrench, row) for wrench, row in rows]
@@ -127,16 +134,10 @@ def sizes(hanging: Hanging, unknown: Sequence[Tie], forces: Sequence[Expr]) -> l
             f"{hanging.scene.name}: reactions are not unique: {decisions.fault}; or ask for forward_reactions, with "
             "drives given"
         )
-    among = undriven(hanging.scene)
+    among = hanging.scene.undriven_velocities
     uses = [[k for k in among if not one.G[k].is_zero] for one in unknown]
     partition = Partition((), tuple(among), tuple(blocks(uses)))
     return solve_transposed([one.G for one in unknown], partition, forces)
-
-
-def undriven(scene: Scene) -> list[int]:
-    """Return the velocities without a drive or a prescribed motion."""
-    driven = set(driven_velocities(scene))
-    return [k for k in range(len(scene.velocities)) if k not in driven]
 
 
 # Planes

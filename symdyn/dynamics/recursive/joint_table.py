@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.tree import Topology
+from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
 from symdyn.scene.values import ZERO, Joint
 from symdyn.spatial import Vec, neg, zero_vector
@@ -64,8 +64,9 @@ class JointTable:
     rows: tuple[JointRow, ...]
 
 
-def lacking(scene: Scene, tree: Topology) -> str:
+def lacking(scene: Scene) -> str:
     """Return what a scene has that no row holds, in words; "" where a table holds all of it."""
+    tree = build_tree(scene, Graph())
     shared = tree.coupled or tree.balls or any(tree.b) or any(len(block) > 1 for block in tree.block)
     reasons = {
         "loops or rows close it": scene.is_closed,

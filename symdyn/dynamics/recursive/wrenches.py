@@ -24,7 +24,7 @@ from symdyn.dynamics.mechanism.loads import (
     stored,
     stored_between,
 )
-from symdyn.dynamics.mechanism.state import joint_position, state_symbols, vector
+from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree, settled
 from symdyn.dynamics.recursive.links import Link
@@ -58,7 +58,7 @@ def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
     for strut in struts(scene):
         if strut.joint:
             joint = joint_of(scene, strut)
-            position, ((k, ratio),) = joint_position(joint, graph), _driven(scene, joint, graph)
+            position, ((k, ratio),) = joint.position(graph), _driven(scene, joint, graph)
             forces[k] = forces[k] + FORCES[strut.kind].pull.force(strut, position, graph.zero) * ratio
             energy = energy + stored(strut, position)
         else:
@@ -71,7 +71,7 @@ def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
 
 def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
     """Return what struts without energy, friction and declared forces exert on the velocities, shape (n,); N m or N."""
-    graph, state = tree.graph, state_symbols(scene, tree.graph)
+    graph, state = tree.graph, State.of(scene, tree.graph)
     forces = declared_forces(scene, graph)
     for joint in scene.joints:
         for k, ratio in _driven(scene, joint, graph):
@@ -79,7 +79,7 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
     for strut in resisting(scene):
         if strut.joint:
             joint = joint_of(scene, strut)
-            position, ((k, ratio),) = joint_position(joint, graph), _driven(scene, joint, graph)
+            position, ((k, ratio),) = joint.position(graph), _driven(scene, joint, graph)
             forces[k] = forces[k] - FORCES[strut.kind].pull.force(strut, position, ratio * state.qd[k]) * ratio
             continue
         apart, rates = distance(strut, tree, lean), lean.rates(state.qd)

@@ -1,33 +1,21 @@
 """Names that `symdyn.dynamics.roads` offers; each is imported when it is first used."""
 
 from .base_columns import base_columns as base_columns, base_of_columns as base_of_columns, base_values as base_values
-from .closed_derivatives import RESIDUAL as RESIDUAL, UNPROJECTED as UNPROJECTED
 from .closed_outputs import drives_of as drives_of
-from .count import Counts as Counts, count as count, count_by_binding as count_by_binding, count_loop as count_loop
+from .count import Counts as Counts, count_by_binding as count_by_binding
 from .derivative_outputs import COLUMNS as COLUMNS, differentiable as differentiable
 from .kinks import kinks as kinks
 from .linear_forces import linear as linear, parameters as parameters, remainder as remainder
 from .linear_loops import (
     LinearLoops as LinearLoops,
-    followers as followers,
-    forward_dynamics as forward_dynamics,
-    linear_loops as linear_loops,
 )
 from .named_functions import (
     DIRECTIONS as DIRECTIONS,
-    DRIVES as DRIVES,
-    REFERENCE as REFERENCE,
-    REFERENCE_RATE as REFERENCE_RATE,
-    WEIGHTS as WEIGHTS,
     arguments as arguments,
-    direction as direction,
 )
-from .operators import WORDS as WORDS
-from .output import Rates as Rates
 from .reaction_outputs import unique as unique
 from .recursive_derivatives import inverse_derivatives as inverse_derivatives
 from .regressor_outputs import energies_by_momentum as energies_by_momentum
-from .result_labels import COMPONENTS as COMPONENTS, joints_of as joints_of, told as told
 from .signal_outputs import (
     Moving as Moving,
     check_letters as check_letters,
@@ -36,5 +24,5 @@ from .signal_outputs import (
     multiplier_names as multiplier_names,
     reaction_names as reaction_names,
 )
-from .state_matrices import STATE_MATRICES as STATE_MATRICES
 from .unique_reactions import unique_entries as unique_entries
+from .written_decisions import WrittenDecisions as WrittenDecisions

@@ -13,7 +13,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.recursive.lean_tree import LeanTree, slides_along_all_turns, split
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.rnea import rnea
@@ -183,7 +182,7 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
             K = K + S[i][j] * w.graph.total(x * y for x, y in zip(rates[i], rates[j], strict=True)) / 2
         P = P - w.graph.total(S[3][j] * dot(found.tree.gravity, columns[j]) for j in range(4))
     energy = replace(w.energy, K=K, G=P, E=w.graph.zero, scene=replace(w.scene, elements=(), joints=_bare(w.scene)))
-    rows = [gradient(force, found.symbols) for force in lagrange.driving_forces(energy)]
+    rows = [gradient(force, found.symbols) for force in energy.driving_forces()]
     return [*map(list, zip(*rows, strict=True)), *_beside(w, lagrange_driving)[1]]
 
 

@@ -8,7 +8,6 @@ from functools import partial
 from symdyn.dynamics.loops import reduction
 from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
-from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
 from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.roads import result_labels as labels
@@ -128,7 +127,7 @@ def lagrange_drives_of(w: Workspace, forces: list[Expr]) -> list[Expr]:
 
 def at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], multipliers: list[Expr]) -> list[Expr]:
     """Return f - Gᵀ λ at the driven velocities, zero at the passive ones; without any drive, at independent ones."""
-    driven = driven_velocities(w.scene) or list(w.loops.driven.independent)
+    driven = w.scene.driven_velocities or list(w.loops.driven.independent)
     tau = [w.graph.zero] * w.state.n
     for k in driven:
         tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True))

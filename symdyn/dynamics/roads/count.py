@@ -41,6 +41,26 @@ class Counts:
     sincos: int = 0
     others: int = 0
 
+    @classmethod
+    def of(cls, function: Function) -> Counts:
+        """Return the operations that one call of `function` takes, every shared subexpression computed once."""
+        return sum(count_by_binding(function).values(), Counts())
+
+    @classmethod
+    def of_loop(cls, loop: TableLoop) -> Counts:
+        """Return the operations of one call of a loop over a table; what several hand to one joint is added."""
+        sweeps = loop.algorithm.sweeps
+        found, handed = Counts(), set[int]()
+        for row, kind in zip(loop.table.rows, kinds_of(loop.table), strict=True):
+            found += _count_sweeps(sweeps(kind))
+            if row.parent in handed:
+                inward = (one for one in sweeps(kind) if one.inward)
+                found += Counts(additions=sum(not x.is_zero for one in inward for x in one.handed))
+            handed.add(row.parent)
+            found += Counts(sincos=1) if not row.slides else Counts()
+            found += Counts() if row.at_zero or row.slides else FROM_ZERO
+        return found
+
     @property
     def cost(self) -> int:
         """All operations in one number, by `WEIGHTS`."""
@@ -62,28 +82,8 @@ class Counts:
         return ", ".join(words)
 
 
-def count(function: Function) -> Counts:
-    """Return the operations that one call of `function` takes, every shared subexpression computed once."""
-    return sum(count_by_binding(function).values(), Counts())
-
-
 FROM_ZERO = Counts(4, 2)
 """What a turn that is not zero where q is costs besides in a loop over a table."""
-
-
-def count_loop(loop: TableLoop) -> Counts:
-    """Return the operations of one call of a loop over a table; what several hand to one joint is added."""
-    sweeps = loop.algorithm.sweeps
-    found, handed = Counts(), set[int]()
-    for row, kind in zip(loop.table.rows, kinds_of(loop.table), strict=True):
-        found += _count_sweeps(sweeps(kind))
-        if row.parent in handed:
-            inward = (one for one in sweeps(kind) if one.inward)
-            found += Counts(additions=sum(not x.is_zero for one in inward for x in one.handed))
-        handed.add(row.parent)
-        found += Counts(sincos=1) if not row.slides else Counts()
-        found += Counts() if row.at_zero or row.slides else FROM_ZERO
-    return found
 
 
 @cache
@@ -101,7 +101,7 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
     Symbols are told by their names; one that is no argument counts as known last.
     """
     if function.loop and function.is_loop_alone:
-        return {name: count_loop(function.loop) if name == BINDING[-1][0] else Counts() for name, _ in BINDING}
+        return {name: Counts.of_loop(function.loop) if name == BINDING[-1][0] else Counts() for name, _ in BINDING}
     known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
     times: dict[Expr, int] = {}  # -1 for what has no symbol below it
     tallies = [Counter[str]() for _ in BINDING]

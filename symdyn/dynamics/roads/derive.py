@@ -12,11 +12,14 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, has_motion
 from symdyn.dynamics.recursive.table_loops import TableLoop
+from symdyn.dynamics.roads.closed_derivatives import RESIDUAL, UNPROJECTED
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
+from symdyn.dynamics.roads.operators import WORDS
 from symdyn.dynamics.roads.output import Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.requests import name_in_code, request_of, row_of
 from symdyn.dynamics.roads.result_labels import told
+from symdyn.dynamics.roads.state_matrices import STATE_MATRICES
 from symdyn.dynamics.roads.too_large import too_large
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -207,6 +210,12 @@ def over_time(workspace: Workspace, entries: Sequence[Expr]) -> tuple[str, ...]:
 def expected(scene: Scene, by: Unasked = Unasked.WRITTEN) -> list[str]:
     """Return the outputs of the whole scene that one of its kind has unasked."""
     return [name for name, row in OUTPUTS.items() if not row.place and row.unasked <= by and row.exists_in(scene)]
+
+
+def on_request(scene: Scene) -> list[str]:
+    """Return the outputs of the whole scene that no one has unasked, and how derivatives of all are asked for."""
+    alone = [STATE_MATRICES, *((RESIDUAL, f"NAME{UNPROJECTED}") if scene.is_closed else ())]
+    return [*(name for name in expected(scene, Unasked.NEVER) if name not in expected(scene)), *alone, *WORDS]
 
 
 def of_place(name: str, by: Unasked = Unasked.WRITTEN) -> list[str]:

@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, reachable, substitute
@@ -97,7 +96,7 @@ def driving(w: Workspace) -> list[Expr]:
 
 def lagrange_driving(w: Workspace) -> list[Expr]:
     """Return the driving forces by Lagrange's equations, shape (n,); N m or N."""
-    return lagrange.driving_forces(w.energy)
+    return w.energy.driving_forces()
 
 
 def columns(w: Workspace) -> tuple[str, ...]:

@@ -21,7 +21,6 @@ import numpy as np
 
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.loops.partition import led_velocities
 from symdyn.dynamics.loops.reduction import Reduction, accelerations
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute
@@ -52,11 +51,37 @@ class LinearLoops:
     T: dict[int, dict[int, Fraction]] = field(hash=False)
     b: dict[int, Fraction] = field(hash=False)
 
+    def followers(self, w: Workspace) -> dict[Expr, Expr]:
+        """Return dependent coordinates and velocities as what they are in terms of independent ones."""
+        graph, q, u = w.graph, w.state.q, w.state.qd
+        found: dict[Expr, Expr] = {}
+        for k in self.dependent:
+            ratios = self.T[k].items()
+            found[q[k]] = graph.total([*(x * q[j] for j, x in ratios), graph.constant(self.b[k])])
+            found[u[k]] = graph.total(x * u[j] for j, x in ratios)
+        return found
+
+    def forward_dynamics(self, w: Workspace) -> list[Expr]:
+        """Return u̇, shape (nv,), by independent coordinates and velocities: no division by what may vanish."""
+        graph, n = w.graph, w.state.n
+        T: list[dict[int, Expr]] = [{} for _ in range(n)]
+        for j in self.independent:
+            T[j][j] = graph.one
+        for k, row in self.T.items():
+            T[k] |= {j: graph.constant(x) for j, x in row.items()}
+        still = (graph.zero,) * n
+        values = self.followers(w)
+        h = substitute(w.forces(list(still)), values)
+        M = substitute([entry for row in w.composite_mass for entry in row], values)
+        rows = [M[k : k + n] for k in range(0, n * n, n)]
+        rest = [tau - force for tau, force in zip(w.state.tau, h, strict=True)]
+        return accelerations(Reduction(self.independent, tuple(T), still), rows, rest)
+
 
 def linear_loops(numbers: Numbers, decisions: LoopDecisions) -> LinearLoops | None:
     """Return how the loops of a scene hold its dependent coordinates, None where not in constant proportion."""
     state, scene = numbers.state, numbers.scene
-    if not scene.loops or scene.rows or led_velocities(scene) or state.rates != state.qd:
+    if not scene.loops or scene.rows or scene.led_velocities or state.rates != state.qd:
         return None
     i, d = list(decisions.partition.independent), list(decisions.partition.dependent)
     G = numbers.jacobian(np.array(decisions.assembly.typical))
@@ -81,31 +106,3 @@ def linear_loops(numbers: Numbers, decisions: LoopDecisions) -> LinearLoops | No
             return None
     T = {k: {j: x for j, x in zip(i, row, strict=True) if x} for k, row in zip(d, simple, strict=True)}
     return LinearLoops(tuple(i), tuple(d), T, {k: Fraction(float(x)) for k, x in zip(d, b, strict=True)})
-
-
-def followers(w: Workspace, loops: LinearLoops) -> dict[Expr, Expr]:
-    """Return dependent coordinates and velocities as what they are in terms of independent ones."""
-    graph, q, u = w.graph, w.state.q, w.state.qd
-    found: dict[Expr, Expr] = {}
-    for k in loops.dependent:
-        ratios = loops.T[k].items()
-        found[q[k]] = graph.total([*(x * q[j] for j, x in ratios), graph.constant(loops.b[k])])
-        found[u[k]] = graph.total(x * u[j] for j, x in ratios)
-    return found
-
-
-def forward_dynamics(w: Workspace, loops: LinearLoops) -> list[Expr]:
-    """Return u̇, shape (nv,), by independent coordinates and velocities: no division by what may vanish."""
-    graph, n = w.graph, w.state.n
-    T: list[dict[int, Expr]] = [{} for _ in range(n)]
-    for j in loops.independent:
-        T[j][j] = graph.one
-    for k, row in loops.T.items():
-        T[k] |= {j: graph.constant(x) for j, x in row.items()}
-    still = (graph.zero,) * n
-    values = followers(w, loops)
-    h = substitute(w.forces(list(still)), values)
-    M = substitute([entry for row in w.composite_mass for entry in row], values)
-    rows = [M[k : k + n] for k in range(0, n * n, n)]
-    rest = [tau - force for tau, force in zip(w.state.tau, h, strict=True)]
-    return accelerations(Reduction(loops.independent, tuple(T), still), rows, rest)

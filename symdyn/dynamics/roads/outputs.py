@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
-from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.prescribed import has_motion
@@ -78,7 +77,7 @@ _GRAVITY = Output(
     FORCES,
     "tree",
     {
-        "lagrange": Road(lambda w: lagrange.gravity_forces(w.energy)),  # never large
+        "lagrange": Road(lambda w: w.energy.gravity_forces()),  # never large
         "rnea": Road(lambda w: w.gravity_forces),
     },
     unasked=Unasked.AT_A_LOOK,
@@ -94,7 +93,7 @@ _ELASTIC = Output(
     "tree",
     {
         "recursive": Road(lambda w: w.elastic.forces),
-        "lagrange": by_lagrange(lambda w: lagrange.elastic_forces(w.energy)),
+        "lagrange": by_lagrange(lambda w: w.energy.elastic_forces()),
     },
     exists=lambda scene: bool(elastic(scene)),
 )
@@ -109,7 +108,7 @@ OUTPUTS: dict[str, Output] = {
         "own",
         {
             "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
-            "lagrange": by_lagrange(lambda w: lagrange.driving_forces(w.energy)),
+            "lagrange": by_lagrange(lambda w: w.energy.driving_forces()),
             "rnea_loop": by_loop(rnea_loop),
         },
         own=INVERSE_IN_LOOPS,
@@ -200,7 +199,7 @@ OUTPUTS: dict[str, Output] = {
         VECTOR,
         "kg m^2/s or kg m/s",
         "same",
-        {"rnea": Road(lambda w: w.momentum), "lagrange": by_lagrange(lambda w: lagrange.momenta(w.energy))},
+        {"rnea": Road(lambda w: w.momentum), "lagrange": by_lagrange(lambda w: w.energy.momenta())},
     ),
     "kinetic_energy": Output(
         "kinetic energy K(q, qd)",

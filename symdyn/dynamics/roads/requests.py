@@ -120,7 +120,7 @@ def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:
         return tuple(found)
     tree = build_tree(scene, Graph())
     plain = not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.balls
-    held = not lacking(scene, tree)
+    held = not lacking(scene)
     return tuple(n for n, road in found.items() if (plain or not road.trees_only) and (held or not road.loop))
 
 
@@ -136,7 +136,7 @@ def roads_lacking(request: str, scene: Scene) -> dict[str, str]:
         "it is of trees, and loops or rows close the scene",
         "it knows no motion that joints share or are led",
     )
-    lacks = lacking(scene, build_tree(scene, Graph()))
+    lacks = lacking(scene)
     return {
         name: closed if name not in own else lacks if road.loop else shared
         for name, road in row_of(request)[0].roads.items()

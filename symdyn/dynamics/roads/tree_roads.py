@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.prescribed import accelerations
@@ -147,7 +146,7 @@ def lagrange_forward(w: Workspace) -> list[Expr]:
     """Return q̈ that solves Lagrange's equations."""
     given = w.prescribed
     alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
-    bias = substitute(lagrange.driving_forces(w.energy), alone)
+    bias = substitute(w.energy.driving_forces(), alone)
     chain = range(-1, len(given.free))
     if given.place:
         return accelerations(given, chain, w.lagrange_mass, w.state.tau, bias)
@@ -159,7 +158,7 @@ def drives_lagrange(w: Workspace) -> list[Expr]:
     if not w.prescribed.place:
         return list(w.state.tau)
     moving = dict(zip(w.state.qdd, w.once(lagrange_forward), strict=True))
-    forces = substitute(lagrange.driving_forces(w.energy), moving)
+    forces = substitute(w.energy.driving_forces(), moving)
     return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
 
 

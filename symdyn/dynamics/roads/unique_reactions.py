@@ -25,18 +25,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra import Floats
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.algebra import Array, Floats
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.loop_words import in_words
-from symdyn.dynamics.loops.newton import generic_places, lever_of, newton, seen_closed
+from symdyn.dynamics.loops.newton import generic_places, lever_of
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import at_time
-from symdyn.dynamics.reactions.bivectors import frames
-from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Unknown, equilibrium
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Equilibrium, Unknown
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.least import Flags, InNumbers
 from symdyn.dynamics.reactions.recursion import with_loops
 from symdyn.dynamics.reactions.ties import all_ties, refuse_without_place
+from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
@@ -147,7 +147,7 @@ def reactions_at(
     workspace = Workspace(scene)
     hanging = Hanging(scene, workspace.tree, workspace.state)
     values = _values(hanging, q, qd, qdd, parameters or {}, t)
-    system = InNumbers(equilibrium(hanging, whole=True))
+    system = InNumbers(Equilibrium.of(hanging, whole=True))
     here, places, off = _closed(workspace.scene, np.array([values[node] for node in hanging.state.q]), parameters or {})
     values |= dict(zip(hanging.state.q, here.tolist(), strict=True))
     if length is None:
@@ -189,8 +189,8 @@ def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Ar
         raise DerivationError(f"{scene.name}: {fault}")
     lever = lever_of(numbers, q)
     off = float(np.abs(numbers.residual(q)).max(initial=0.0))
-    near = newton(numbers, q, ())
-    if off > NEAR * lever or not seen_closed(numbers, near):
+    near = numbers.newton(q, ())
+    if off > NEAR * lever or not numbers.is_closed(near):
         return q, (), off
     places = generic_places(numbers.plain, numbers.turned(near), lever)
     return near, tuple(numbers.turned_back(one, near) for one in places), 0.0
@@ -224,7 +224,7 @@ def _values(
 
 def _extent(hanging: Hanging, values: Mapping[Expr, float]) -> float:
     """Return the largest distance between two joints, m; 1 where there is none."""
-    entries = [x for frame in frames(hanging) for x in frame.p]
+    entries = [x for frame in hanging.frames for x in frame.p]
     places = np.array(evaluate(entries, Floats(), values)).reshape(-1, 3)
     largest = max((float(np.linalg.norm(places - a, axis=1).max()) for a in places), default=0.0)
     return largest or 1.0
@@ -283,3 +283,9 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
         changed = np.abs(numbers.at(R, place, dict(zip(sizes, drawn.tolist(), strict=True))))
         loose |= changed > LOOSE * changed.max(initial=0.0)
     return () if not loose.any() else tuple((~loose).tolist())
+
+
+def loose_reactions(scene: Scene, closing: LoopChoices) -> str:
+    """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
+    loose = ~unique_reactions(scene, closing=closing)
+    return told(joints_of(scene), COMPONENTS, loose.ravel().tolist())

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from symdyn.dynamics.lagrange import second_kind as lagrange
-from symdyn.dynamics.lagrange.second_kind import Energies, energies
+from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.directions import Christoffel, Directions, christoffel, directions
+from symdyn.dynamics.mechanism.directions import Christoffel, Directions, directions
 from symdyn.dynamics.mechanism.loads import generalized_forces
-from symdyn.dynamics.mechanism.prescribed import Prescribed, prescribed
-from symdyn.dynamics.mechanism.state import State, state_symbols
+from symdyn.dynamics.mechanism.prescribed import Prescribed, inputs_of, prescribed
+from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
@@ -43,7 +42,7 @@ class Workspace:
         self.scene = scene
         self.closing = closing
         self.graph = Graph()
-        self.state: State = state_symbols(scene, self.graph)
+        self.state: State = State.of(scene, self.graph)
         self.still: list[Expr] = [self.graph.zero] * self.state.n
         self.derived: dict[tuple[str, str], Function] = {}  # by request and road, as `derive_one` finds them
         self._found: dict[tuple[Any, ...], Any] = {}
@@ -62,6 +61,11 @@ class Workspace:
     def directions(self) -> Directions:
         """Directions of the velocities."""
         return directions(self.scene, self.graph)
+
+    @property
+    def inputs(self) -> tuple[Expr, ...]:
+        """Symbols of the inputs."""
+        return inputs_of(self.scene, self.graph)
 
     @cached_property
     def prescribed(self) -> Prescribed:
@@ -83,17 +87,17 @@ class Workspace:
     @cached_property
     def energy(self) -> Energies:
         """K and P from positions."""
-        return energies(self.scene, self.graph)
+        return Energies.of(self.scene, self.graph)
 
     @cached_property
     def lagrange_mass(self) -> Matrix:
         """M as the Hessian of K, shape (n, n)."""
-        return lagrange.mass_matrix(self.energy)
+        return self.energy.mass_matrix()
 
     @cached_property
     def lagrange_christoffel(self) -> Christoffel:
         """Christoffel symbols of that M."""
-        return christoffel(self.lagrange_mass, self.directions)
+        return self.directions.christoffel(self.lagrange_mass)
 
     # Recursive road
 
@@ -152,7 +156,7 @@ class Workspace:
     @cached_property
     def composite_christoffel(self) -> Christoffel:
         """Christoffel symbols of that M."""
-        return christoffel(self.composite_mass, self.directions)
+        return self.directions.christoffel(self.composite_mass)
 
     @cached_property
     def gravity_forces(self) -> list[Expr]:
@@ -164,12 +168,21 @@ class Workspace:
         """Return p = M q̇, shape (n,): inverse dynamics at q̈ = q̇, without velocity and gravity."""
         return rnea(self.lean, self.still, self.state.qd, gravity=False)
 
-    def velocity_forces(self, qd: list[Expr]) -> list[Expr]:
-        """Return c(q, q̇) at the given velocities, shape (n,)."""
-        return rnea(self.lean, qd, self.still, gravity=False)
+    def velocity_forces(self, qd: list[Expr], qdd: list[Expr] | None = None) -> list[Expr]:
+        """Return c(q, q̇) at the given velocities, shape (n,); M q̈ + c where accelerations are given too."""
+        return rnea(self.lean, qd, self.still if qdd is None else qdd, gravity=False)
 
     def forces(self, qdd: list[Expr], summing: bool = True) -> list[Expr]:
         """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion; see `rnea`."""
         motion = rnea(self.lean, self.state.qd, qdd, acting=self.loads, summing=summing)
         rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
         return [force + pull - push for force, pull, push in rest]
+
+
+class Ungrouped(Workspace):
+    """A workspace whose recursions run over the inertias as declared."""
+
+    @cached_property
+    def lean(self) -> LeanTree:
+        """The tree in frames of the generator's choice."""
+        return resting(reframe(self.tree))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics import Argument, TableLoop
-from symdyn.dynamics.roads import count_loop
+from symdyn.dynamics.roads import Counts
 from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.operators import Printer
 from symdyn.graph import Op
@@ -180,7 +180,7 @@ def _loop(routine: Routine, loop: TableLoop, name: str, first: int) -> FunctionT
         steps=(),
         outputs=tuple(Line(str(index), "") for (index,) in _indices(function.shape, first)),
         unused=(),
-        counts=str(count_loop(loop)),
+        counts=str(Counts.of_loop(loop)),
         operations=frozenset(),
         first=first,
         loop=loop,

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.algebra import Symbol, product_of, sum_of
-from symdyn.dynamics.reactions import DRIVE, Equilibrium, Unknown
-from symdyn.emit.print.dalembert_system import Written, direction, forms_of, printed_system
+from symdyn.dynamics.reactions import Equilibrium, Unknown
+from symdyn.emit.print.dalembert_system import Written, forms_of, printed_system
 from symdyn.emit.print.formula_text import broken_text, rounded
 from symdyn.emit.print.text_page import equation_lines, length_lines
 from symdyn.rounding import asked
@@ -48,13 +48,13 @@ def _names(scene: Scene, system: Equilibrium, written: Written) -> list[str]:
     drives = {joint.name: joint.drives for joint in scene.joints}
     found: list[str] = []
     for one in system.unknowns:
-        own = drives.get(one.joint, ())[one.number : one.number + 1] if one.kind == DRIVE else ()
+        own = drives.get(one.joint, ())[one.number : one.number + 1] if one.is_drive else ()
         if own and own[0]:
             found.append(own[0])
             continue
-        words = direction(system, one)
-        letter, index = "tau" if one.kind == DRIVE else "R", str(one.number + 1)
-        if one.kind != DRIVE and words[-2:] in (" x", " y", " z"):
+        words = system.direction(one)
+        letter, index = "tau" if one.is_drive else "R", str(one.number + 1)
+        if not one.is_drive and words[-2:] in (" x", " y", " z"):
             letter, index = "F" if words.startswith("force") else "M", words[-1]
         name = f"{letter}_{one.joint}_{index}"
         while name in taken:
@@ -71,9 +71,9 @@ def _unknowns(scene: Scene, system: Equilibrium, names: list[str]) -> Iterator[s
 
 def _told(scene: Scene, system: Equilibrium, one: Unknown) -> str:
     """Return what an unknown is, in words."""
-    if one.kind == DRIVE:
+    if one.is_drive:
         return f"drive of joint {one.joint}" + (", which has none: zero" if one in system.passive else "")
-    words = direction(system, one) or f"component {one.number + 1}"
+    words = system.direction(one) or f"component {one.number + 1}"
     unit = scene.shown_unit("N m" if words.startswith("moment") else "N")
     return ", ".join(filter(None, (f"{words} of the {one.kind} in joint {one.joint}", "joint axes", unit)))
 

@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 
 from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.reactions import DRIVE, REACTION, Equilibrium, Unknown
+from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definitions, lines_of, matrix_width
 from symdyn.emit.print.dalembert_lines import dalembert_lines
-from symdyn.emit.print.dalembert_system import direction, forms_of, printed_system
+from symdyn.emit.print.dalembert_system import forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
 from symdyn.emit.print.latex_width import BREAK, LINE
@@ -97,12 +97,12 @@ class _Page:
 
     def _name(self, unknown: Unknown) -> str:
         joint = _upright(unknown.joint)
-        if unknown.kind == DRIVE:
+        if unknown.is_drive:
             one = next(joint for joint in self.scene.joints if joint.name == unknown.joint)
             drive = one.drives[unknown.number] if unknown.number < len(one.drives) else None
             return self.write.symbols.get(drive or "", "") or rf"\tau_{{{joint},{unknown.number + 1}}}"
-        if unknown.kind == REACTION:
-            words = direction(self.system, unknown)
+        if unknown.is_reaction:
+            words = self.system.direction(unknown)
             if words[-2:] in (" x", " y", " z"):
                 return f"{'F' if words.startswith('force') else 'M'}_{{{joint},{words[-1]}}}"
         return rf"R_{{{joint},{unknown.number + 1}}}"
@@ -110,8 +110,8 @@ class _Page:
     def symbol_rows(self) -> Iterator[dict[str, str]]:
         """Yield the rows of the unknowns for the table of symbols; drives have their own."""
         for name, unknown in zip(self.names, self.system.unknowns, strict=True):
-            if unknown.kind != DRIVE:
-                words = direction(self.system, unknown) or f"component {unknown.number + 1}"
+            if not unknown.is_drive:
+                words = self.system.direction(unknown) or f"component {unknown.number + 1}"
                 yield symbol_row(
                     name,
                     f"{words} of the {unknown.kind} in joint {unknown.joint}, joint axes",
@@ -125,7 +125,7 @@ class _Page:
         """Return (5.18)-(5.20) in numbers."""
         system, scene = self.system, self.scene
         a_body = len(system.kept)
-        counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
+        counts = [one.joint for one in system.unknowns if not one.is_drive]
         joints = ", ".join(
             f"{in_latex(joint.name)} ({joint.type.replace('_', ' ')}, $t = {counts.count(joint.name)}$)"
             for joint in (*scene.joints, *scene.loops)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Compactor, Form, Function, TrigonometricRing
 from symdyn.dynamics import Workspace, angle_groups
-from symdyn.dynamics.loops import in_words
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.reactions import Equilibrium, Unknown, equilibrium, placements, way_apart
+from symdyn.dynamics.reactions import Equilibrium
 from symdyn.emit.print.lengths import Lengths, NamedLength, called
 from symdyn.emit.print.too_long import refuse_too_long
 from symdyn.errors import DerivationError, EmitError
@@ -35,25 +34,13 @@ def printed_system(scene: Scene) -> Equilibrium:
     Raises:
         EmitError: the mechanism is too large to be read.
     """
-    workspace = Workspace(scene)
-    try:
-        system = equilibrium(workspace.hanging, planar=True)
-    except DerivationError:
-        system = equilibrium(workspace.hanging)
+    system = Equilibrium.for_readers(Workspace(scene).hanging)
     if len(system.unknowns) > MOST:
         raise EmitError(
             f"{scene.name}: {len(system.unknowns)} unknowns are more than anyone reads (the limit is {MOST}); "
             "the outputs reactions and reactions:joint compute them"
         )
     return system
-
-
-def direction(system: Equilibrium, unknown: Unknown) -> str:
-    """Return what an unknown is where it has a fixed direction in its joint frame, such as "force along x"; else ""."""
-    samples = system.hanging.samples
-    force, moment = unknown.acts[0][1]
-    first, second = (samples.at([*force, *moment], seed) for seed in (2, 3))
-    return in_words(first[:3], first[3:]) if abs(first - second).max() < 1e-12 else ""
 
 
 @dataclass(frozen=True)
@@ -108,10 +95,9 @@ def length_symbols(
     """Return symbols in place of lengths and their rates; and of each length its name, its square and its rate."""
     scene, graph, state = system.hanging.scene, system.hanging.graph, system.hanging.state
     apart = [one for one in scene.struts if one.ends]
-    placed = placements(system.hanging.joints) if apart else []
     together: dict[Expr, list[Strut]] = {}
     for strut in apart:
-        _, square = way_apart(scene, strut, placed, graph)
+        square = system.hanging.squared_length(strut)
         if not square.is_zero:
             together.setdefault(square, []).append(strut)
     taken = {one.name for one in scene.parameters} | {one.name for one in scene.inputs}

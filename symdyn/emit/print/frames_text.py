@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypedDict
 
-from symdyn.dynamics import ChosenFrame, chosen_frames, formulas
+from symdyn.dynamics import chosen_frames, formulas
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Pose, spell
+from symdyn.scene.values import Joint, Pose, spell
 from symdyn.spatial import Transform
 
 DIGITS = 6
@@ -46,7 +46,7 @@ def frame_texts(scene: Scene) -> list[FrameText]:
         FrameText(
             joint=frame.joint.name,
             body=frame.joint.child,
-            declared=_declared(frame),
+            declared=_declared(frame.joint),
             parent=frame.parent,
             link=" ".join(map(step_text, frame.steps)) or "1",
             moved=moved_text(frame.moved),
@@ -55,8 +55,7 @@ def frame_texts(scene: Scene) -> list[FrameText]:
     ]
 
 
-def _declared(frame: ChosenFrame) -> str:
-    joint = frame.joint
+def _declared(joint: Joint) -> str:
     origin = _pose(joint.origin)
     kind = JOINTS[joint.type]
     axis = kind.axis(joint)

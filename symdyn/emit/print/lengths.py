@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Compactor, Form
-from symdyn.dynamics import ClosedLoads
+from symdyn.algebra import Form
+from symdyn.dynamics import ClosedForm
 from symdyn.emit.print.letters import LENGTH, Letters
 from symdyn.scene import Scene
 from symdyn.scene.values import Strut, velocity_name
@@ -76,9 +76,7 @@ class Lengths:
 
 
 def named_lengths(
-    scene: Scene,
-    loads: ClosedLoads,
-    compact: Compactor,
+    closed: ClosedForm,
     taken: Iterable[str],
     spelled: Callable[[Form], Form],
     prefix: str = "",
@@ -86,13 +84,12 @@ def named_lengths(
     """Return the lengths of a scene.
 
     Args:
-        scene: the mechanism.
-        loads: what acts on it.
-        compact: writes their geometry.
+        closed: the mechanism, with what acts on it.
         taken: names that stand for something else.
         spelled: what is done to every form that is printed.
         prefix: what all names begin with.
     """
+    scene, loads, compact = closed.scene, closed.loads, closed.compactor
     found: list[NamedLength] = []
     for struts, index, name in called(scene, loads.alongside(), taken):
         names = (f"{prefix}{name}", velocity_name(f"{prefix}{name}"))

@@ -11,21 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from symdyn.algebra import Form, Power, Symbol, product_of, sum_of
-from symdyn.dynamics import (
-    MOST_TERMS,
-    ClosedForm,
-    ClosedRow,
-    Key,
-    closed_constraints,
-    closed_form,
-    coefficient_names,
-    coefficients,
-    too_long,
-)
+from symdyn.dynamics import ClosedForm, ClosedRow, closed_constraints, closed_form, coefficients
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.roads import Rates
 from symdyn.emit.print.formula_text import rounded, shortened
 from symdyn.emit.print.lengths import Lengths, named_lengths
 from symdyn.graph import Graph
@@ -226,34 +216,32 @@ def printable(
         return form if digits is None else rounded(form, digits)
 
     moving = {*scene.velocities, *map(acceleration_name, scene.velocities), TIME}
-    found = named_lengths(scene, closed.loads, closed.compactor, names | moving, spelled, lengths or "")
+    found = named_lengths(closed, names | moving, spelled, lengths or "")
     if found.named and lengths is not None:
         closed = replace(closed, loads=closed.loads.named(found.names))
     names |= {name for one in found.named for name, _ in one.defined}
 
-    def write(key: Key) -> Form:
+    def write(*key: Any) -> Form:
         return spelled(closed.form(*key))
 
-    keys = coefficient_names(closed)
-    if (terms := sum(len(closed[key]) for key in keys if key[0] != "k_E")) > MOST_TERMS:
-        one = "; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python"
-        raise too_long(scene, f"its coefficients have {terms} terms", one)
+    closed.refuse_too_long("; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python")
+    keys = closed.coefficient_names()
     rows: list[list[Coefficient]] = [[] for _ in scene.velocities]
     columns = coefficients(closed.n)
     for kind, i, *place in keys:
         rates = columns[kind][place[0] if place else 0]
         indices = (i + 1, *dict.fromkeys(j + 1 for _, j in rates))
-        form = write((kind, i, *place))
+        form = write(kind, i, *place)
         rows[i].append(Coefficient(kind, indices, form, _rate(scene, rates), rates[0][0] if rates else ""))
     right = tuple(map(spelled, _right_hand_sides(closed)))
     constraints = _constraints(scene, spelled, names | set(scene.velocities))
     graph = Graph()
     motions = [(j.coordinate, Form.of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
-    K, P, E = write(("K",)), write(("P",)), spelled(closed.loads.energy(closed.compactor))
+    K, P, E = write("K"), write("P"), spelled(closed.loads.energy(closed.compactor))
     return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, E, found, short)
 
 
-def _rate(scene: Scene, rates: Rates) -> Form:
+def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:
     """Return what a coefficient multiplies."""
     names = [scene.velocities[j] if of == "qd" else acceleration_name(scene.velocities[j]) for of, j in rates]
     return Power(Symbol(names[0]), 2) if len(set(names)) < len(names) else product_of(map(Symbol, names))

@@ -15,7 +15,7 @@ from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
-from symdyn.dynamics.mechanism import TIME, state_symbols
+from symdyn.dynamics.mechanism import TIME, State
 from symdyn.emit.print.printable import Printable
 from symdyn.errors import UnknownNameError
 from symdyn.graph import Expr, Graph
@@ -195,7 +195,7 @@ def _christoffel(page: Printable, i: int) -> list[Form]:
 def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]]:
     """Return G, Ġ u and residual of the rows of a scene, for those without a closed form."""
     graph = Graph()
-    found = differentiated(scene, graph, state_symbols(scene, graph))
+    found = differentiated(scene, graph, State.of(scene, graph))
     return [
         (found.G[k], found.bias[k], found.residual[k] if found.labels[k].closes else None)
         for k in Workspace(scene).loops.decisions.kept

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symdyn.graph import Graph
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.spatial import Transform, Vec
 
 
 @dataclass(frozen=True)
@@ -16,6 +18,13 @@ class Pose:
     """
 
     steps: tuple[tuple[str, Quantity], ...] = ()
+
+    def transform(self, graph: Graph) -> Transform:
+        """Return it as a transform."""
+        result = Transform.unit(graph)
+        for kind, amount in self.steps:
+            result = result @ Transform.elementary(kind, amount.express(graph))
+        return result
 
 
 UNMOVED = Pose()
@@ -73,3 +82,12 @@ class Body:
     particles: tuple[Particle, ...] = ()
     allow_invalid_inertia: bool = False
     shape: Outline | None = None
+
+    def mass_moment(self, graph: Graph) -> Vec:
+        """Return m r of the extended mass, kg m, body frame."""
+        if self.first_moment is not None:
+            x, y, z = self.first_moment
+            return (x.express(graph), y.express(graph), z.express(graph))
+        assert self.com is not None
+        m, (x, y, z) = self.mass.express(graph), self.com
+        return (m * x.express(graph), m * y.express(graph), m * z.express(graph))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene.values.body import UNMOVED, Pose
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity, Vector
@@ -124,6 +125,20 @@ class Joint:
     def rates(self) -> tuple[str, ...]:
         """Names of its velocities, shape (nv,)."""
         return self.velocities or tuple(velocity_name(q) for q in self.coordinates)
+
+    def position(self, graph: Graph) -> Expr:
+        """Return its position, if it has one freedom, in terms of the coordinates; rad or m."""
+        if self.coupling is None:
+            return graph.symbol(self.coordinates[0])
+        ratio, offset = self.coupling.ratio.express(graph), self.coupling.offset.express(graph)
+        return ratio * graph.symbol(self.coupling.coordinate) + offset
+
+    def speeds(self, graph: Graph) -> list[Expr]:
+        """Return its rates, by differentiating its position where it follows another joint."""
+        if self.coupling is None:
+            return [graph.symbol(name) for name in self.rates]
+        leader = self.coupling.coordinate
+        return tangents([self.position(graph)], {graph.symbol(leader): graph.symbol(velocity_name(leader))})
 
 
 def velocity_name(coordinate: str) -> str:

@@ -17,13 +17,14 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import OUTPUTS, Equations, Workspace, derive_one
+from symdyn.dynamics.loops import ends
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.roads import driven, expressed
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import PREPARE, PREPARED, Program, assemble, cheapest, lower, prepare
 from symdyn.scene import Quantity
 from symdyn.simulation.equations.compiled_routines import acting, function_of
-from symdyn.simulation.equations.crossings import SLACK, STOPS, ends, limits_of
+from symdyn.simulation.equations.crossings import SLACK, STOPS, limits_of
 from symdyn.simulation.equations.opened import Opened
 from symdyn.simulation.prescribed.forces import Forces
 

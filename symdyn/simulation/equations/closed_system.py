@@ -14,7 +14,7 @@ from collections.abc import Mapping
 
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.loops import solve_dependent
-from symdyn.dynamics.roads import LinearLoops, followers
+from symdyn.dynamics.roads import LinearLoops
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.simulation.equations.compiled_routines import function_of
@@ -31,7 +31,7 @@ def corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
     """Return what brings a state of a closed mechanism back: Newton's step, its way in q, and fitting velocities."""
     zero, u = w.graph.zero, w.state.qd
     if linear:
-        values = followers(w, linear)
+        values = linear.followers(w)
         step = {k: values[w.state.q[k]] - w.state.q[k] for k in linear.dependent}
         fitted = {k: values[u[k]] for k in linear.dependent}
     else:

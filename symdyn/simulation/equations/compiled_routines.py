@@ -15,8 +15,8 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.build import load_program
 from symdyn.dynamics import Argument, Equations, Function, Workspace
-from symdyn.dynamics.mechanism import TIME, body_placements, inputs_of, placement
-from symdyn.dynamics.roads import DRIVES, arguments
+from symdyn.dynamics.mechanism import TIME, body_placements
+from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.program import PARAMS, PREPARE, Program, lower, prepare
@@ -33,9 +33,9 @@ EVERYTHING = ("q", "qd", "tau", TIME)
 
 def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
     """Return entries as a function of everything, inputs behind driving forces, or of what it takes."""
-    letters = inputs_of(w.scene, w.graph)
+    letters = w.inputs
     given = [
-        replace(a, symbols=(*a.symbols, *letters)) if a.name == DRIVES and takes == EVERYTHING else a
+        replace(a, symbols=(*a.symbols, *letters)) if a.name == "tau" and takes == EVERYTHING else a
         for a in arguments(w, takes)
     ]
     return plain(name, entries, given)
@@ -44,7 +44,7 @@ def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequenc
 def points(w: Workspace) -> Function:
     """Return where the declared points of a scene are, ground axes, m, three entries each."""
     placed = body_placements(w.scene, w.graph) if w.scene.points else {}
-    places = [placed[one.body] @ placement(one.at, w.graph) for one in w.scene.points]
+    places = [placed[one.body] @ one.at.transform(w.graph) for one in w.scene.points]
     return function_of(w, "points", [x for place in places for x in place.p], ("q",))
 
 
@@ -64,7 +64,7 @@ def acting(w: Workspace, forces: Forces) -> dict[Expr, Expr]:
     An input of which nothing is said is what the scene says.
     """
     outside, found = forces.outside, dict[Expr, Expr]()
-    for k, (one, letter) in enumerate(zip(w.scene.inputs, inputs_of(w.scene, w.graph), strict=True), w.state.n):
+    for k, (one, letter) in enumerate(zip(w.scene.inputs, w.inputs, strict=True), w.state.n):
         usual = one.value if k not in outside else ZERO
         formula = forces.formulas.get(k, usual).express(w.graph)
         found[letter] = formula + letter if k in outside else formula

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.mechanism import TIME, joint_motion, placement, quaternions
+from symdyn.dynamics.mechanism import TIME, joint_motion, quaternions
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
@@ -85,7 +85,7 @@ def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> 
 
 def _in_ground_axes(w: Workspace, joint: Joint, own: Sequence[Expr]) -> list[tuple[str, Expr]]:
     """Return the momenta of a ball or free joint on the ground, in ground axes."""
-    T = placement(joint.origin, w.graph) @ joint_motion(joint, w.graph).placement
+    T = joint.origin.transform(w.graph) @ joint_motion(joint, w.graph).placement
     if len(own) == 3:
         angular = apply(T.R, (own[0], own[1], own[2]))
         return [(f"momentum_{joint.name}_L{axis}", x) for axis, x in zip("xyz", angular, strict=True)]

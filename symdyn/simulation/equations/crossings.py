@@ -1,8 +1,5 @@
-"""What every run looks for: where equations of motion end, and where joints pass their limits.
+"""Where joints pass their limits, which every run looks for beside where equations of motion end.
 
-    clearance      volume of the axes of three turns: it changes its sign where the angles are singular
-    w² - FLAT²     w the sine of the angle between the axis of a wheel and the normal of its plane, which vanishes
-                   where no point of the rim is the lowest; being |sin|, it does so without a change of sign
     upper          x - limit                lower     limit - x
     velocity       v² - limit²              effort    τ² - limit²
 
@@ -16,10 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
-from symdyn.dynamics.loops import FLAT, gauges
-from symdyn.dynamics.mechanism import angles_of, joint_position, joint_rates
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
@@ -39,15 +33,6 @@ UNITS = {
 
 STOPS = ("lower", "upper")
 """Limits that a joint cannot pass without breaking; the others say what its drive can do."""
-
-
-def ends(scene: Scene, graph: Graph) -> list[tuple[Expr, str]]:
-    """Return what crosses zero at such places, and what is said there."""
-    found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
-    least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
-    found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
-    moving = {graph.symbol(name) for name in scene.coordinates}
-    return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
 
 
 @dataclass(frozen=True)
@@ -80,10 +65,10 @@ def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]
     """Return the limits that joints declare and a state can pass, for the driving force of every velocity."""
     velocities, found = list(scene.velocities), []
     for joint in scene.joints:
-        given, rates = joint.limits, joint_rates(joint, graph)
+        given, rates = joint.limits, joint.speeds(graph)
         if len(rates) != 1:
             continue
-        x = joint_position(joint, graph)
+        x = joint.position(graph)
         if given.lower is not None:
             found.append(Limit(joint, "lower", given.lower.express(graph) - x))
         if given.upper is not None:

@@ -15,8 +15,6 @@ from __future__ import annotations
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.mechanism import prescribed
-from symdyn.graph import Graph
 from symdyn.simulation.equations.system import StateEquations
 
 STEPS = 8
@@ -40,7 +38,7 @@ class Projection:
     def __init__(self, system: StateEquations, limit: float) -> None:
         """Prepare the projection of a system's states."""
         self.system, self.limit = system, limit
-        held = set(prescribed(system.scene, Graph()).place)
+        held = set(system.scene.led_velocities)
         self._loose = np.array([k for k in range(system.nv) if k not in held], dtype=int)
         self.active = bool(system.quaternions) or system.closed
 

@@ -142,7 +142,7 @@ class Flow:
     def independent(self) -> tuple[list[int], list[int]]:
         """Return the independent positions and velocities; prescribed motions are none."""
         system = self.system
-        led = prescribed(system.scene, Graph()).place
+        led = system.scene.led_velocities
         positions = velocities = tuple(range(system.nv))
         if system.decisions.partition is not None:
             w = Workspace(system.opened.scene, system.opened.closing)

@@ -18,8 +18,8 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one
-from symdyn.dynamics.mechanism import inputs_of
-from symdyn.dynamics.roads import check_letters, driven, expressed, followers, forward_dynamics
+from symdyn.dynamics.loops import ends
+from symdyn.dynamics.roads import WrittenDecisions, check_letters, driven, expressed
 from symdyn.errors import SimulateError, SymdynWarning
 from symdyn.graph import substitute
 from symdyn.program import cheapest
@@ -27,8 +27,8 @@ from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.closed_system import corrections, reach, row_rates, together
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, points
 from symdyn.simulation.equations.conserved import candidates
-from symdyn.simulation.equations.crossings import ends, limits_of
-from symdyn.simulation.equations.decisions import WrittenDecisions, hold, written_decisions
+from symdyn.simulation.equations.crossings import limits_of
+from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.forces import Forces
@@ -58,7 +58,7 @@ def state_equations(
     asked = (opened(scene).scene, *forces.form, tuple(events))
     others = [one for one in _KEPT if one[:-1] == asked]
     decisions = others[-1][-1] if others and scene.is_closed else None
-    if decisions is None or start is None or not hold(decisions, opened(scene).numbers(), start):
+    if decisions is None or start is None or not decisions.hold(opened(scene).numbers(), start):
         decisions = written_decisions(scene)
     notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
     made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
@@ -84,7 +84,7 @@ def _written(
     place = acting(w, forces)
     tau = [place[one] for one in w.state.tau]
     check_letters(w, [one.formula for one in w.scene.outputs])
-    solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
+    solved = linear.forward_dynamics(w) if linear else cheapest(w, "forward_dynamics").entries
     accelerations = substitute(solved, place)
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
@@ -94,7 +94,7 @@ def _written(
     power = powers[0] + powers[1]
     momenta = candidates(w, accelerations, bool(forces.outside))
     kept = tuple(sorted({*momenta.conserved(found.values), *told}))
-    rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
+    rates = substitute(w.state.rates, linear.followers(w)) if linear else w.state.rates
     functions = [
         function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
         function_of(w, "drives", drives),
@@ -102,7 +102,7 @@ def _written(
         function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
         function_of(w, "potential", cheapest(w, "potential_energy").entries),
         points(w),
-        function_of(w, "inputs", [place[one] for one in inputs_of(scene, w.graph)]),
+        function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
     last, limits = ends(scene, w.graph), limits_of(scene, w.graph, drives)
     if events or last or limits:

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.mechanism import TIME, prescribed
+from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
-from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import ZERO, Faults, ask_for_units, force_unit, suggestion, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
@@ -188,7 +187,7 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
             if k is not None:
                 tables[k] = Table(table.t, table.values[name])
     for name, function in said.functions:
-        led = prescribed(scene, Graph()).place
+        led = scene.led_velocities
         names = (name,) if name else tuple(drive for drive, k in drives.items() if k not in led)
         if not names:
             faults.add("forces", f"{scene.name} has no drive; give a joint one")
@@ -267,7 +266,7 @@ def place_of(scene: Scene, places: Mapping[str, int], name: str, where: str, fau
     elif scene.drives[k] is None:
         faults.add(where, f"{name} is passive; give its joint a drive, or the scene a load")
         return None
-    elif k in prescribed(scene, Graph()).place:
+    elif k in scene.led_velocities:
         faults.add(where, f"{name} has a prescribed motion, which finds its own force; take one of the two away")
         return None
     return k

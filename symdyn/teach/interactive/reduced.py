@@ -16,8 +16,8 @@ from itertools import combinations
 
 import numpy as np
 
-from symdyn.dynamics import Function, Workspace, derive_one, rnea
-from symdyn.dynamics.loops import Block, Reduction, driven_velocities, solve_square, solve_transposed
+from symdyn.dynamics import Function, Workspace, derive_one
+from symdyn.dynamics.loops import Block, solve_square, solve_transposed
 from symdyn.dynamics.mechanism import TIME, solve
 from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
@@ -79,7 +79,7 @@ def held(w: Workspace) -> Held:
         whole.independent,
         _moved(w, closing),
         tuple(closing),
-        tuple(driven_velocities(w.scene)) if decisions.driven else (),
+        tuple(w.scene.driven_velocities) if decisions.driven else (),
         words,
         "" if decisions.driven else decisions.fault,
     )
@@ -131,12 +131,12 @@ def reduced_functions(w: Workspace, tied: Held) -> list[Function]:
     """
     reduced, M, size = w.loops.reduction, w.composite_mass, len(tied.velocities)
     forces = w.forces(list(w.state.qdd))
-    square, C, D = [x for row in reduced.mass(M) for x in row], *_velocity_coefficients(w, reduced)
+    square, C, D = [x for row in reduced.mass(M) for x in row], *_velocity_coefficients(w)
     rows = [
         function(w, "k_z", "reduced k_z", square, ("q",), (size, size)),
         function(w, "k_C", "reduced k_C", C, ("q",), (size, size * (size - 1) // 2)),
         function(w, "k_D", "reduced k_D", D, ("q",), (size, size)),
-        function(w, "k_G", "reduced k_G", reduced.gathered(rnea(w.lean, w.still, w.still)), ("q",)),
+        function(w, "k_G", "reduced k_G", reduced.gathered(w.gravity_forces), ("q",)),
         function(w, "row_forces", "reduced forces", reduced.gathered(forces), STATE),
     ]
     if elastic(w.scene):
@@ -146,14 +146,15 @@ def reduced_functions(w: Workspace, tied: Held) -> list[Function]:
     return [*(one for one in rows if one.entries), *_fitting(w, tied), *_driving(w, forces)]
 
 
-def _velocity_coefficients(w: Workspace, reduced: Reduction) -> tuple[list[Expr], list[Expr]]:
+def _velocity_coefficients(w: Workspace) -> tuple[list[Expr], list[Expr]]:
     """Return k_C*, shape (independent, pairs), and k_D*, shape (independent, independent)."""
+    reduced = w.loops.reduction
     n = range(len(reduced.independent))
 
     def b(*moving: int) -> list[Expr]:
         u = [w.graph.total(row[reduced.independent[j]] for j in moving if reduced.independent[j] in row) for row in T]
         s = substitute(reduced.s, dict(zip(w.state.qd, u, strict=True)))
-        return reduced.gathered(rnea(w.lean, u, s, gravity=False))
+        return reduced.gathered(w.velocity_forces(u, s))
 
     T = reduced.T
     alone = [b(j) for j in n]

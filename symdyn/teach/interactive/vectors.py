@@ -20,9 +20,6 @@ from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import (
     body_motion,
     declared_forces,
-    first_moment,
-    joint_position,
-    joint_rates,
     joint_resistance,
     pull,
     tree_placements,
@@ -129,7 +126,7 @@ def _masses(w: Workspace, body: Body) -> Iterator[tuple[Expr, Vec, Mat | None]]:
         return
     at = vector(body.com, graph) if body.com is not None else zero_vector(graph)
     if body.com is None and not m.is_zero:
-        at = scale(1 / m, first_moment(body, graph))
+        at = scale(1 / m, body.mass_moment(graph))
     if body.about != "com" or body.com is None:
         square, one = dot(at, at), graph.one
         round_ = tuple(tuple((square if i == k else graph.zero) * one for k in range(3)) for i in range(3))
@@ -179,9 +176,9 @@ def _resisting(w: Workspace, joint: Joint, k: int) -> Expr:
     total = -joint_resistance(joint, rate)
     if joint.coupling is None and len(joint.rates) == 1:
         own = [strut for strut in w.scene.struts if isinstance(strut, Strut) and strut.joint == joint.name]
-        (speed,) = joint_rates(joint, w.graph)
+        (speed,) = joint.speeds(w.graph)
         for strut in own:
-            total = total - FORCES[strut.kind].pull.force(strut, joint_position(joint, w.graph), speed)
+            total = total - FORCES[strut.kind].pull.force(strut, joint.position(w.graph), speed)
     return total
 
 

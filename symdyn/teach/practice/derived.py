@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from symdyn.algebra import Compactor, Form, TrigonometricRing
-from symdyn.dynamics import angle_groups, driving_forces, energies, mass_matrix, momenta
+from symdyn.dynamics import Energies, angle_groups
 from symdyn.dynamics.mechanism import State, body_placements
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError, TeachError
@@ -35,7 +35,7 @@ class Derived:
         self.graph = Graph()
         for parameter in scene.parameters:  # first, which is the order that forms print
             self.graph.symbol(parameter.name)
-        self.energies = energies(scene, self.graph)
+        self.energies = Energies.of(scene, self.graph)
         self.state = self.energies.state
 
     @cached_property
@@ -45,12 +45,12 @@ class Derived:
         for mass in masses(self.scene, self.graph, body_placements(self.scene, self.graph)):
             found |= {f"{axis}{mass.tag}": node for axis, node in zip(AXES, mass.place, strict=True)}
         found |= {"K": self.energies.K, "P": self.energies.P, "L": self.energies.K - self.energies.P}
-        p, slopes = momenta(self.energies), self.energies.directions.slopes(found["L"])
-        rates, drives = tangents(p, state.acceleration), driving_forces(self.energies)
+        p, slopes = self.energies.momenta(), self.energies.directions.slopes(found["L"])
+        rates, drives = tangents(p, state.acceleration), self.energies.driving_forces()
         for i, (q, u) in enumerate(zip(self.scene.coordinates, self.scene.velocities, strict=True)):
             found |= {f"dL/d{u}": p[i], f"d/dt dL/d{u}": rates[i], f"dL/d{q}": slopes[i]}
             found[f"equation {i + 1}"] = drives[i]
-        for i, row in enumerate(mass_matrix(self.energies), 1):
+        for i, row in enumerate(self.energies.mass_matrix(), 1):
             found |= {f"k_z {i},{j}": x for j, x in enumerate(row, 1)}
         return found
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from symdyn.algebra import Form
-from symdyn.dynamics.mechanism import body_placements, placement, state_symbols, vector
+from symdyn.dynamics.mechanism import State, body_placements, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
 from symdyn.spatial import apply, transpose
@@ -35,7 +35,7 @@ def _given(scene: Scene, language: str) -> Step:
     texts, graph = language_of(language).lesson, Graph()
     for parameter in scene.parameters:  # first, which is the order that forms print
         graph.symbol(parameter.name)
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     zero = dict.fromkeys(state.q, graph.zero)
     placed = body_placements(scene, graph)
 
@@ -47,7 +47,7 @@ def _given(scene: Scene, language: str) -> Step:
 
     joints = []
     for joint in (*scene.joints, *scene.loops):
-        T = placed[joint.parent] @ placement(joint.origin, graph)
+        T = placed[joint.parent] @ joint.origin.transform(graph)
         axis = row(apply(T.R, vector(joint.axis, graph))) if "axis" in dict(joint.shape) else Words(())
         joints.append((Words((joint.name,)), row(T.p), axis))
     bodies = []

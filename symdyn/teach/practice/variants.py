@@ -15,7 +15,7 @@ from typing import cast
 import numpy as np
 
 from symdyn.algebra import Floats, Form, Number, Symbol
-from symdyn.dynamics import energies, mass_matrix
+from symdyn.dynamics import Energies
 from symdyn.errors import SymdynError, TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, read_text, write_text
@@ -101,7 +101,7 @@ def _moves(scene: Scene) -> bool:
     if scene.is_closed:  # where masses and springs change alone
         return True
     graph = Graph()
-    entries = [x for row in mass_matrix(energies(scene, graph)) for x in row]
+    entries = [x for row in Energies.of(scene, graph).mass_matrix() for x in row]
     symbols = [x for x in reachable(entries) if x.op is Op.SYMBOL]
     place = {x: random.Random(str(x.value)).uniform(0.3, 1.2) for x in symbols}
     M = np.array(evaluate(entries, Floats(), place)).reshape(len(scene.velocities), -1)

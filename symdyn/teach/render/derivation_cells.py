@@ -12,11 +12,10 @@ from fractions import Fraction
 from symdyn.algebra import NAMES
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import (
+    State,
     elastic_energy,
-    first_moment,
     generalized_forces,
     joint_placement,
-    state_symbols,
     vector,
 )
 from symdyn.emit.code import SYMPY
@@ -51,7 +50,7 @@ class Cells:
     def __init__(self, scene: Scene) -> None:
         """Find names for its letters."""
         self.scene, self.graph = scene, Graph()
-        self.state = state_symbols(scene, self.graph)
+        self.state = State.of(scene, self.graph)
         self.letters = [one.name for one in scene.parameters]
 
     @cached_property
@@ -171,7 +170,7 @@ class Cells:
                     lines += turned
                     terms.append(f"omega{k}.dot({self.matrix(inertia)} * omega{k}) / 2")
                 if first and not self._central(body):
-                    h = f"R{k} * {self.matrix([[x] for x in first_moment(body, graph)])}"
+                    h = f"R{k} * {self.matrix([[x] for x in body.mass_moment(graph)])}"
                     lines += [line for line in turned if line not in lines]
                     terms.append(f"v{tag}.dot(R{k} * W{k} * R{k}.T * {h})")
                     down += f" + {h}"

@@ -15,14 +15,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Union
 
-from symdyn.dynamics import energies, rotor_energy
+from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import (
     State,
     body_placements,
+    elastic_energy,
     generalized_forces,
-    placement,
     quaternions,
-    state_symbols,
     vector,
 )
 from symdyn.errors import DerivationError
@@ -80,7 +79,7 @@ class Course:
         self.scene, self.graph = scene, Graph()
         for parameter in scene.parameters:
             self.graph.symbol(parameter.name)
-        self.state: State = state_symbols(scene, self.graph)
+        self.state: State = State.of(scene, self.graph)
         self.placed = body_placements(scene, self.graph)
         self.gravity = vector(scene.gravity, self.graph)
         self.joints = {joint.child: joint for joint in scene.joints}
@@ -110,7 +109,7 @@ class Course:
         return joint
 
     def _foot(self, joint: Joint) -> Transform:
-        return self.placed[joint.parent] @ placement(joint.origin, self.graph)
+        return self.placed[joint.parent] @ joint.origin.transform(self.graph)
 
     def _spin(self, mass: Mass, seeds: Mapping[Expr, Expr]) -> Expr:
         R = self.placed[mass.body.name].R
@@ -141,7 +140,7 @@ class Course:
         for joint in self.scene.joints:
             if joint.moves:
                 K[f"rotor {joint.name}"] = rotor_energy(joint, self.state.velocity, self.graph)
-        P["E"] = energies(self.scene, self.graph).E
+        P["E"] = elastic_energy(self.scene, self.graph)
         return Energies(square, K, P, tuple(generalized_forces(self.scene, self.graph)))
 
     # Parts put together, right or with factors of their own

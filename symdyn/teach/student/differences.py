@@ -33,7 +33,7 @@ from symdyn.algebra import (
     TrigonometricRing,
 )
 from symdyn.dynamics import angle_groups
-from symdyn.dynamics.mechanism import state_symbols
+from symdyn.dynamics.mechanism import State
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.scene import Scene
@@ -116,7 +116,7 @@ class _Comparison:
         graph = Graph()
         for parameter in scene.parameters:
             graph.symbol(parameter.name)  # first, so that forms print them in declared order
-        state = state_symbols(scene, graph)
+        state = State.of(scene, graph)
         nodes = [form.express(graph) for form in (right, found)]
         groups = angle_groups(scene, graph)
         self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), groups)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from symdyn.algebra import Form, Number
-from symdyn.dynamics.mechanism import state_symbols
+from symdyn.dynamics.mechanism import State
 from symdyn.emit.print import Printable
 from symdyn.graph import Graph, gradient, tangents
 from symdyn.scene import Scene
@@ -53,6 +53,6 @@ def _constant(condition: Form, scene: Scene) -> bool:
     if not scene.rows:
         return False
     graph = Graph()
-    state = state_symbols(scene, graph)
+    state = State.of(scene, graph)
     (rate,) = tangents([condition.express(graph)], state.velocity)
     return holds(Form.of(rate), scene)

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.algebra import Form
+from symdyn.algebra import Array, Form
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops import Array, Numbers, closed_position, free_motions, witness
+from symdyn.dynamics.loops import Numbers, free_motions
 from symdyn.dynamics.mechanism import TIME, body_placements
 from symdyn.dynamics.reactions import Hinge
 from symdyn.emit.print import Printable
@@ -154,14 +154,14 @@ def _assembled(scene: Scene, seed: int) -> tuple[Numbers, Array]:
     near = {name: value * (1 + SPREAD * rng.uniform(-1, 1)) for name, value in values.items()}
     freed = replace(scene, parameters=tuple(replace(p, value=None) for p in scene.parameters))
     try:
-        numbers, assembly = witness(near, Numbers(freed))
+        numbers, assembly = Numbers(freed).witness(near)
     except DerivationError:  # a loop that closes for these values alone
-        numbers, assembly = witness({}, plain)
+        numbers, assembly = plain.witness({})
     q = np.array(assembly.q)
     free = free_motions(numbers.jacobian(q))
     step = WAY * np.array([rng.uniform(-1, 1) for _ in free]) @ free
     try:
-        return numbers, np.array(closed_position(numbers, numbers.moved(q, step), ()).q)
+        return numbers, np.array(numbers.closed_position(numbers.moved(q, step), ()).q)
     except DerivationError:
         return numbers, q
 

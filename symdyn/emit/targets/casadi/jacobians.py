@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from symdyn.dynamics import Argument, Function
-from symdyn.dynamics.roads import DRIVES
 from symdyn.emit.code.identifiers import function_names
 from symdyn.program import PARAMS, Program
 from symdyn.scene import Scene
 
-MOVED = ("q", "qd", "qdd", DRIVES)
+MOVED = ("q", "qd", "qdd", "tau")
 """Arguments along which a function that takes them has all derivatives at once, in their order there."""
 
 WHOLE, BLOCK, PARAMETERS = "_derivatives", "_by_", "parameters"
@@ -64,6 +63,6 @@ def _blocks(function: Function, every: Mapping[str, Function], scene: Scene) -> 
 
 def _labels(argument: Argument, scene: Scene) -> tuple[str, ...]:
     """Return how the columns of plain derivatives by an argument are labelled."""
-    if argument.name == DRIVES:
+    if argument.name == "tau":
         return tuple(f"force on {name}" for name in scene.velocities)
     return tuple(str(symbol.value) for symbol in argument.symbols)

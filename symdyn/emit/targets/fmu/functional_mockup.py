@@ -17,7 +17,7 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from symdyn.dynamics.mechanism import has_motion, has_quaternions, prescribed, quaternions
+from symdyn.dynamics.mechanism import has_quaternions, quaternions
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.target import Contents, Draft, Target, alone
@@ -28,7 +28,7 @@ from symdyn.emit.targets.fmu.description import described
 from symdyn.emit.targets.fmu.start import starting_state
 from symdyn.emit.targets.fmu.variables import Variable, driven, variables
 from symdyn.errors import EmitError
-from symdyn.graph import Graph, Op
+from symdyn.graph import Op
 from symdyn.scene import Scene
 
 TOLERANCE = "1e-09"
@@ -62,7 +62,7 @@ def needed(scene: Scene) -> tuple[str, ...]:
         names += [f"{name}_derivatives" for name in names]
         by_inputs = [name for name in names if name in DIFFERENTIATED[:2]] if scene.inputs else []
         names += [f"{name}_by_inputs" for name in by_inputs]
-    return (*names, *(["prescribed_motion"] if has_motion(scene) else []))
+    return (*names, *(["prescribed_motion"] if bool(scene.led_velocities) else []))
 
 
 def _write(draft: Draft) -> dict[str, bytes]:
@@ -113,7 +113,7 @@ def _values(draft: Draft, there: tuple[Variable, ...]) -> dict[str, Any]:
     free = [one for one in there if one.causality == "parameter"]
     given = [one.name for one in inputs]
     names, velocities = list(scene.coordinates), scene.velocities
-    pinned = prescribed(scene, Graph()).place
+    pinned = scene.led_velocities
     rows = shapes["constraint_residual"][0] if scene.is_closed else 0
     along = PLACES | {"qd": "along"}
     return {

@@ -20,7 +20,7 @@ def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
         DerivationError: the loops do not close, or the velocities contradict each other.
     """
     from symdyn.algebra import Floats
-    from symdyn.dynamics.loops import Numbers, closed_position, declared_rates, fitting
+    from symdyn.dynamics.loops import Numbers
 
     numbers = Numbers(scene)
     q, u = numbers.start(), [numbers.value(x) for x in start_of(scene).velocity]
@@ -34,10 +34,10 @@ def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
     if scene.is_closed:
         held = list(motion.place)
         q = numbers.normalised(q)
-        assembly = closed_position(numbers, q if held or any(q) else None, held or None)
+        assembly = numbers.closed_position(q if held or any(q) else None, held or None)
         q[:] = assembly.q
-        declared = declared_rates(numbers)
-        u = fitting(numbers, q, declared | {k: u[k] for k in held}).tolist()
+        declared = numbers.declared_rates()
+        u = numbers.fitting_rates(q, declared | {k: u[k] for k in held}).tolist()
     why = numbers.singular_angles(q) or numbers.lying_flat(q)
     if why:
         raise EmitError(f"{scene.name}: start: {why}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism import prescribed, quaternions
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import EmitError
-from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.graph import Expr, Op, reachable
 from symdyn.program import PARAMS, Program
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import known_value, velocity_name
@@ -51,7 +51,7 @@ def parameters_of(program: Program) -> list[str]:
 
 def driven(scene: Scene) -> list[str]:
     """Return the name of the driving force of every velocity, "" where nobody gives one, shape (nv,)."""
-    held = prescribed(scene, Graph()).place
+    held = scene.led_velocities
     return [drive if drive and k not in held else "" for k, drive in enumerate(scene.drives)]
 
 
@@ -156,7 +156,7 @@ def _depends(program: Program, place: Mapping[str, int]) -> dict[str, tuple[int,
         wanted = {place[name] for name in names if name in place and name not in moved}
         return tuple(sorted(wanted - {0} - {place[name] for name in parameters_of(program)}))
 
-    pinned = [scene.velocities[k] for k in prescribed(scene, Graph()).place]
+    pinned = [scene.velocities[k] for k in scene.led_velocities]
     moved = {name for rate in pinned for name in (rate, rate.removesuffix("_dot"))}
     depends: dict[str, tuple[int, ...]] = {}
     rates = functions.get("coordinate_rates")

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.algebra import Form, Symbol, with_squares
-from symdyn.dynamics import energies
+from symdyn.dynamics import Energies
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene import Scene
@@ -101,7 +101,7 @@ def _smaller(lesson: Lesson, vanishing: Expr, K: Expr, P: Expr) -> list[Block]:
         left = substitute(nodes, {vanishing: graph.zero})
         if smaller is None or not nodes or not all(x.is_zero for x in left):
             continue
-        other = energies(smaller, graph)  # the parameter may stand in what is left, too
+        other = Energies.of(smaller, graph)  # the parameter may stand in what is left, too
         less = substitute([other.K, other.P], {vanishing: graph.zero})
         same = zero(lesson, K - less[0]) and zero(lesson, P - less[1])
         assert same, f"without {body.name} the energies are others: one of the two derivations is wrong"

@@ -135,7 +135,7 @@ def zero(lesson: Lesson, node: Expr) -> bool:
 
 def led_by(lesson: Lesson) -> tuple[int, ...]:
     """Return the velocities whose motion is prescribed."""
-    return tuple(prescribed(lesson.scene, lesson.graph).place)
+    return lesson.scene.led_velocities
 
 
 def cyclic_of(lesson: Lesson) -> tuple[int, ...]:

@@ -24,22 +24,9 @@ from symdyn.algebra import (
     with_squares,
 )
 from symdyn.dynamics import Workspace, angle_groups, derive_one
-from symdyn.dynamics.loops import in_words, solve_normal
+from symdyn.dynamics.loops import solve_normal
 from symdyn.dynamics.mechanism import State, centre_of_mass
-from symdyn.dynamics.reactions import (
-    COUPLING,
-    DRIVE,
-    PLACES,
-    REACTION,
-    TINY,
-    Equilibrium,
-    Hanging,
-    Unknown,
-    drives,
-    equilibrium,
-    frames,
-    inertia_bivector,
-)
+from symdyn.dynamics.reactions import Equilibrium, Hanging, Unknown
 from symdyn.emit.print import LENGTH, length_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
@@ -101,14 +88,14 @@ class Cut:
 
 def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
     """Return what there is to say of body j; None for a body without mass."""
-    known, T, state = system.bodies[j], frames(system.hanging)[j], workspace.state
+    known, T, state = system.bodies[j], system.hanging.frames[j], workspace.state
     m, motion = known.body.m, known.motion
     if m.is_zero:
         return None
     centre = centre_of_mass(workspace.scene, workspace.scene.bodies[j].name, workspace.graph)
     place = T.point(sub(centre, system.hanging.joints[j].place_on_child))
     moved = [_differentiated(one, state) for one in (place, T.p)]
-    misread = inertia_bivector(known.body, motion.w, motion.dw, apply(transpose(T.R), T.p))
+    misread = known.inertia_for(apply(transpose(T.R), T.p))
     force, force_star = neg(scale(m, moved[0][2])), neg(scale(m, motion.a))
     return Cut(m, T.R, skew(T.p), motion.w, known.body.I, force, force_star, misread, motion.dw, *moved)
 
@@ -135,8 +122,8 @@ class Balance(Prose):
         self.graph, self.state = self.workspace.graph, self.workspace.state
         self.closed = self.scene.is_closed
         self.order = order_of(self.scene)
-        self.proved = self._equilibrium(self.workspace.hanging)
-        self.system = self._equilibrium(_pinned(self.workspace.hanging)) if self.scene.loops else self.proved
+        self.proved = Equilibrium.for_readers(self.workspace.hanging)
+        self.system = Equilibrium.for_readers(_pinned(self.workspace.hanging)) if self.scene.loops else self.proved
         if len(self.system.unknowns) > MOST_UNKNOWNS:
             raise EmitError(
                 f"{self.scene.name}: {len(self.system.unknowns)} unknowns are more than anyone reads (the limit is "
@@ -154,13 +141,6 @@ class Balance(Prose):
         pairs = [pair for one in lengths for pair in self._named_length(*one, named)]
         self.lengths = [(name, form) for name, form in pairs if self.graph.symbol(name) in used]
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
-
-    @staticmethod
-    def _equilibrium(hanging: Hanging) -> Equilibrium:
-        try:
-            return equilibrium(hanging, planar=True)
-        except DerivationError:
-            return equilibrium(hanging)
 
     def _named_length(
         self,
@@ -189,14 +169,14 @@ class Balance(Prose):
         for h, hinge in enumerate(hanging.joints):
             here = hinge.in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
             along.append([power(here, S) for S in hinge.S])
-            for size, D in zip(along[-1], drives(hinge, hanging.samples), strict=True):
+            for size, D in zip(along[-1], hanging.drives(hinge), strict=True):
                 here = plus(here, times(-size, D))
             rest.append(here)
             along[-1] = [size - own for size, own in zip(along[-1], self.system.own[h], strict=True)]
         sizes: dict[int, Expr] = {}
         for u, one in enumerate(self.system.unknowns):
             h = one.acts[0][0]
-            if one.kind == COUPLING:
+            if one.is_coupling:
                 sizes[u] = along[h][0]
                 for other, against in one.acts[1:]:  # what the coupling takes from the leader is no drive of its
                     leading = hanging.joints[other].S
@@ -204,18 +184,18 @@ class Balance(Prose):
                         x - power(against, S) * sizes[u] for x, S in zip(along[other], leading, strict=True)
                     ]
         for h, split in enumerate(rest):
-            reactions = [(u, one.acts[0]) for u, one in enumerate(self.system.unknowns) if one.kind == REACTION]
+            reactions = [(u, one.acts[0]) for u, one in enumerate(self.system.unknowns) if one.is_reaction]
             own = [(u, W) for u, (acting, W) in reactions if acting == h]
             sizes |= zip([u for u, _ in own], self._shares(split, [W for _, W in own]), strict=True)
         for u, one in enumerate(self.system.unknowns):
-            if one.kind == DRIVE:
+            if one.is_drive:
                 sizes[u] = along[one.acts[0][0]][one.number]
         return [sizes[u] for u in range(len(sizes))]
 
     def _shares(self, wrench: Wrench, parts: list[Wrench]) -> list[Expr]:
         """Return x with Σ x · part = wrench; parts of a custom joint need not be at right angles."""
         products = [power(a, b) for k, a in enumerate(parts) for b in parts[:k]]
-        if not products or abs(self.workspace.hanging.samples.at(products, PLACES[0])).max() < TINY:
+        if not products or self.workspace.hanging.samples.vanish(products):
             return [power(wrench, part) / power(part, part) for part in parts]
         flat = [(*force, *moment) for force, moment in parts]
         return solve_normal([[part[k] for part in flat] for k in range(6)], (*wrench[0], *wrench[1]))
@@ -224,23 +204,17 @@ class Balance(Prose):
         """Name an unknown; its value is the solution, or the symbol itself where loops leave only numbers."""
         key = f"{one.kind}:{one.joint}:{one.number}"
         node = self.graph.symbol(key) if self.solved is None else self.solved[u]
-        if one.kind == DRIVE:
+        if one.is_drive:
             joint = next(joint for joint in self.scene.joints if joint.name == one.joint)
             drive = joint.drives[one.number] if one.number < len(joint.drives) else None
             if drive:
                 self.names[drive] = Name(None, node)
                 return Symbol(drive)
             return self.name(key, "tau", one.joint, str(one.number + 1), node=node)
-        words = self.along(one)
-        if one.kind == REACTION and words[-2:] in (" x", " y", " z"):
+        words = self.system.direction(one)
+        if one.is_reaction and words[-2:] in (" x", " y", " z"):
             return self.name(key, "F" if words.startswith("force") else "M", one.joint, words[-1], node=node)
         return self.name(key, "R", one.joint, str(one.number + 1), node=node)
-
-    def along(self, one: Unknown) -> str:
-        """Return "force along x" for a unit wrench of fixed direction in its joint frame, else ""."""
-        force, moment = one.acts[0][1]
-        first, second = (self.workspace.hanging.samples.at([*force, *moment], seed) for seed in (2, 3))
-        return in_words(first[:3], first[3:]) if first.any() and abs(first - second).max() < 1e-12 else ""
 
     def kept(self, wrench: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
         """Return the components that are written."""

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.draw import Wrench, free_body
-from symdyn.dynamics.reactions import frames
 from symdyn.emit.print import body_number, latex_symbols, text_of
 from symdyn.graph import Expr
 from symdyn.spatial import apply, cross, sub, zero_vector
@@ -63,7 +62,7 @@ def _points(lesson: Balance, j: int, chosen: Chosen) -> dict[str, tuple[float, f
     """Return O_j and T_j as they are written and where they are, ground frame; one point where they are one."""
     one, number = lesson.cuts[j], body_number(j)
     O, T = (f"{lesson.letters.latex(letter)}_{{{number}}}" for letter in "OT")  # noqa: E741  the book's name
-    x, y, z = chosen.of(*frames(lesson.workspace.hanging)[j].p)
+    x, y, z = chosen.of(*lesson.workspace.hanging.frames[j].p)
     if one is None:
         return {O: (x, y, z)}
     a, b, c = chosen.of(*one.centre[0])
@@ -78,7 +77,7 @@ def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
     Every unknown is at its joint, with its own name.
     """
     hanging = lesson.workspace.hanging
-    T, origin = frames(hanging)[j], hanging.joints[j].place_on_child
+    T, origin = hanging.frames[j], hanging.joints[j].place_on_child
     here, still = "".join(numbered(body_number(j), j)), zero_vector(lesson.graph)
     known = lesson.system.bodies[j]
     spelled = latex_symbols(lesson.scene) | {

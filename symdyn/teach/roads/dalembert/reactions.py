@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra import Number
-from symdyn.dynamics import derive_one, driving_forces
-from symdyn.dynamics.reactions import DRIVE, Unknown, equations
+from symdyn.dynamics import derive_one
+from symdyn.dynamics.reactions import Unknown
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Formula, Step, Values, Words
@@ -52,7 +52,7 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
 
     Where there are no drives to compare, that is the proof of what holds of the reactions, and no word of another road.
     """
-    drives = {u: one for u, one in enumerate(lesson.system.unknowns) if one.kind == DRIVE}
+    drives = {u: one for u, one in enumerate(lesson.system.unknowns) if one.is_drive}
     if lesson.solved is not None:
         other = dict(zip(drives, _driven(lesson), strict=True))
         left = _left(lesson, lesson.solved)
@@ -64,7 +64,7 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
         laws = {f"roads.{name}": claim for name, claim in claims_of_reactions(lesson.workspace).items()}
         last = len(lesson.system.unknowns)
         given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
-        same = solvable("drives", "Lagrange", "D'Alembert", [*equations(lesson.proved), *given], last)
+        same = solvable("drives", "Lagrange", "D'Alembert", [*lesson.proved.rows(), *given], last)
     claims = {**({"roads.drives": same} if other else {}), **laws}
     fields, findings = prove(list(claims.values()), positive=[p.name for p in lesson.scene.parameters if p.positive])
     assert all(one.verdict != DIFFERENT for one in findings), "the two roads differ"
@@ -119,8 +119,8 @@ def _multiplied(lesson: Balance, drives: Mapping[int, Unknown], chosen: Chosen) 
 
 def _driven(lesson: Balance) -> list[Expr]:
     """Return Lagrange's driving forces of the velocities that have an unknown drive, in the order of the joints."""
-    forces = iter(driving_forces(lesson.workspace.energy))
-    wanted = {(one.joint, one.number) for one in lesson.system.unknowns if one.kind == DRIVE}
+    forces = iter(lesson.workspace.energy.driving_forces())
+    wanted = {(one.joint, one.number) for one in lesson.system.unknowns if one.is_drive}
     pairs = [(joint.name, k) for joint in lesson.scene.joints for k in range(len(joint.rates))]
     return [force for pair, force in zip(pairs, forces, strict=True) if pair in wanted]
 

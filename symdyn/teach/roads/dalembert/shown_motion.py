@@ -13,8 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.algebra import Floats
-from symdyn.dynamics.loops import Array
+from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism import angles_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate

@@ -18,7 +18,7 @@ from itertools import combinations
 from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, product_of, with_squares
 from symdyn.dynamics import Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import centre_of_mass, vector
-from symdyn.dynamics.reactions import frames, known_bivectors
+from symdyn.dynamics.reactions import known_bivectors
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
@@ -96,7 +96,7 @@ def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
     g = vector(w.scene.gravity, graph)
     inertia: list[list[Expr]] = []
     weights: list[list[Expr]] = []
-    for known, T, hinge, body in zip(bodies, frames(hanging), hanging.joints, w.scene.bodies, strict=True):
+    for known, T, hinge, body in zip(bodies, hanging.frames, hanging.joints, w.scene.bodies, strict=True):
         x, y, z = tangents(T.p, state.velocity)
         v, omega = apply(transpose(T.R), (x, y, z)), known.motion.w
         rates = [[gradient(c, (u,))[0] for c in (*v, *omega)] for u in state.qd]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symdyn.algebra import Form
-from symdyn.dynamics.reactions import COUPLING, DRIVE, REACTION
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import GROUND, Contact
@@ -64,15 +63,15 @@ def _unknown_table(lesson: Balance) -> Step:
     rows = []
     passive, contact = lesson.system.passive, _contacts(lesson)
     for symbol, one in zip(lesson.unknowns, lesson.system.unknowns, strict=True):
-        words = lesson.along(one)
+        words = lesson.system.direction(one)
         kind = f"unknown.{words.split(' ')[0]}" if words[-2:] in (" x", " y", " z") else "unknown.other"
-        if one.kind == DRIVE:
+        if one.is_drive:
             kind = "unknown.drive" if one not in passive else "unknown.idle" if lesson.closed else "unknown.passive"
         places = {"joint": one.joint, "axis": words[-1:]}
-        if one.kind == REACTION and (one.joint, one.number) in contact:
+        if one.is_reaction and (one.joint, one.number) in contact:
             kind, touching = contact[one.joint, one.number]
             places |= touching
-        if one.kind == COUPLING:
+        if one.is_coupling:
             joint = next(joint for joint in lesson.scene.joints if joint.name == one.joint)
             kind, places["leader"] = "unknown.coupling", leader(lesson.scene, joint)
         rows.append((symbol, lesson.say(kind, **places)))
@@ -96,7 +95,7 @@ def _contacts(lesson: Balance) -> dict[tuple[str, int], tuple[str, dict[str, str
 def _count(lesson: Balance) -> Step:
     """Return (5.18)-(5.20) in numbers."""
     system, joints = lesson.system, (*lesson.scene.joints, *lesson.scene.loops)
-    counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
+    counts = [one.joint for one in system.unknowns if not one.is_drive]
     rows = [(joint.name, lesson.joint_kind(joint), str(counts.count(joint.name))) for joint in joints]
     classes = [counts.count(name) for name in dict.fromkeys(counts)]
     places: dict[str, str | Form] = {
@@ -110,7 +109,7 @@ def _count(lesson: Balance) -> Step:
     }
     correct = system.equations == len(system.unknowns)
     blocks: list[Block] = [lesson.table(("joint", "kind", "class"), rows), lesson.say("count.sum", **places)]
-    coupled = ", ".join(one.joint for one in system.unknowns if one.kind == COUPLING)
+    coupled = ", ".join(one.joint for one in system.unknowns if one.is_coupling)
     if coupled:
         blocks.append(lesson.say("count.coupled", joints=coupled))
     if system.passive:

@@ -7,8 +7,7 @@ from dataclasses import replace
 from itertools import combinations, groupby
 
 from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
-from symdyn.dynamics import elastic_forces, gravity_forces, mass_matrix
-from symdyn.dynamics.mechanism import christoffel, generalized_forces
+from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.emit.print import Coefficient, Printable, text_of
 from symdyn.graph import Expr, tangents
 from symdyn.scene.values import force_unit
@@ -40,10 +39,10 @@ def coefficient_unit(of: str, indices: Sequence[int], slides: Sequence[bool]) ->
 def name_coefficients(lesson: Lesson) -> Printable:
     """Name every coefficient, drive and generalized force, each with its value by Lagrange's road on the graph."""
     page = lesson.page
-    M = mass_matrix(lesson.energy)
-    found = christoffel(M, lesson.energy.directions)
+    M = lesson.energy.mass_matrix()
+    found = lesson.energy.directions.christoffel(M)
     rows = {"k_z": M, "k_C": found.coriolis(), "k_D": found.centrifugal()}
-    rows |= {"k_G": [[x] for x in gravity_forces(lesson.energy)], "k_E": [[x] for x in elastic_forces(lesson.energy)]}
+    rows |= {"k_G": [[x] for x in lesson.energy.gravity_forces()], "k_E": [[x] for x in lesson.energy.elastic_forces()]}
     pairs = {pair: k for k, pair in enumerate(combinations(range(1, len(M) + 1), 2))}
     for c in page.coefficients:
         i, *rest = c.indices

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.algebra import Form, Symbol, product_of, sum_of
-from symdyn.dynamics.mechanism import placement, vector
+from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import Printable
 from symdyn.graph import Expr
 from symdyn.scene.joints import JOINTS, unit
@@ -50,7 +50,7 @@ def axes_of(lesson: Lesson) -> list[Axis | None]:
         if axis is None or followed:
             found += [None] * len(joint.coordinates)
             continue
-        T = lesson.placed[joint.parent] @ placement(joint.origin, graph)
+        T = lesson.placed[joint.parent] @ joint.origin.transform(graph)
         found.append(Axis(joint, apply(T.R, unit(axis, graph)), T.p, kind.slides(joint)))
     return found
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import null_space
 
-from symdyn.dynamics.loops import Array, closed_position
+from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
@@ -67,7 +67,7 @@ def choose_tied_motion(lesson: Constrained, chosen: Chosen | None = None) -> Cho
 
 def _away(lesson: Constrained, chosen: Chosen) -> Chosen:
     """Return another position that the conditions allow, where undriven coordinates hide nothing."""
-    led = prescribed(lesson.scene, lesson.graph).place
+    led = lesson.scene.led_velocities
     idle = [k for k in lesson.partition.independent if lesson.scene.drives[k] is None and k not in led]
     if not idle or lesson.scene.free_parameters:
         return chosen
@@ -76,7 +76,7 @@ def _away(lesson: Constrained, chosen: Chosen) -> Chosen:
     A = _matrix(chosen, [tie.slopes for tie in lesson.ties], n)
     step = _near(A, [0.0] * len(A), free, wanted)
     try:
-        q = closed_position(numbers, numbers.moved(np.array(chosen.q), step), ()).q
+        q = numbers.closed_position(numbers.moved(np.array(chosen.q), step), ()).q
     except DerivationError:  # the loops do not close there
         return chosen
     moved = chosen.moved(dict(zip(lesson.state.q, map(float, q), strict=True)))

@@ -7,7 +7,6 @@ from fractions import Fraction
 from itertools import combinations
 
 from symdyn.algebra import Form, Number, Power, Symbol, product_of, sum_of
-from symdyn.dynamics import mass_matrix
 from symdyn.emit.print import text_of
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene.values import Joint
@@ -193,7 +192,7 @@ def _terms(lesson: Turning, i: int) -> tuple[list[Brace], dict[str, Form]]:
     """Return the terms of one equation, coefficient by coefficient, and what is too long for a brace by its name."""
     state, node, n = lesson.state, lesson.needed[i], lesson.state.n
     found: list[tuple[str, tuple[str, ...], Expr, Form]] = []
-    M = mass_matrix(lesson.energy)[i]
+    M = lesson.energy.mass_matrix()[i]
     for j in range(n):
         found.append((f"k_z:{i + 1},{j + 1}", ("z", f"{i + 1}{j + 1}"), M[j], named(state.qdd[j])))
     slopes = gradient(node, state.qd)

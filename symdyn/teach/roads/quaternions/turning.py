@@ -11,7 +11,7 @@ X_i          derivative along velocity i alone                  p_i    momentum 
 from __future__ import annotations
 
 from symdyn.algebra import Compactor, Form, Symbol, TrigonometricRing
-from symdyn.dynamics import angle_groups, elastic_forces, gravity_forces
+from symdyn.dynamics import angle_groups
 from symdyn.dynamics.mechanism import generalized_forces, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
@@ -126,12 +126,12 @@ class Turning(Constrained):
     @cached_property
     def weights(self) -> list[Expr]:
         """k_G: X_i of the potential of gravity."""
-        return gravity_forces(self.energy)
+        return self.energy.gravity_forces()
 
     @cached_property
     def springs(self) -> list[Expr]:
         """k_E: X_i of the potential of springs."""
-        return elastic_forces(self.energy)
+        return self.energy.elastic_forces()
 
     @cached_property
     def acting(self) -> list[Expr]:
