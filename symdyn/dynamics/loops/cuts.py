@@ -10,14 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 
 from symdyn.algebra import TrigonometricRing
-from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, evaluate, reachable
+from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
@@ -148,16 +146,3 @@ def gauges(scene: Scene, graph: Graph) -> tuple[Gauge, ...]:
         w = sine(row, X)
         found.append(Gauge(row, law.height(row, X, w), w))
     return tuple(found)
-
-
-def ends(scene: Scene, graph: Graph) -> list[tuple[Expr, str]]:
-    """Return what crosses zero where equations of motion end, and what is said there.
-
-    It is the volume of the axes of three turns, whose sign changes where the angles are singular; and w² - FLAT² of a
-    wheel, since w itself is a size and has no other sign behind its zero.
-    """
-    found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
-    least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
-    found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
-    moving = {graph.symbol(name) for name in scene.coordinates}
-    return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
