@@ -16,7 +16,6 @@ import random
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -413,16 +412,3 @@ class Numbers:
         from symdyn.dynamics.loops.assembly import off_planes
 
         return off_planes(self, q)
-
-
-def ends(scene: Scene, graph: Graph) -> list[tuple[Expr, str]]:
-    """Return what crosses zero where equations of motion end, and what is said there.
-
-    It is the volume of the axes of three turns, whose sign changes where the angles are singular; and w² - FLAT² of a
-    wheel, since w itself is a size and has no other sign behind its zero.
-    """
-    found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
-    least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
-    found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
-    moving = {graph.symbol(name) for name in scene.coordinates}
-    return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
