@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,8 @@ from symdyn.errors import MethodError, SimulateError
 from symdyn.scene import body, prismatic, read, scene
 
 pytestmark = pytest.mark.runs()
+
+STRESS = import_module("symdyn.bench.stress")  # its package offers the function of that name
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -127,7 +130,7 @@ def test_exceptions_are_not_run_without_a_compiler_and_not_shown_where_asked_for
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
     monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
-    monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {"traps": FAMILIES["traps"]})
+    monkeypatch.setattr(STRESS, "FAMILIES", {"traps": FAMILIES["traps"]})
     pendulum = read(EXAMPLES / "pendulum.toml")
 
     assert stress(pendulum, ["traps"]).unshown
@@ -146,7 +149,7 @@ def unreal():
 
 @pytest.mark.mends("30.class.verdicts")
 def test_a_scene_without_a_real_value_at_its_start_is_not_shown(monkeypatch):
-    monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {name: FAMILIES[name] for name in ("numbers", "chaos")})
+    monkeypatch.setattr(STRESS, "FAMILIES", {name: FAMILIES[name] for name in ("numbers", "chaos")})
     found = stress(unreal())
 
     assert not found.passed
@@ -169,7 +172,7 @@ def test_a_method_that_this_machine_lacks_is_not_run(monkeypatch):
     def lacks(_):
         raise MethodError("method taylor needs heyoka")
 
-    monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {"chaos": replace(FAMILIES["chaos"], of_scene=lacks)})
+    monkeypatch.setattr(STRESS, "FAMILIES", {"chaos": replace(FAMILIES["chaos"], of_scene=lacks)})
 
     assert [one.what for one in stress(unreal()).not_run] == ["chaos"]
     assert [one.what for one in stress(unreal(), ["chaos"]).not_shown] == ["chaos"]
@@ -269,7 +272,7 @@ def test_a_failed_bound_is_exit_1(monkeypatch, capsys):
     import symdyn.cli.stress  # noqa: F401  takes the table as it is, and not that of this test for ever
 
     family = replace(FAMILIES["traps"], builtin=lambda: iter([Case("made up", "m", 1.0, 2.0)]))
-    monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {"traps": family})
+    monkeypatch.setattr(STRESS, "FAMILIES", {"traps": family})
 
     assert main(["stress"]) == 1
     assert "FAIL" in capsys.readouterr().out
