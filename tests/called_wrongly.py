@@ -113,6 +113,7 @@ NOUNS: dict[type, Callable[[], Any]] = {
 
 OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Collocation.at": lambda: {"z": noun(Collocation).guess, "where": "node"},
+    "Scene.in_shown_unit": lambda: {"number": "1", "unit": "m"},
     "Collocation.column": lambda: {"kind": "q", "k": 0, "points": np.arange(2)},
     "Scene.order": lambda: {"names": [one.name for one in cart().joints]},
     "Linearization.without": lambda: {"positions": ()},

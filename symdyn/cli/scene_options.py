@@ -198,7 +198,7 @@ def read_scene_to_move(options: argparse.Namespace) -> Scene:
     What the reader notes goes to stderr.
     """
     scene = read_scene(options)
-    return scene.in_numbers(read_bindings(options.bind)) if options.bind is not None else scene
+    return scene.in_numbers([*read_bindings(options.bind)]) if options.bind is not None else scene
 
 
 _SPARE = re.compile(r"(?<!\w) +| +(?!\w)")

@@ -10,13 +10,13 @@ frame (the identity unless a standard Denavit-Hartenberg table or the user says 
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TypeAlias
 
-from symdyn.arguments import walked
+from symdyn.arguments import check_arguments, walked
 from symdyn.errors import SceneError
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
@@ -280,8 +280,9 @@ class Scene(Shown):
             inputs=tuple(replace(one, written="") for one in plain.inputs),
         )
 
-    def in_numbers(self, names: Container[str]) -> Scene:
+    def in_numbers(self, names: Collection[str]) -> Scene:
         """Return the scene with the values of these parameters in place of their names in every formula."""
+        check_arguments(Scene.in_numbers, locals(), SceneError)
         values = {p.name: p.value for p in self.parameters if p.value is not None and p.name in names}
         return self.substituted(values)
 
@@ -311,6 +312,7 @@ class Scene(Shown):
 
     def letters(self, said: Iterable[str] = ()) -> tuple[str, ...]:
         """Return the names that formulas may use, parameters aside; of what is `said`, multipliers are known later."""
+        check_arguments(Scene.letters, locals(), SceneError)
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
         late = (name for name in said if name.startswith(LETTERS.multiplier) and self.is_closed)
@@ -371,6 +373,7 @@ class Scene(Shown):
         Raises:
             FormulaError: a formula has no value then.
         """
+        check_arguments(Scene.substituted, locals(), SceneError)
         return map_quantities(self, lambda one: substituted(one, values)) if values else self
 
     def shown_unit(self, unit: str) -> str:
@@ -379,6 +382,7 @@ class Scene(Shown):
 
     def in_shown_unit(self, number: str, unit: str) -> str:
         """Return a number and such a unit as text, the number alone where none is shown."""
+        check_arguments(Scene.in_shown_unit, locals(), SceneError)
         return f"{number} {self.shown_unit(unit)}".rstrip()
 
 
