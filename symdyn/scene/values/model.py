@@ -312,7 +312,7 @@ class Scene(Shown):
 
     def letters(self, said: Iterable[str] = ()) -> tuple[str, ...]:
         """Return the names that formulas may use, parameters aside; of what is `said`, multipliers are known later."""
-        check_arguments(Scene.letters, locals(), SceneError)
+        (said,) = walked(Scene.letters, locals(), "said", error=SceneError)
         accelerations = map(acceleration_name, self.velocities)
         drives = (drive for drive in self.drives if drive)
         late = (name for name in said if name.startswith(LETTERS.multiplier) and self.is_closed)
