@@ -30,8 +30,8 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ),
     (
         "../scene/forces/friction.py",
-        "size = size + (express(dry.static, graph) - size)",
-        "size = size - (express(dry.static, graph) - size)",
+        "size = size + (dry.static.express(graph) - size)",
+        "size = size - (dry.static.express(graph) - size)",
     ),
     ("loops/constraint_rows.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
     ("../spatial.py", "add(wrench[1], cross(way, wrench[0]))", "sub(wrench[1], cross(way, wrench[0]))"),

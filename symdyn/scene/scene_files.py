@@ -22,7 +22,6 @@ from symdyn.scene.declaration.reading import (
     opened,
     read_bounded,
 )
-from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, show
@@ -174,7 +173,7 @@ def _format(file: Path | Opened) -> str:
     ending = (file.path if isinstance(file, Opened) else file).suffix.lower()
     if ending in EXTENSIONS:
         return EXTENSIONS[ending]
-    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root
+    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, XmlElement, find_root
 
     content = read_bounded(file, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE, BEGIN)
     first = find_root(content)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from numbers import Rational
 
 from symdyn.graph import Op
 from symdyn.scene.values.quantity import Quantity
@@ -10,7 +11,7 @@ from symdyn.scene.values.quantity import Quantity
 _SUM, _PRODUCT, _SIGN, _POWER, _ATOM = range(5)
 
 
-def spell(quantity: Quantity | Fraction) -> str:
+def spell(quantity: Quantity | Rational) -> str:
     """Return a formula as text, with no bracket too many.
 
     A number is a decimal where that is exact and short, else p/q.
@@ -19,7 +20,7 @@ def spell(quantity: Quantity | Fraction) -> str:
     >>> spell(parse("0.5*(pi) + 1/3 - (a*(b))"))
     'pi/2 + 1/3 - a*b'
     """
-    return _decimal(quantity) if isinstance(quantity, Fraction) else _spell(quantity)[0]
+    return _spell(quantity)[0] if isinstance(quantity, Quantity) else _decimal(Fraction(quantity))
 
 
 def _decimal(value: Fraction) -> str:
