@@ -218,6 +218,30 @@ def test_an_open_mechanism_is_told_the_other_road() -> None:
         walkthrough(scene("two_link"), road="multipliers")
 
 
+def test_a_ratio_of_determinants_is_written_where_squares_of_sines_are_left() -> None:
+    text = """
+    name = "rolling_screw"
+    gravity = [0, -9.81, 0]
+    [parameters]
+    m = "1 g"
+    r = "3 mm"
+    [bodies]
+    arm.particles = [{ mass = "2*m", at = [0, 0.5798, 0] }]
+    wheel.particles = [{ mass = "2*m", at = [1.5, 1.313, 0.4] }]
+    [joints]
+    base = { type = "free", parent = "ground", child = "arm", orientation = "zxz" }
+    screw = { type = "helical", parent = "arm", child = "wheel", axis = [0, 0, -1], pitch = 0.1 }
+    [rows.contact]
+    type = "rolling"
+    body = "wheel"
+    axis = [0, 0, 1]
+    radius = "r"
+    components = ["along", "across"]
+    """
+    document = walkthrough(read_text(text))
+    assert "ratios" in {step.key for step, _ in document.blocks()}
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("format", ["md", "html", "notebook", "latex"])
 def test_every_format_takes_it(format: str, tmp_path: Path) -> None:

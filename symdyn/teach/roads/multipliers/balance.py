@@ -259,7 +259,7 @@ def _ratio(lesson: Constrained, dependent: Sequence[int], j: int, k: int) -> tup
     if not above:
         return node, Number.ZERO
     shared = above.gcd(below)
-    above, below = -above / shared, below / shared
+    above, below = ring.normal(-above / shared), ring.normal(below / shared)  # of quotients, squares of sines are left
     shapes = [(write.short(sign * above), write.short(sign * below)) for sign in (1, -1)]
     over, under = min(shapes, key=lambda pair: sum(len(text_of(x)) for x in pair))
     if under == Number.ONE:
