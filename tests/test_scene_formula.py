@@ -15,6 +15,7 @@ from symdyn.scene.values.formula import FormulaError, parse, quantity
 from symdyn.scene.values.names import C_KEYWORDS, FORMULA_NAMES, check_name
 from symdyn.scene.values.quantity import PI, Quantity, number, symbol
 from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.unit import Unit
 from symdyn.scene.values.value import value_of
 
 
@@ -253,3 +254,12 @@ def test_plain_names_are_good(name):
 )
 def test_names_that_no_target_can_print_are_refused(name, fault):
     assert re.search(fault, check_name(name, letter=True))
+
+
+def test_a_long_text_that_begins_like_a_value_is_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each beginning of it was read as a text of its own: the time doubled with every operator."""
+    asked, read = [], Unit.read
+    monkeypatch.setattr(Unit, "read", lambda text: asked.append(text) or read(text))
+    with pytest.raises(FormulaError):
+        parse("-1.797e+308cos(-atan2(sqrt(5), 2))*" + "*".join(["(x*y + 2)"] * 40))
+    assert len(asked) < 100

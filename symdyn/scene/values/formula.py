@@ -209,12 +209,15 @@ def _letters_beside(text: str, begin: int, error: UnitError) -> UnitError | None
     """
     for cut in [*_CUT.finditer(text, begin)][-MOST_CUTS:][::-1]:
         value, rest = text[: cut.start()], text[cut.end() :]
+        found = _VALUE.fullmatch(value)
+        if found is None:
+            continue
         try:
-            unit = parse(value).unit
             _formula(rest)
+            unit = Unit.read(found["unit"] or found["other"])
         except FormulaError:
             continue
-        if unit:
+        if unit.text:
             typing = f" ({error})" if rest.isidentifier() and len(rest) > 1 else ""
             letters = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text).replace("^", "**")
             return UnitError(
