@@ -52,10 +52,7 @@ def _files(files: tuple[Written, ...]) -> Markup:
         "files read back",
         table(
             ("target", "option", "file", "SHA-256", "arithmetic", "functions", "bytes of fixed text"),
-            (
-                (f.target, f.option, f.file, f.sha256[:12], f.verdict or "none", len(f.functions), f.compared)
-                for f in files
-            ),
+            map(_file, files),
         ),
         note("the same functions, constants rounded correctly; fixed text is that of the templates, and measured"),
     )
