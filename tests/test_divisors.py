@@ -125,3 +125,16 @@ def test_what_is_zero_in_disguise_is_told_from_what_is_not():
     assert not vanishes(root - x)
     assert not vanishes(graph.one)
     assert vanishes(graph.zero)
+
+
+def test_an_angle_whose_order_cannot_be_factored_is_refused_in_words():
+    """What zeros are needs a root of unity of order 2 n, whose primes are its proof (it hung on the way there)."""
+    from symdyn.algebra.vanishing import vanishes
+    from symdyn.errors import DerivationError
+
+    graph = Graph()
+    x = graph.symbol("x")
+    fine = graph.pi / 10**300
+    assert vanishes(graph.sin(x + fine) - graph.sin(x) * graph.cos(fine) - graph.cos(x) * graph.sin(fine))
+    with pytest.raises(DerivationError, match="a factor of 906 bits that no small prime divides; at most 128"):
+        vanishes(graph.sin(x + graph.pi / int("6" * 300)) - x)

@@ -28,10 +28,12 @@ from math import gcd, isqrt, lcm
 
 from flint import fmpz
 
+from symdyn.errors import DerivationError
 from symdyn.graph import SMALL_PRIMES, Expr, Op, evaluate
 
 BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene
 SPARE_BITS = 24  # so that the primes drawn are random ones
+FACTORED_BITS = 128  # 0.02 s
 ROOT_ORDER = 5040  # 2^4 3^2 5 7: i, sqrt(2), sqrt(3), sqrt(5), sqrt(7) and the usual sines
 
 
@@ -64,7 +66,11 @@ class Needs:
 
     @staticmethod
     def of(nodes: Iterable[Expr]) -> Needs:
-        """Return what a finite field must offer so that all of `nodes` can be run over it; `reachable` gives them."""
+        """Return what a finite field must offer so that all of `nodes` can be run over it; `reachable` gives them.
+
+        Raises:
+            DerivationError: there is an angle π/n whose n cannot be factored in reasonable time.
+        """
         turn = radian = atom = 1
         radicands: dict[int, None] = {}
         denominator = 1
@@ -78,7 +84,9 @@ class Needs:
                 atom = lcm(atom, *(coefficient.denominator for _, coefficient in form.terms))
             if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
                 radicands[_radicand(node.args[0])] = None
-        return Needs(turn, radian, atom, _coprime_base(radicands, lcm(ROOT_ORDER, 2 * turn)), denominator)
+        order = lcm(ROOT_ORDER, 2 * turn)
+        _check_order(order)
+        return Needs(turn, radian, atom, _coprime_base(radicands, order), denominator)
 
     @property
     def lowest_bit(self) -> int:
@@ -274,6 +282,20 @@ def _root_of_unity(p: int, order: int) -> int:
         if all(pow(root, order // int(prime), p) != 1 for prime in factors):
             return root
         base += 1
+
+
+def _check_order(order: int) -> None:
+    """Raise DerivationError for an order of which too much is left after division by small primes."""
+    rest = order
+    for prime in SMALL_PRIMES:
+        while rest % prime == 0:
+            rest //= prime
+    if rest.bit_length() > FACTORED_BITS:
+        raise DerivationError(
+            f"the angles are multiples of pi/n, and n has a factor of {rest.bit_length()} bits that no small prime "
+            f"divides; at most {FACTORED_BITS} bits are factored, without which no zero is told from what is small: "
+            "write such an angle as a decimal"
+        )
 
 
 def _radicand(node: Expr) -> int:
