@@ -227,6 +227,7 @@ def test_the_joints_to_cut_are_chosen_on_the_command_line(tmp_path: Path, capsys
         ["equations", "pendulum.toml", "--as", "base-parameters"],
         ["new", "four_bar"],
         ["convert", "pendulum.toml", "again.toml"],
+        ["info", "pendulum.toml"],
     ],
     ids=" ".join,
 )

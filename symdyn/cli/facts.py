@@ -12,11 +12,8 @@ from symdyn.dynamics import (
     LoopChoices,
     Workspace,
     available_on,
-    loose_reactions,
     on_request,
 )
-from symdyn.dynamics.loops import mobility
-from symdyn.dynamics.reactions import why_no_reactions
 from symdyn.dynamics.roads import Counts
 from symdyn.emit.print import base_parameter_texts, frame_texts
 from symdyn.errors import DerivationError
@@ -41,7 +38,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
     else:
         equations = formulate(scene, outputs, road, closing)
     counted, more = _counted(equations, outputs)
-    left_out += [*more, *filter(None, [why_no_reactions(scene)])]
+    left_out += [*more, *_no_reactions(scene)]
     freedoms = _mobility(scene, closing)
     if freedoms:
         freedoms["loose_reactions"] = _loose(scene, closing)
@@ -155,10 +152,21 @@ def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, An
     return {"functions": functions, "prepare": prepare_first, "skipped": report}, said
 
 
+def _no_reactions(scene: Scene) -> list[str]:
+    """Return why a scene with rows has no reactions, in words; nothing where it has them."""
+    if not scene.rows:
+        return []
+    from symdyn.dynamics.reactions import why_no_reactions
+
+    return list(filter(None, [why_no_reactions(scene)]))
+
+
 def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
     if not scene.is_closed:
         return None
+    from symdyn.dynamics.loops import mobility
+
     try:
         return asdict(mobility(scene, closing))
     except DerivationError:  # `available` has told why
@@ -167,6 +175,8 @@ def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
 
 def _loose(scene: Scene, closing: LoopChoices) -> str:
     """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
+    from symdyn.dynamics import loose_reactions
+
     try:
         return loose_reactions(scene, closing)
     except DerivationError:  # `available` has told why

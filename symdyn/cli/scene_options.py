@@ -9,12 +9,15 @@ import sys
 from fractions import Fraction
 from math import inf
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from symdyn.cli.talk import say
-from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked, request_of
 from symdyn.errors import DerivationError, SceneError, printable
 from symdyn.scene import ReadOptions, Scene, bind, read_bindings, read_noting, with_symbols
 from symdyn.scene.values import ask_for_units, split_commas
+
+if TYPE_CHECKING:
+    from symdyn.dynamics import LoopChoices
 
 MOST_NOTES = 20
 
@@ -65,6 +68,8 @@ def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -
 
 def add_formulation(verb: argparse.ArgumentParser) -> None:
     """Add the choice of the derivation that becomes code: those that a first look at a scene can be had by."""
+    from symdyn.dynamics import OUTPUTS, Unasked
+
     looked_at = [row.roads.items() for row in OUTPUTS.values() if row.unasked is Unasked.AT_A_LOOK]
     roads = [road for some in looked_at for road in some]
     growing = {name for name, road in roads if road.up_to < inf}
@@ -116,6 +121,8 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
     if options.independent is not None and not names:
         raise DerivationError("--independent: no name is given; write --independent phi,psi")
     alpha, beta = (Fraction(0), Fraction(0)) if options.baumgarte is None else _rates(options.baumgarte)
+    from symdyn.dynamics import LoopChoices
+
     return LoopChoices(names, alpha, beta)
 
 
@@ -235,5 +242,7 @@ def split(names: str | None) -> tuple[str, ...] | None:
 
 def functions_of(options: argparse.Namespace, scene: Scene) -> tuple[str, ...] | None:
     """Return the requests of `--functions`, each once, whichever of its names it is asked for by; None without."""
+    from symdyn.dynamics import request_of
+
     names = split(options.functions)
     return None if names is None else tuple(dict.fromkeys(request_of(name, scene) for name in names))

@@ -4,6 +4,7 @@ from .closed_forms.closed_form import (
     ClosedForm as ClosedForm,
     closed_form as closed_form,
 )
+from .closed_forms.coefficient_key import coefficients as coefficients
 from .closed_forms.constraint_forms import ClosedRow as ClosedRow, closed_constraints as closed_constraints
 from .closed_forms.frames_and_parameters import (
     base_parameter_forms as base_parameter_forms,
@@ -37,7 +38,7 @@ from .roads.derive import (
 )
 from .roads.named_functions import Argument as Argument, Equations as Equations, Function as Function
 from .roads.output import Output as Output, Road as Road, Unasked as Unasked
-from .roads.outputs import OUTPUTS as OUTPUTS, coefficients as coefficients
+from .roads.outputs import OUTPUTS as OUTPUTS
 from .roads.regressor_outputs import linear_parameters as linear_parameters
 from .roads.requests import (
     request_of as request_of,

@@ -1,7 +1,8 @@
-"""Names of Lagrange's coefficients, and how many terms of them are still worth printing."""
+"""Names of Lagrange's coefficients, what they multiply, and how many terms of them are still worth printing."""
 
 from __future__ import annotations
 
+from itertools import combinations
 from operator import index
 from typing import Any
 
@@ -11,7 +12,24 @@ from symdyn.scene import Scene
 
 Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
 
+Rates = tuple[tuple[str, int], ...]
+"""What a coefficient multiplies: accelerations ("qdd", j) and velocities ("qd", j), j from 0; () for nothing."""
+
 MOST_TERMS = 100_000
+
+
+def coefficients(n: int) -> dict[str, list[Rates]]:
+    """Return the coefficients of Lagrange's equations of n velocities, and what each column of them multiplies.
+
+    τ_i + Q_i = Σ k_z,ij q̈_j + Σ k_C,i,jk q̇_j q̇_k + Σ k_D,ij q̇_j² + k_G,i + k_E,i        sums over j, j < k, j
+    """
+    return {
+        "k_z": [(("qdd", j),) for j in range(n)],
+        "k_C": [(("qd", j), ("qd", k)) for j, k in combinations(range(n), 2)],
+        "k_D": [(("qd", j), ("qd", j)) for j in range(n)],
+        "k_G": [()],
+        "k_E": [()],
+    }
 
 
 def check_key(key: object, n: int) -> None:

@@ -178,7 +178,6 @@ def derived(row: Output, varied: Sequence[str], **changes: object) -> Output:
         compared=None,
         unique=None,
         solves=(),
-        multiplies=None,
         cubic=False,
         remark=remark,
     )

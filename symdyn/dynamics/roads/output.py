@@ -26,10 +26,6 @@ InLoops = Literal["same", "own", "tree", "refuse"]
 spanning tree alone would have, nothing."""
 
 
-Rates = tuple[tuple[str, int], ...]
-"""What a coefficient multiplies: accelerations ("qdd", j) and velocities ("qd", j), j from 0; () for nothing."""
-
-
 class Unasked(IntEnum):
     """Who takes an output without being asked for it, at declared points if it is of one."""
 
@@ -116,8 +112,6 @@ class Output:
         compared: what of the result roads agree on, where it is one choice among many: in words, and from its entries.
         unique: which entries of the result rigid bodies determine, row by row, () for all; None where all always are.
         solves: outputs M, h and, where loops close, G, γ: the linear equations that it solves, if it solves such.
-        multiplies: what each of its columns multiplies in the sum of Lagrange's equations, by the number of velocities;
-            None for what is no coefficient there.
         weighs: what the entries of its argument `weights` stand for, if it has that.
         remark: what else its text says of a scene; takes what roads take.
         size: about how many operations it takes.
@@ -142,7 +136,6 @@ class Output:
     compared: tuple[str, Callable[[Workspace, Sequence[Expr]], Sequence[Expr]]] | None = None
     unique: Callable[[Workspace], tuple[bool, ...]] | None = None
     solves: tuple[str, ...] = ()
-    multiplies: Callable[[int], list[Rates]] | None = None
     weighs: Axis | None = None
     remark: Callable[..., str] | None = None
     size: Size = LINEAR

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
 
 from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
@@ -19,7 +18,7 @@ from symdyn.dynamics.recursive.rnea_loop import rnea_loop
 from symdyn.dynamics.roads import recursive_derivatives, result_labels as labels, tree_roads as roads
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
-from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange, by_loop
+from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_differentiation, by_lagrange, by_loop
 from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
@@ -27,22 +26,6 @@ from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.dynamics.roads.size import Size
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
-
-
-def _accelerations(n: int) -> list[Rates]:
-    return [(("qdd", j),) for j in range(n)]
-
-
-def _pairs(n: int) -> list[Rates]:
-    return [(("qd", j), ("qd", k)) for j, k in combinations(range(n), 2)]
-
-
-def _squares(n: int) -> list[Rates]:
-    return [(("qd", j), ("qd", j)) for j in range(n)]
-
-
-def _alone(n: int) -> list[Rates]:
-    return [()]
 
 
 def _moving(recursive: Callable[..., list[Expr]], differentiated: Callable[..., list[Expr]]) -> dict[str, Road]:
@@ -231,7 +214,6 @@ OUTPUTS: dict[str, Output] = {
         text="inertia coefficients k_z of qdd_j, which is M(q)",
         result="k_z",
         unasked=Unasked.WRITTEN,
-        multiplies=_accelerations,
     ),
     "k_C": Output(
         "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
@@ -248,7 +230,6 @@ OUTPUTS: dict[str, Output] = {
         unasked=Unasked.WRITTEN,
         cubic=True,
         size=Size((0, 0, 13)),
-        multiplies=_pairs,
     ),
     "k_D": Output(
         "centrifugal coefficients k_D of qd_j^2",
@@ -265,16 +246,14 @@ OUTPUTS: dict[str, Output] = {
         unasked=Unasked.WRITTEN,
         cubic=True,
         size=Size((0, 83)),
-        multiplies=_squares,
     ),
     "k_G": replace(
         _GRAVITY,
         text="gravity coefficients k_G, which is g(q)",
         result="k_G",
         unasked=Unasked.WRITTEN,
-        multiplies=_alone,
     ),
-    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", unasked=Unasked.WRITTEN, multiplies=_alone),
+    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", unasked=Unasked.WRITTEN),
     "coordinate_rates": Output(
         "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
         ("q", "qd"),
@@ -340,11 +319,3 @@ OUTPUTS: dict[str, Output] = {
     **REGRESSORS,
     **PASSIVITY,
 }
-
-
-def coefficients(n: int) -> dict[str, list[Rates]]:
-    """Return the coefficients of Lagrange's equations of n velocities, and what each column of them multiplies.
-
-    τ_i + Q_i = Σ k_z,ij q̈_j + Σ k_C,i,jk q̇_j q̇_k + Σ k_D,ij q̇_j² + k_G,i + k_E,i        sums over j, j < k, j
-    """
-    return {name: row.multiplies(n) for name, row in OUTPUTS.items() if row.multiplies is not None}

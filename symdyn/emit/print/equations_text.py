@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Form
-from symdyn.dynamics import ClosedForm, base_parameter_forms
+from symdyn.dynamics import ClosedForm
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.latex_page import base_parameter_name, latex_definitions, latex_document, latex_fragment
 from symdyn.emit.print.printable import ENTRYWISE, Printable, printable
@@ -84,6 +84,8 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
         EmitError: an unknown format.
         DerivationError: a formula has no closed form.
     """
+    from symdyn.dynamics import base_parameter_forms
+
     _check("format", format)
     digits, named = asked(), base_parameter_forms(scene)
     shown = named if digits is None else [(name, rounded(form, digits)) for name, form in named]
@@ -98,6 +100,8 @@ def _check(name: str, value: str) -> None:
 
 def base_parameter_texts(scene: Scene) -> list[dict[str, str]]:
     """Return name, formula, LaTeX of both, and unit of every base parameter, numbers exact."""
+    from symdyn.dynamics import base_parameter_forms
+
     write = Latex(latex_symbols(scene), digits=None)
     return [
         {

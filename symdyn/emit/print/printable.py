@@ -11,16 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symdyn.algebra import Form, Power, Symbol, product_of, sum_of
-from symdyn.dynamics import ClosedForm, ClosedRow, closed_constraints, closed_form, coefficients
+from symdyn.dynamics import ClosedForm, closed_form, coefficients
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.print.formula_text import rounded, shortened
 from symdyn.emit.print.lengths import Lengths, named_lengths
 from symdyn.graph import Graph
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
+
+if TYPE_CHECKING:
+    from symdyn.dynamics import ClosedRow
 
 ENTRYWISE = {"equations": False, "coefficients": True, "textbook": False, "matrix": True}
 """How equations are grouped: one a joint, coefficient by coefficient, under-braced, M and c; and whether loops and rows
@@ -258,6 +261,8 @@ def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[s
     """Return the rows of a scene, every form as `write` makes it; names that are `taken` stand for something else."""
     if not scene.is_closed:
         return PrintedConstraints((), scene.velocities)
+    from symdyn.dynamics import closed_constraints
+
     found = closed_constraints(scene)
     rows = tuple(_row(scene, k, row, write, taken) for k, row in enumerate(found.rows, 1))
     return PrintedConstraints(rows, scene.velocities, found.missing)
