@@ -13,6 +13,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import LinearizeError, SimulateError
 from symdyn.graph import evaluate
 from symdyn.linear import Linearization, linearize_at_rest, stability
+from symdyn.linear.equilibrium import FAMILY
 from symdyn.linear.prepared import prepared
 from symdyn.linear.record import csv_text
 from symdyn.linear.steady import settled
@@ -216,3 +217,37 @@ def test_a_free_body_that_spins_about_its_middle_axis_turns_over() -> None:
     spun = symdyn.linearize(example("free_body"), rates={"flight_wx": "0", "flight_wy": "3", "flight_wz": "0"})
     (growing,) = spun.spectrum.growing
     assert growing.value == pytest.approx(3 / np.sqrt(3))
+
+
+CIRCLE = """
+name = "circle"
+gravity = "none"
+[bodies.slide]
+mass = 3
+[bodies.point]
+mass = 1
+[joints.x]
+type = "prismatic"
+parent = "ground"
+child = "slide"
+axis = [1, 0, 0]
+[joints.y]
+type = "prismatic"
+parent = "slide"
+child = "point"
+axis = [0, 1, 0]
+[springs.s]
+from = "point"
+to = { body = "ground", at = [2, 0, 0] }
+stiffness = 100
+free = 1
+"""
+
+
+def test_of_rests_on_a_curve_along_which_frequencies_change_a_dozen_is_told_and_the_others_are_counted():
+    """A lesson listed 171 of 200, and took half a minute to linearise at each."""
+    systems, found = linearize_at_rest(read_text(CIRCLE))
+    assert len(systems) == FAMILY
+    assert found.more > 100
+    assert found.more + found.lost + sum(place.found for place in found.places) == found.starts
+    assert all(abs(sum((place.q - [2, 0]) ** 2) - 1) < 1e-9 for place in found.places)

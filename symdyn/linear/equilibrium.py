@@ -59,6 +59,10 @@ FLAT = 1e-8
 """Singular values of the stiffness, over the largest, below which positions next to it are equilibria too."""
 
 
+FAMILY = 12
+"""Places with other equilibria next to them that are told: more of them are one surface of rests, seen again."""
+
+
 @dataclass(frozen=True)
 class Equilibrium:
     """A position of rest.
@@ -86,6 +90,7 @@ class Equilibria:
             they balance nothing.
         idle: coordinates on which nothing depends: they may have any value.
         crossings: where it rests too, but branches of loops meet, so that there is no one linear motion.
+        more: how many of them led to further places with others next to them; FAMILY of those are told.
     """
 
     places: tuple[Equilibrium, ...]
@@ -94,6 +99,7 @@ class Equilibria:
     singular: int
     idle: tuple[str, ...]
     crossings: tuple[Equilibrium, ...] = ()
+    more: int = 0
 
 
 def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilibria:
@@ -114,6 +120,7 @@ def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilib
     clear = np.array([bool(ok) and search.regular(one) for one, ok in zip(q, good, strict=True)])
     places: list[Equilibrium] = []
     spectra: list[Complexes] = []
+    more = 0
     for one in (search.wrapped(x) for x in q[clear]):
         family = search.flat(one)
         known = next((k for k, other in enumerate(places) if search.same(one, other.q)), None)
@@ -121,7 +128,9 @@ def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilib
         if known is None and family:
             some = (k for k, other in enumerate(places) if other.family and _alike(values, spectra[k]))
             known = next(some, None)
-        if known is None:
+        if known is None and family and sum(place.family for place in places) == FAMILY:
+            more += 1
+        elif known is None:
             places.append(Equilibrium(one, 1, family))
             spectra.append(values)
         else:
@@ -137,7 +146,7 @@ def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilib
     return Equilibria(
         _sorted(places), starts, int(np.sum(np.logical_not(good))), int(np.sum(odd)) - sum(x.found for x in crossings),
         tuple(name for name, idle in zip(asked.scene.coordinates, search.idle, strict=True) if idle),
-        _sorted(crossings),
+        _sorted(crossings), more,
     )  # fmt: skip
 
 

@@ -49,6 +49,8 @@ def _rests(lesson: Prose, systems: Sequence[Linearization], found: Equilibria) -
         blocks.append(lesson.say("closed.idle", names=together([Symbol(name) for name in found.idle])))
     if any(place.family for place in found.places):
         blocks.append(lesson.say("closed.family"))
+    if found.more:
+        blocks.append(lesson.say("closed.more", count=str(found.more)))
     reason = lesson.say(f"{of}.reason")
     return Step("equilibria", lesson.say("equilibria"), tuple(blocks), reason, show=("weights", "forces"))
 
