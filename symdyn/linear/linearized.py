@@ -155,10 +155,9 @@ def told_of(places: Equilibria, asked: Prepared) -> list[str]:
     if len(places.crossings) > MOST:
         lines.append(f"and at {len(places.crossings) - MOST} places more where branches of loops meet")
     if any(place.family for place in places.places):
-        lines.append(
-            "where equilibria are not isolated, one of each family is told"
-            + (f"; {places.more} of the starts led to places next to others that differ from these" if places.more else "")
-        )
+        lines.append("where equilibria are not isolated, one of each family is told")
+    if places.more:
+        lines.append(f"{places.more} of the starts led to further such places, which differ from these")
     return lines
 
 
