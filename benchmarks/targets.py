@@ -60,8 +60,6 @@ BARS = (
         ("casadi, its C", ID, "state")),
     Bar("our C mapped by CasADi, times the C that CasADi writes of our SX", ("casadi, our C", ID, "batch"), 1.2,
         ("casadi, its C", ID, "batch")),
-    Bar("WebAssembly in Node.js, one state", ("wasm", ID, "state"), 110),
-    Bar("WebAssembly in Node.js, batch", ("wasm", ID, "batch"), 50),
     Bar("Octave, text, batch", ("octave", ID, "batch"), 5000),
     Bar("Octave, MEX, times the ufunc", ("mex", ID, "batch"), 1.3, UFUNC),
     Bar("JAX, times the ufunc", ("jax", ID, "batch"), 1.3, UFUNC),

@@ -6,10 +6,12 @@ import gc
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -138,3 +140,20 @@ def cache_of_tests() -> Iterator[None]:
         del os.environ["SYMDYN_CACHE_DIR"]
     else:
         os.environ["SYMDYN_CACHE_DIR"] = before
+
+
+ZIG = Path(__file__).parent.parent / "build" / "zig"
+
+
+@pytest.fixture(scope="session")
+def zig() -> list[str]:
+    """The compiler of the ziglang package, put into a folder that `make clean` takes away."""
+    if find_spec("ziglang") is not None:
+        return [sys.executable, "-m", "ziglang"]
+    program = ZIG / "ziglang" / "zig"
+    if not program.is_file():
+        words = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(ZIG), "ziglang"]
+        got = subprocess.run(words, capture_output=True, text=True, check=False)
+        if got.returncode:
+            pytest.skip(f"zig cannot be had here: {got.stderr.strip().splitlines()[-1]}")
+    return [str(program)]

@@ -132,7 +132,6 @@ DOORS = {  # what writes files of a scene, by folder; {scene}, {folder} and {val
     "js": "generate {scene} --target js -o {folder}",
     "cpp": "generate {scene} --target cpp -o {folder}",
     "rust": "generate {scene} --target rust -o {folder}",
-    "wasm": "generate {scene} --target wasm --batch -o {folder}",
     "gpu": "generate {scene} --target gpu -o {folder}",
     "casadi": "generate {scene} --target casadi --external -o {folder}",
     "heyoka": "generate {scene} --target heyoka -o {folder}",

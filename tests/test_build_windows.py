@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path, PureWindowsPath
 
 import numpy as np
@@ -125,23 +124,6 @@ def test_an_extension_is_built_by_what_speaks_as_cl(cl: Path) -> None:
     assert arm.compiled
     np.testing.assert_allclose(arm.mass_matrix([0, 0], [1, 1, 1, 1, 9.81]), [[5, 2], [2, 1]])
     assert f"/I{np.get_include()}" in (cl / "said").read_text()
-
-
-ZIG = Path(__file__).parent.parent / "build" / "zig"
-
-
-@pytest.fixture(scope="session")
-def zig() -> list[str]:
-    """The compiler of the ziglang package, put into a folder that `make clean` takes away."""
-    if find_spec("ziglang") is not None:
-        return [sys.executable, "-m", "ziglang"]
-    program = ZIG / "ziglang" / "zig"
-    if not program.is_file():
-        words = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(ZIG), "ziglang"]
-        got = subprocess.run(words, capture_output=True, text=True, check=False)
-        if got.returncode:
-            pytest.skip(f"zig cannot be had here: {got.stderr.strip().splitlines()[-1]}")
-    return [str(program)]
 
 
 @pytest.mark.slow

@@ -19,7 +19,6 @@ CASES = [
     ("two_link", "js", "double"),
     ("two_link", "cpp", "double"),
     ("two_link", "rust", "double"),
-    ("two_link", "wasm", "double"),
     ("two_link", "matlab", "double"),
     ("two_link", "julia", "double"),
     ("two_link", "heyoka", "double"),

@@ -189,7 +189,7 @@ def test_what_is_printed_for_sympy_runs(
     assert space["equation"].lhs == space["M"] * space["qdd_"] + space["c"] + space["g"]
 
 
-QUICK, ALL = ["numpy", "c"], ["ufunc", "js", "cpp", "rust", "gpu", "wasm", "casadi"]
+QUICK, ALL = ["numpy", "c"], ["ufunc", "js", "cpp", "rust", "gpu", "casadi"]
 
 
 @pytest.mark.long(0)

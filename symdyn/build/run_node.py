@@ -38,7 +38,7 @@ def find_node() -> str:
 
 
 def run_js(sources: Sources) -> SimpleNamespace:
-    """Return the functions of sources that `emit(program, "js")` or "wasm" made, running in a Node.js of their own.
+    """Return the functions of sources that `emit(program, "js")` made, running in a Node.js of their own.
 
     Each is an attribute and takes one state, arrays of shape (n,). Node.js ends when no function is used any longer.
 
@@ -46,7 +46,7 @@ def run_js(sources: Sources) -> SimpleNamespace:
         BuildError: sources of another target, or Node.js's own words where it refuses them.
         MissingProgram: there is no Node.js.
     """
-    check_target(sources, "js", "wasm")
+    check_target(sources, "js")
     process = _Process(find_node(), next(iter(sources.texts.values())))
     named = zip(sources.functions, sources.program.routines, strict=True)
     return SimpleNamespace(**{name: _call(process, name, routine.function) for name, routine in named})

@@ -83,7 +83,6 @@ RUNNERS: dict[str, Runner] = {
     "casadi": Runner(run_casadi, batches=True, many="", measured="", usual=False, asked=True, aside=False),
     "heyoka": Runner(run_heyoka, batches=True, many="", measured="", usual=False, asked=True, aside=False),
     "js": Runner(run_js, batches=False, many="", measured="", usual=False, asked=False, aside=True),
-    "wasm": Runner(run_js, batches=False, many="", measured="", usual=False, asked=True, aside=True),
     "json": Runner(run_json, batches=False, many="", measured="", usual=False, asked=True, aside=False),
     "gpu": Runner(run_opencl, batches=True, many="", measured="", usual=False, asked=True, aside=False),
     "matlab": Runner(run_matlab, batches=False, many="", measured="", usual=False, asked=True, aside=True),

@@ -35,7 +35,9 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     first, *_ = TARGETS
     add_reading_options(verb)
     known = "; ".join(f"{name}: {target.text}" for name, target in TARGETS.items())
-    verb.add_argument("--target", choices=tuple(TARGETS), default=first, help=f"{known} (default: {first})")
+    verb.add_argument(
+        "--target", type=_target, choices=tuple(TARGETS), default=first, help=f"{known} (default: {first})"
+    )
     verb.add_argument(
         "--functions",
         metavar="LIST",
@@ -57,6 +59,13 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_prepare(verb)
     verb.add_argument("--static", action="store_true", help="at rest: every velocity is zero and no argument")
     verb.add_argument("-o", "--output", metavar="DIR", default=".", help="folder to write to (default: here)")
+
+
+def _target(name: str) -> str:
+    try:
+        return TARGETS[name].name
+    except EmitError as fault:
+        raise argparse.ArgumentTypeError(str(fault)) from fault
 
 
 def run(options: argparse.Namespace) -> int:

@@ -139,14 +139,11 @@ def wanted_targets(targets: Sequence[str] | None, real: str, accuracy: str = "")
     if len(targets) == 0:
         raise EmitError("no target is asked for: the list is empty; name some, or leave targets out")
     for name in targets:
-        if name not in TARGETS:
-            raise EmitError(f"target {name!r} is not known; give {' or '.join(TARGETS)}")
-        if TARGETS[name].functions is not None:
-            raise EmitError(
-                f"target {name} ({TARGETS[name].text}) has no functions to call; measure {' or '.join(RUNNERS)}"
-            )
-        if real not in TARGETS[name].reals:
-            raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(TARGETS[name].reals)} alone")
+        row = TARGETS[name]
+        if row.functions is not None:
+            raise EmitError(f"target {name} ({row.text}) has no functions to call; measure {' or '.join(RUNNERS)}")
+        if real not in row.reals:
+            raise EmitError(f"real type {real!r}: target {name} takes {' or '.join(row.reals)} alone")
     return tuple(dict.fromkeys(targets))
 
 

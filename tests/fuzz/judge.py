@@ -155,7 +155,7 @@ def searched(case: Case, status: int, said: Sequence[bytes], work: Path) -> tupl
         if path.name.startswith("."):
             return f"a file left behind: {verb}", path.name
         chunk = path.suffix != ".json" and any(folder.suffix == ".zarr" for folder in path.parents)
-        if path.suffix not in (".npz", ".png", ".pdf", ".wasm", ".fmu") and not chunk and path.stat().st_size < SMALL:
+        if path.suffix not in (".npz", ".png", ".pdf", ".fmu") and not chunk and path.stat().st_size < SMALL:
             texts[path.suffix or "a file"] = path.read_text(encoding="utf-8", errors="replace")
     for where, text in texts.items():
         found = CONTROLS.search(text)

@@ -20,14 +20,29 @@ from symdyn.emit.targets.matlab import MATLAB
 from symdyn.emit.targets.numpy import NUMPY
 from symdyn.emit.targets.rust.module import RUST
 from symdyn.emit.targets.ufunc import UFUNC
-from symdyn.emit.targets.wasm import WASM
 from symdyn.errors import EmitError
 from symdyn.graph import growing
 from symdyn.program import PREPARE, Program, in_lines
 from symdyn.scene.values import spell
 
-TARGETS: dict[str, Target] = {
-    row.name: row
+ELSEWHERE = {
+    "wasm": "a compiler makes WebAssembly of the files of target c: zig cc --target=wasm32-wasi -O3 -s "
+    "-mexec-model=reactor -fvisibility=default -rdynamic NAME.c -o NAME.wasm (docs/c.md)",
+}
+"""What is no target, since others make it of one: how."""
+
+
+class Targets(dict[str, Target]):
+    """Rows by name; one that is not there is refused, with what would work."""
+
+    def __missing__(self, name: str) -> Target:
+        """Raise EmitError."""
+        instead = ELSEWHERE.get(name) or f"give {' or '.join(self)}"
+        raise EmitError(f"target {name!r} is not known; {instead}")
+
+
+TARGETS = Targets(
+    (row.name, row)
     for row in (
         NUMPY,
         C,
@@ -41,10 +56,9 @@ TARGETS: dict[str, Target] = {
         RUST,
         HEYOKA,
         FMU,
-        WASM,
         JSON,
     )
-}
+)
 
 
 @growing()
@@ -70,11 +84,9 @@ def emit(
         EmitError: an unknown target, a real type, an option, an accuracy or an operation that it does not have, no
             function at all, two functions of one name, a constant too large for the type.
     """
-    if target not in TARGETS:
-        raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")
+    row = TARGETS[target]
     if not program.routines:
         raise EmitError(f"{program.scene.name}: there is no function to write; name one, such as inverse_dynamics")
-    row = TARGETS[target]
     if option and option not in row.options:
         known = f"it has {' or '.join(row.options)}" if row.options else "leave it out"
         raise EmitError(f"target {target} ({row.text}) has no option {option}; {known}")
