@@ -327,3 +327,22 @@ def test_what_can_rest_everywhere_has_no_rests_to_list() -> None:
     assert "equilibria" not in keys(walkthrough(read(ROOT / "examples/free_body.toml"), road="quaternions"))
     upright, *_ = table(step(walkthrough(read(ROOT / "examples/heavy_top.toml"), road="quaternions"), "equilibria"))
     assert "3.108" in upright[-1], "sqrt(m g l / I)"
+
+
+def test_of_bodies_whose_kinetic_energy_is_negative_no_curves_are_told() -> None:
+    """An inertia in letters without values is believed, whatever lengths a lesson then takes for them."""
+    impossible = """
+    name = "rig"
+    parameters = { J = { positive = true }, k = 15 }
+    bodies.wheel = { mass = 1, inertia = ["-J", "-J", "-J"], inertia_about = "com" }
+    joints.j = { type = "revolute", parent = "ground", child = "wheel", axis = [0, 0, 1] }
+    springs.coil = { joint = "j", stiffness = "k" }
+    """
+    told, negative = (
+        {step.key for section in walkthrough(read_text(text)).sections for step in section.steps}
+        for text in (impossible.replace("-J", "J"), impossible)
+    )
+
+    assert {"equilibria", "phase", "swings"} <= told
+    assert not negative & {"phase", "swings"}
+    assert "equilibria" in negative

@@ -71,7 +71,7 @@ class FirstOrder:
 
 
 def first_order(lesson: Lesson, found: Rests, place: Place, chosen: Chosen) -> FirstOrder | None:
-    """Return the motion next to a place for the values of the lesson; None where an inertia is lost there."""
+    """Return the motion next to a place for the values of the lesson; None where an inertia is not positive there."""
     state, graph, n = lesson.state, lesson.graph, lesson.state.n
     still = dict.fromkeys(state.qd, graph.zero)
     M = [gradient(p, state.qd) for p in lesson.momenta]
@@ -85,7 +85,8 @@ def first_order(lesson: Lesson, found: Rests, place: Place, chosen: Chosen) -> F
     )
     moved = tuple(k for k in range(n) if np.abs(inertia[k]).max() > STILL * np.abs(inertia).max(initial=0.0))
     part = np.ix_(moved, moved)
-    if not moved or np.linalg.cond(inertia[part]) > 1 / STILL:
+    along = np.linalg.eigvalsh(inertia[part])
+    if not moved or not along[0] > STILL * np.abs(along).max():
         return None
     exact = {} if place.exact is None else dict(zip(found.rest.q, place.exact, strict=True))
     nodes = [[substitute([row[k] for k in moved], exact) for row in (rows[i] for i in moved)] for rows in (M, K)]

@@ -67,7 +67,10 @@ class Reduced:
         return not zero(lesson, gradient(kinetic, [self.q])[0])
 
     def at(self, x: Array) -> tuple[Array, Array]:
-        """Return m and V at places, each of the shape of x; what has no value there is NaN or infinite."""
+        """Return m and V at places, each of the shape of x; what has no value there is NaN or infinite.
+
+        V is NaN where m is negative: numbers that no bodies have, and no motion near such a place is told.
+        """
         lesson, others = self.lesson, [self.r, *self.cyclic]
         M = [gradient(p, lesson.state.qd) for p in lesson.momenta]
         entries = [M[i][j] for i in others for j in others]
@@ -85,7 +88,7 @@ class Reduced:
                 m = m - np.einsum("...i,...ij,...j", beside, inverse, beside)
                 V = V + 0.5 * np.einsum("i,...ij,j", self.momenta, inverse, self.momenta)
                 V = np.where(np.linalg.cond(inner) < 1e13, V, np.inf)
-        return m, V
+        return m, np.where(m < 0, np.nan, V)
 
     def rates(self, x: float) -> Array:
         """Return the rates of cyclic coordinates when r rests at a place, shape (len(cyclic),)."""
