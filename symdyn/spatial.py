@@ -8,23 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, overload
 
 from symdyn.graph import Expr, Graph, Scalar
 
 Vec = tuple[Expr, Expr, Expr]
-Mat = tuple[Vec, Vec, Vec]  # rows
-Wrench = tuple[Vec, Vec]  # force, moment
 
 
 def zero_vector(graph: Graph) -> Vec:
     """Return 0."""
     return (graph.zero,) * 3
-
-
-def identity(graph: Graph) -> Mat:
-    """Return the unit matrix."""
-    one, zero = graph.one, graph.zero
-    return ((one, zero, zero), (zero, one, zero), (zero, zero, one))
 
 
 def add(a: Vec, b: Vec) -> Vec:
@@ -58,126 +51,141 @@ def cross(a: Vec, b: Vec) -> Vec:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def skew(a: Vec) -> Mat:
-    """Return ã with ã b = a × b, eq. (5.2)."""
-    zero = a[0].graph.zero
-    return ((zero, -a[2], a[1]), (a[2], zero, -a[0]), (-a[1], a[0], zero))
+class Mat(tuple[Vec, Vec, Vec]):
+    """A matrix of 3 rows: R @ x and R @ S are products, R.T is the transpose."""
+
+    __slots__ = ()
+
+    @staticmethod
+    def identity(graph: Graph) -> Mat:
+        """Return the unit matrix."""
+        one, zero = graph.one, graph.zero
+        return Mat(((one, zero, zero), (zero, one, zero), (zero, zero, one)))
+
+    @staticmethod
+    def skew(a: Vec) -> Mat:
+        """Return ã with ã b = a × b, eq. (5.2)."""
+        zero = a[0].graph.zero
+        return Mat(((zero, -a[2], a[1]), (a[2], zero, -a[0]), (-a[1], a[0], zero)))
+
+    @staticmethod
+    def outer(a: Vec, b: Vec) -> Mat:
+        """Return a bᵀ."""
+        return Mat((scale(a[0], b), scale(a[1], b), scale(a[2], b)))
+
+    @staticmethod
+    def symmetric(xx: Expr, yy: Expr, zz: Expr, xy: Expr, xz: Expr, yz: Expr) -> Mat:
+        """Return the symmetric matrix with these entries."""
+        return Mat(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+
+    @staticmethod
+    def rotation(axis: Vec, angle: Expr) -> Mat:
+        """Return the rotation by `angle` (rad) about a unit `axis`: R = c 1 + s ã + (1 - c) a aᵀ (Rodrigues).
+
+        Columns are the rotated axes: R takes rotated coordinates to fixed ones. On a coordinate axis the third term
+        is written out, so that no 1 - c + c is left behind.
+        """
+        graph = angle.graph
+        s, c, one, zero = graph.sin(angle), graph.cos(angle), graph.one, graph.zero
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            if axis[i] is zero and axis[j] is zero:
+                s = s if axis[k] is one else -s
+                rows = [[zero] * 3 for _ in range(3)]
+                rows[k][k] = one
+                rows[i][i], rows[i][j], rows[j][i], rows[j][j] = c, -s, s, c
+                return Mat((x, y, z) for x, y, z in rows)
+        turned = Mat.identity(graph).scaled(c) + Mat.skew(axis).scaled(s)
+        rest = one - c
+        return turned + Mat.outer(axis, axis).scaled(rest)
+
+    @property
+    def T(self) -> Mat:
+        """The transpose."""
+        a, b, c = self
+        return Mat(((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])))
+
+    @property
+    def is_unit(self) -> bool:
+        """Whether it is the unit matrix, as most of a mechanism are."""
+        graph = self[0][0].graph
+        return self[0][0] is graph.one and self == Mat.identity(graph)
+
+    @overload
+    def __matmul__(self, other: Mat) -> Mat: ...
+
+    @overload
+    def __matmul__(self, other: Vec) -> Vec: ...
+
+    def __matmul__(self, other: Mat | Vec) -> Mat | Vec:
+        """Return the product."""
+        if self.is_unit:
+            return other
+        a, b, c = self
+        if not isinstance(other, Mat):
+            return (dot(a, other), dot(b, other), dot(c, other))
+        if other.is_unit:
+            return self
+        x, y, z = other.T
+        return Mat((
+            (dot(a, x), dot(a, y), dot(a, z)),
+            (dot(b, x), dot(b, y), dot(b, z)),
+            (dot(c, x), dot(c, y), dot(c, z)),
+        ))
+
+    def __add__(self, other: Mat) -> Mat:  # type: ignore[override]
+        """Return the sum."""
+        return Mat((add(self[0], other[0]), add(self[1], other[1]), add(self[2], other[2])))
+
+    def scaled(self, factor: Scalar) -> Mat:
+        """Return factor times the matrix."""
+        return Mat((scale(factor, self[0]), scale(factor, self[1]), scale(factor, self[2])))
+
+    def mirrored(self) -> Mat:
+        """Return it with the lower triangle taken from the upper, so that equal entries are one node."""
+        x, y, z = self
+        return Mat.symmetric(x[0], y[1], z[2], x[1], x[2], y[2])
+
+    def spin(self, rates: Sequence[Sequence[Expr]]) -> Vec:
+        """Return ω in fixed axes from ω̃ = Ṙ Rᵀ, for the rates Ṙ of this rotation R."""
+        x, y, z = ((row[0], row[1], row[2]) for row in rates)
+        return (dot(z, self[1]), dot(x, self[2]), dot(y, self[0]))
 
 
-def transpose(m: Mat) -> Mat:
-    """Return mᵀ."""
-    return (
-        (m[0][0], m[1][0], m[2][0]),
-        (m[0][1], m[1][1], m[2][1]),
-        (m[0][2], m[1][2], m[2][2]),
-    )
+class Wrench(NamedTuple):
+    """Force and moment; or a twist, velocity and angular velocity, that a wrench does work on."""
 
+    force: Vec
+    moment: Vec
 
-def apply(m: Mat, a: Vec) -> Vec:
-    """Return m a; most matrices of a mechanism are the unit matrix."""
-    if m == identity(a[0].graph):
-        return a
-    return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
+    @staticmethod
+    def none(graph: Graph) -> Wrench:
+        """Return the wrench of nothing."""
+        return Wrench(zero_vector(graph), zero_vector(graph))
 
+    def __add__(self, other: Wrench) -> Wrench:  # type: ignore[override]
+        """Return the sum."""
+        return Wrench(add(self[0], other[0]), add(self[1], other[1]))
 
-def multiply(m: Mat, n: Mat) -> Mat:
-    """Return m n; most matrices of a mechanism are the unit matrix."""
-    unit = identity(m[0][0].graph)
-    if unit in (m, n):
-        return n if m == unit else m
-    columns = transpose(n)
-    return (
-        (dot(m[0], columns[0]), dot(m[0], columns[1]), dot(m[0], columns[2])),
-        (dot(m[1], columns[0]), dot(m[1], columns[1]), dot(m[1], columns[2])),
-        (dot(m[2], columns[0]), dot(m[2], columns[1]), dot(m[2], columns[2])),
-    )
+    def __neg__(self) -> Wrench:
+        """Return the wrench that holds it in balance."""
+        return Wrench(neg(self[0]), neg(self[1]))
 
+    def scaled(self, factor: Scalar) -> Wrench:
+        """Return factor times the wrench."""
+        return Wrench(scale(factor, self[0]), scale(factor, self[1]))
 
-def add_matrices(m: Mat, n: Mat) -> Mat:
-    """Return m + n."""
-    return (add(m[0], n[0]), add(m[1], n[1]), add(m[2], n[2]))
+    def power(self, twist: tuple[Vec, Vec]) -> Expr:
+        """Return F·v + M·ω."""
+        return dot(self[0], twist[0]) + dot(self[1], twist[1])
 
+    def rotated(self, R: Mat) -> Wrench:
+        """Return it in other axes: R F and R M."""
+        return Wrench(R @ self[0], R @ self[1])
 
-def scale_matrix(factor: Scalar, m: Mat) -> Mat:
-    """Return factor m."""
-    return (scale(factor, m[0]), scale(factor, m[1]), scale(factor, m[2]))
-
-
-def outer(a: Vec, b: Vec) -> Mat:
-    """Return a bᵀ."""
-    return (scale(a[0], b), scale(a[1], b), scale(a[2], b))
-
-
-def rotation(axis: Vec, angle: Expr) -> Mat:
-    """Return the rotation by `angle` (rad) about a unit `axis`: R = c 1 + s ã + (1 - c) a aᵀ (Rodrigues).
-
-    Columns are the rotated axes: R takes rotated coordinates to fixed ones. On a coordinate axis the third term
-    is written out, so that no 1 - c + c is left behind.
-    """
-    graph = angle.graph
-    s, c, one, zero = graph.sin(angle), graph.cos(angle), graph.one, graph.zero
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        if axis[i] is zero and axis[j] is zero:
-            s = s if axis[k] is one else -s
-            rows = [[zero] * 3 for _ in range(3)]
-            rows[k][k] = one
-            rows[i][i], rows[i][j], rows[j][i], rows[j][j] = c, -s, s, c
-            return ((*rows[0],), (*rows[1],), (*rows[2],))  # type: ignore[return-value]
-    turned = scale_matrix(c, identity(graph))
-    return add_matrices(add_matrices(turned, scale_matrix(s, skew(axis))), scale_matrix(one - c, outer(axis, axis)))
-
-
-def spin(rates: Sequence[Sequence[Expr]], R: Mat) -> Vec:
-    """Return ω in fixed axes from ω̃ = Ṙ Rᵀ, for the rates Ṙ of a rotation R."""
-    x, y, z = ((row[0], row[1], row[2]) for row in rates)
-    return (dot(z, R[1]), dot(x, R[2]), dot(y, R[0]))
-
-
-def symmetric(xx: Expr, yy: Expr, zz: Expr, xy: Expr, xz: Expr, yz: Expr) -> Mat:
-    """Return the symmetric matrix with these entries."""
-    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-
-
-def mirrored(m: Mat) -> Mat:
-    """Return m with the lower triangle taken from the upper, so that equal entries are one node."""
-    return symmetric(m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2])
-
-
-# Wrenches, and twists (velocity, angular velocity) that they do work on
-
-
-def nothing(graph: Graph) -> Wrench:
-    """Return the wrench of nothing."""
-    return zero_vector(graph), zero_vector(graph)
-
-
-def plus(a: Wrench, b: Wrench) -> Wrench:
-    """Return a + b."""
-    return add(a[0], b[0]), add(a[1], b[1])
-
-
-def times(factor: Scalar, wrench: Wrench) -> Wrench:
-    """Return factor · wrench."""
-    return scale(factor, wrench[0]), scale(factor, wrench[1])
-
-
-def power(wrench: Wrench, twist: Wrench) -> Expr:
-    """Return F·v + M·ω."""
-    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
-
-
-def rotated(R: Mat, wrench: Wrench) -> Wrench:
-    """Return a wrench in other axes: R F and R M."""
-    return apply(R, wrench[0]), apply(R, wrench[1])
-
-
-def about(wrench: Wrench, way: Vec) -> Wrench:
-    """Return a wrench about a point that lies at -way from where it acts: the shift R̄ of (5.3)."""
-    return wrench[0], add(wrench[1], cross(way, wrench[0]))
-
-
-# Placements of frames
+    def about(self, way: Vec) -> Wrench:
+        """Return it about a point that lies at -way from where it acts: the shift R̄ of (5.3)."""
+        return Wrench(self[0], add(self[1], cross(way, self[0])))
 
 
 @dataclass(frozen=True)
@@ -190,12 +198,12 @@ class Transform:
     @staticmethod
     def unit(graph: Graph) -> Transform:
         """Return the identity."""
-        return Transform(identity(graph), zero_vector(graph))
+        return Transform(Mat.identity(graph), zero_vector(graph))
 
     @staticmethod
     def turn(axis: Vec, angle: Expr) -> Transform:
         """Return the turn by `angle` (rad) about a unit `axis` through the origin."""
-        return Transform(rotation(axis, angle), zero_vector(angle.graph))
+        return Transform(Mat.rotation(axis, angle), zero_vector(angle.graph))
 
     @staticmethod
     def elementary(kind: str, amount: Expr) -> Transform:
@@ -206,11 +214,11 @@ class Transform:
         if kind[0] == "R":
             return Transform.turn(direction, amount)  # type: ignore[arg-type]
         shift = tuple(amount if i == k else graph.zero for i in range(3))
-        return Transform(identity(graph), shift)  # type: ignore[arg-type]
+        return Transform(Mat.identity(graph), shift)  # type: ignore[arg-type]
 
     def __matmul__(self, other: Transform) -> Transform:
         """Return the product T_AC = T_AB @ T_BC."""
-        R = other.R if self.is_shift else self.R if other.is_shift else multiply(self.R, other.R)
+        R = other.R if self.is_shift else self.R if other.is_shift else self.R @ other.R
         return Transform(R, self.point(other.p))
 
     @property
@@ -221,15 +229,12 @@ class Transform:
 
     def point(self, x: Vec) -> Vec:
         """Return the point x_B in A."""
-        return add(x if self.is_shift else apply(self.R, x), self.p)
+        return add(x if self.is_shift else self.R @ x, self.p)
 
     def inverse(self) -> Transform:
         """Return T_BA."""
-        back = transpose(self.R)
-        return Transform(back, neg(apply(back, self.p)))
-
-
-# Inertias
+        back = self.R.T
+        return Transform(back, neg(back @ self.p))
 
 
 @dataclass(frozen=True)
@@ -244,19 +249,19 @@ class Inertia:
     def none(graph: Graph) -> Inertia:
         """Return the inertia of nothing."""
         nothing = zero_vector(graph)
-        return Inertia(graph.zero, nothing, (nothing, nothing, nothing))
+        return Inertia(graph.zero, nothing, Mat((nothing, nothing, nothing)))
 
     @staticmethod
     def of_point(mass: Expr, at: Vec) -> Inertia:
         """Return the inertia of a point mass: I = m (r² 1 - r rᵀ)."""
-        squares = outer(at, at)
-        spread = scale_matrix(dot(at, at), identity(mass.graph))
-        about = scale_matrix(mass, add_matrices(spread, scale_matrix(-1, squares)))
+        squares = Mat.outer(at, at)
+        spread = Mat.identity(mass.graph).scaled(dot(at, at))
+        about = (spread + squares.scaled(-1)).scaled(mass)
         return Inertia(mass, scale(mass, at), about)
 
     def __add__(self, other: Inertia) -> Inertia:
         """Return the inertia of both together."""
-        return Inertia(self.m + other.m, add(self.h, other.h), add_matrices(self.I, other.I))
+        return Inertia(self.m + other.m, add(self.h, other.h), self.I + other.I)
 
     def seen_from(self, T: Transform) -> Inertia:
         """Return the inertia in frame B, for T = T_BA.
@@ -265,13 +270,13 @@ class Inertia:
         """
         h, turned, p, m = self.h, self.I, T.p, self.m
         if not T.is_shift:
-            h, turned = apply(T.R, h), multiply(multiply(T.R, turned), transpose(T.R))
+            h, turned = T.R @ h, T.R @ turned @ T.R.T
         spread = dot(p, h) * 2 + m * dot(p, p)
-        mixed = outer(p, add(h, scale(m, p)))
-        off = add_matrices(mixed, outer(h, p))
-        shifted = add_matrices(turned, add_matrices(scale_matrix(spread, identity(m.graph)), scale_matrix(-1, off)))
-        return Inertia(m, add(h, scale(m, p)), mirrored(shifted))
+        mixed = Mat.outer(p, add(h, scale(m, p)))
+        off = mixed + Mat.outer(h, p)
+        shifted = turned + (Mat.identity(m.graph).scaled(spread) + off.scaled(-1))
+        return Inertia(m, add(h, scale(m, p)), shifted.mirrored())
 
     def momentum(self, w: Vec, v: Vec) -> tuple[Vec, Vec]:
         """Return (angular, linear) momentum about the origin for angular velocity w and velocity v of the origin."""
-        return add(apply(self.I, w), cross(self.h, v)), add(scale(self.m, v), cross(w, self.h))
+        return add(self.I @ w, cross(self.h, v)), add(scale(self.m, v), cross(w, self.h))

@@ -13,7 +13,6 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene
-from symdyn.spatial import plus, times
 from symdyn.verify.elimination import eliminate
 from symdyn.verify.equality import Claim
 
@@ -72,7 +71,7 @@ def solved_reactions(scene: Scene, axes: str, algebra: Algebra[Any], **arguments
     whole = system.elements()  # axes of joint frames
     for unknown, size in zip(system.unknowns, sizes, strict=True):
         for h, wrench in unknown.acts:
-            whole[h] = plus(whole[h], times(size, wrench))
+            whole[h] = whole[h] + wrench.scaled(size)
     shown = (*w.hanging.joints, *w.hanging.loops)
     wrenches = [hinge.on_child(one) for hinge, one in zip(shown, whole, strict=False)]
     return evaluate(as_rows(w.hanging, wrenches, axes), algebra, values)

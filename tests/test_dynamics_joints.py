@@ -22,7 +22,7 @@ from symdyn.scene.joints import JOINTS, JointMotion
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import Body, Joint, Pose, folding, number
 from symdyn.scene.values.quantity import symbol
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, scale, sub, zero_vector
+from symdyn.spatial import Transform, Vec, add, cross, dot, scale, sub, zero_vector
 from symdyn.verdict import PROVED
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
@@ -168,7 +168,7 @@ def relative_twist(motion: JointMotion, graph: Graph) -> list[tuple[Vec, Vec]]:
     place: Transform | None = None
     for move in motion.moves:
         before = move.before if place is None else place @ move.before
-        axis = apply(before.R, move.axis)
+        axis = before.R @ move.axis
         v, w = (axis, still) if move.slides else (cross(axis, sub(tip, before.p)), axis)
         for k, x in move.rate:
             total = twists.get(k, (still, still))

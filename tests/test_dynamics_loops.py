@@ -51,7 +51,7 @@ from symdyn.scene.values import Body, Joint, Pose, folding, number, symbol
 from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.quantity import ONE, ZERO
 from symdyn.scene.values.table import compose
-from symdyn.spatial import Transform
+from symdyn.spatial import Mat, Transform
 from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify import Claim, laws, prove
 from symdyn.verify.quaternions import on_unit_sphere
@@ -182,7 +182,7 @@ def test_where_a_loop_is_closed_residuals_change_by_the_power_of_their_wrenches(
     entries = [entry for row in C.R for entry in row] + list(C.p)
     names = {q: w.graph.symbol(f"there_{q.value}") for q in w.state.q}
     there = substitute(entries, names)
-    K = Transform((tuple(there[:3]), tuple(there[3:6]), tuple(there[6:9])), tuple(there[9:]))  # type: ignore[arg-type]
+    K = Transform(Mat((there[:3], there[3:6], there[6:9])), tuple(there[9:]))  # type: ignore[arg-type]
     allowed = Transform.elementary("Tz", w.graph.constant(Fraction(3, 2))) if kind == "rod" else Transform.unit(w.graph)
     X = C @ K.inverse() @ allowed
     back = {symbol_: q for q, symbol_ in names.items()}

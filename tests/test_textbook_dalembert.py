@@ -25,7 +25,7 @@ from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, number
 from symdyn.scene.values.body import Particle
-from symdyn.spatial import add, apply, cross, identity, multiply, neg, scale, skew, sub, transpose
+from symdyn.spatial import Mat, add, cross, neg, scale, sub
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import prove
 from symdyn.verify.laws_of_reactions import solvable
@@ -66,7 +66,7 @@ def resultant(loop, j):
     for load in loop.scene.loads:
         if load.place.body == one.name:
             F, M = vector(load.force, loop.graph), vector(load.couple, loop.graph)
-            F, M = (apply(T.R, F), apply(T.R, M)) if load.frame == "body" else (F, M)
+            F, M = (T.R @ F, T.R @ M) if load.frame == "body" else (F, M)
             pulls.append((T.point(vector(load.place.at, loop.graph)), F))
             moment = add(moment, M)
     for point, pull in pulls:
@@ -79,16 +79,14 @@ def test_equation_5_1_resultant_action_on_every_body(loop):
         force, moment = resultant(loop, j)
         R = loop.place(j).R
 
-        assert loop.agrees(
-            flat(*loop.system.bodies[j].action), flat(apply(transpose(R), force), apply(transpose(R), moment))
-        )
+        assert loop.agrees(flat(*loop.system.bodies[j].action), flat(R.T @ force, R.T @ moment))
 
 
 def test_equation_5_2_skew_matrix_of_a_position_vector(loop, graph):
     r, b = symbols(graph, "rx", "ry", "rz"), symbols(graph, "bx", "by", "bz")
 
-    assert loop.agrees(matrix_times(skew(r), b), cross(r, b))
-    assert loop.verdict(matrix_times(skew(r), b), cross(b, r)) == DIFFERENT
+    assert loop.agrees(matrix_times(Mat.skew(r), b), cross(r, b))
+    assert loop.verdict(matrix_times(Mat.skew(r), b), cross(b, r)) == DIFFERENT
 
 
 def test_equation_5_3_shift_of_a_bivector(loop, graph):
@@ -103,7 +101,7 @@ def test_equation_5_4_direction_cosines_of_every_frame(loop):
         built = loop.hanging.frames[j].R
 
         assert loop.agrees(flat(*built), flat(*P))
-        assert loop.agrees(flat(*multiply(transpose(P), P)), flat(*identity(loop.graph)))  # so P̄ is orthogonal too
+        assert loop.agrees(flat(*P.T @ P), flat(*Mat.identity(loop.graph)))  # so P̄ is orthogonal too
         assert loop.agrees(cross(P[0], P[1]), P[2])  # and right-handed
 
 
@@ -111,7 +109,7 @@ def test_equation_5_5_bivector_of_a_body_in_the_ground_frame(loop, graph):
     F, M = symbols(graph, "a", "b", "c"), symbols(graph, "d", "e", "f")
     for j in bodies(loop):
         P = loop.place(j)
-        both = matrix_times(shift(P.p), flat(apply(P.R, F), apply(P.R, M)))  # R̄ P̄ F̄
+        both = matrix_times(shift(P.p), flat(P.R @ F, P.R @ M))  # R̄ P̄ F̄
 
         assert loop.agrees(flat(*turned(loop.hanging.frames[j], (F, M))), both)
 
@@ -129,11 +127,11 @@ def test_equation_5_6_reaction_in_the_reference_joint_acts_at_its_point(loop):
         for u in columns(loop, joint.name, REACTION):
             force, moment = loop.system.blocks[j, u]
             ((h, (F, M)),) = loop.system.unknowns[u].acts
-            R = hinge.origin.R if J is None else multiply(J.R, hinge.origin.R)
+            R = hinge.origin.R if J is None else J.R @ hinge.origin.R
             P = loop.place(j).R
 
             assert h == j
-            assert loop.agrees(flat(apply(P, force), apply(P, moment)), flat(apply(R, F), apply(R, M)))
+            assert loop.agrees(flat(P @ force, P @ moment), flat(R @ F, R @ M))
 
 
 def test_equation_5_7_a_joint_of_class_t_has_t_components_and_the_drive_takes_the_free_place():
@@ -160,19 +158,19 @@ def test_equations_5_8_to_5_10_reaction_in_another_joint_is_moved_and_changes_si
         if j < 0:
             continue
         Tj, Te = loop.place(j), loop.place(e)
-        P = multiply(transpose(Tj.R), Te.R)
-        r = apply(transpose(Tj.R), sub(Te.p, Tj.p))
+        P = Tj.R.T @ Te.R
+        r = Tj.R.T @ sub(Te.p, Tj.p)
         for u in columns(loop, joint.name, REACTION):
             F, M = loop.system.blocks[e, u]
             force, moment = loop.system.blocks[j, u]
-            moved = neg(apply(P, F)), sub(neg(cross(r, apply(P, F))), apply(P, M))
+            moved = neg(P @ F), sub(neg(cross(r, P @ F)), P @ M)
             found += 1
             if part == "5.8":
                 assert loop.agrees(force, moved[0])
             elif part == "5.9":
                 assert loop.agrees(moment, moved[1])
             else:  # both as one bivector: -R̄_je P̄_je F̄_ee
-                both = matrix_times(shift(r), flat(apply(P, F), apply(P, M)))
+                both = matrix_times(shift(r), flat(P @ F, P @ M))
                 assert loop.agrees(flat(force, moment), [-x for x in both])
     assert found
 
@@ -182,15 +180,15 @@ def test_equation_5_11_inertia_force_is_against_the_acceleration_of_the_centre_o
         a = loop.acceleration(loop.centre(j))
         m = body_inertia(loop.scene.bodies[j], loop.graph).m
 
-        assert loop.agrees(apply(loop.place(j).R, loop.system.bodies[j].inertia[0]), [-m * x for x in a])
+        assert loop.agrees(loop.place(j).R @ loop.system.bodies[j].inertia[0], [-m * x for x in a])
 
 
 def test_equations_5_12_and_5_13_inertia_force_in_frame_j_by_the_transposed_cosines(loop):
     for j in bodies(loop):
         P = loop.place(j).R
-        in_ground = apply(P, loop.system.bodies[j].inertia[0])
+        in_ground = P @ loop.system.bodies[j].inertia[0]
 
-        assert loop.agrees(apply(transpose(P), in_ground), loop.system.bodies[j].inertia[0])
+        assert loop.agrees(P.T @ in_ground, loop.system.bodies[j].inertia[0])
 
 
 def moment_of_inertia_forces(loop, j):
@@ -216,7 +214,7 @@ def moment_of_inertia_forces(loop, j):
 
 def test_equation_5_14_inertia_moment_about_a_point_that_is_not_the_centre_of_mass(loop):
     for j in bodies(loop):
-        moment = apply(loop.place(j).R, loop.system.bodies[j].inertia[1])
+        moment = loop.place(j).R @ loop.system.bodies[j].inertia[1]
 
         assert loop.agrees(moment, moment_of_inertia_forces(loop, j))
 
@@ -238,7 +236,7 @@ def test_equations_5_15_and_5_16_moment_without_spin_is_that_of_the_acceleration
         one = body_inertia(loop.scene.bodies[j], graph)
         F_star = scale(-one.m, a)
         r = scale(1 / one.m, one.h)
-        expected = add(neg(apply(one.I, dw)), cross(r, F_star))
+        expected = add(neg(one.I @ dw), cross(r, F_star))
 
         assert loop.agrees(inertia_bivector(one, still, dw, a)[1], expected)
 

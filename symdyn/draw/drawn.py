@@ -12,7 +12,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, in_plane
 from symdyn.scene.joints import JOINTS, JointMotion, unit
 from symdyn.scene.values import Body, Contact, Element, Joint, Load
-from symdyn.spatial import Transform, apply
+from symdyn.spatial import Transform
 
 Key = tuple[Any, ...]  # what, then whose: names, numbers, elements
 
@@ -41,14 +41,14 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
     if isinstance(one, Load):
         R = placed[one.place.body].R if one.frame == "body" else Transform.unit(graph).R
         force, couple = FORCES[one.kind].push.wrench(one, graph)
-        wanted |= {("force", one): apply(R, force), ("couple", one): apply(R, couple)}
+        wanted |= {("force", one): R @ force, ("couple", one): R @ couple}
     elif isinstance(one, Contact):
         if FORCES[one.kind].rolls:
             wanted["radius", one] = (one.radius.express(graph),)
         if one.axis:
-            wanted["axis", one] = apply(placed[one.place.body].R, vector(one.axis, graph))
+            wanted["axis", one] = placed[one.place.body].R @ vector(one.axis, graph)
         T, normal = placed[one.plane.body], unit(one.plane.normal, graph)
-        wanted |= {("normal", one): apply(T.R, normal), ("along", one): apply(T.R, in_plane(normal))}
+        wanted |= {("normal", one): T.R @ normal, ("along", one): T.R @ in_plane(normal)}
         wanted["plane", one] = T.point(vector(one.plane.at, graph))
     return wanted
 
@@ -78,10 +78,10 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     at = fixed
     for k, move in enumerate((_anywhere if closes else joint_motion)(joint, graph).moves):
         at = at @ move.before
-        wanted["move", name, k, move.slides] = apply(at.R, move.axis)
+        wanted["move", name, k, move.slides] = at.R @ move.axis
         if joint.coordinates and not move.amount.is_zero:
             named = str(move.amount.value) if move.amount.op is Op.SYMBOL else ""
-            wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *apply(at.R, move.axis))
+            wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *at.R @ move.axis)
         at = at @ move.placement
     return wanted
 

@@ -21,7 +21,7 @@ from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values import OUTLINES, Body
-from symdyn.spatial import Mat, Vec, apply, dot, scale, zero_vector
+from symdyn.spatial import Mat, Vec, dot, scale, zero_vector
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -115,7 +115,7 @@ def outline(scene: Scene, body: Body, graph: Graph, parameters: Mapping[str, flo
     if axis is not None and row.axis is not None:
         axes = _around(axes, axis / np.linalg.norm(axis), row.axis)
     ways = [_constant(graph, way) for way in axes.T]
-    own = [dot(way, apply(tensor, way)) for way in ways]
+    own = [dot(way, tensor @ way) for way in ways]
     given = dict(said.sizes) if said else {}
     lengths = []
     for name, shares in row.sizes.items():
@@ -179,7 +179,7 @@ def _about_centre(body: Body, graph: Graph, mass: Expr, centre: Vec) -> Mat:
         x, y, z = centre
         xx, yy, zz = xx - mass * (y * y + z * z), yy - mass * (x * x + z * z), zz - mass * (x * x + y * y)
         xy, xz, yz = xy + mass * x * y, xz + mass * x * z, yz + mass * y * z
-    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+    return Mat.symmetric(xx, yy, zz, xy, xz, yz)
 
 
 def _numbers(entries: Sequence[Expr], parameters: Mapping[str, float]) -> Array | None:

@@ -11,7 +11,7 @@ from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import Joint
-from symdyn.spatial import Transform, Vec, apply, dot, scale, sub
+from symdyn.spatial import Transform, Vec, dot, scale, sub
 from symdyn.teach.document import Step, Words
 from symdyn.teach.lesson import Prose
 from symdyn.teach.masses import AXES
@@ -125,7 +125,7 @@ class _Zero:
     def _axis(self, joint: Joint) -> Vec:
         axis = JOINTS[joint.type].axis(joint)
         assert axis is not None, "asked of joints with an axis only"
-        return apply(self._frame(joint).R, unit(axis, self.graph))
+        return self._frame(joint).R @ unit(axis, self.graph)
 
     def _unit(self, way: Vec) -> tuple[float, ...] | None:
         """Return a vector in numbers with length 1; None for one without length."""

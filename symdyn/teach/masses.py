@@ -9,7 +9,7 @@ from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.values import Body
-from symdyn.spatial import Mat, Transform, Vec, apply, symmetric
+from symdyn.spatial import Mat, Transform, Vec
 
 AXES = "xyz"
 
@@ -48,7 +48,7 @@ def masses(scene: Scene, graph: Graph, placed: Mapping[str, Transform]) -> list[
     for number, body in enumerate(scene.bodies, 1):
         T = placed[body.name]
         own = [(p.mass.express(graph), T.point(vector(p.at, graph))) for p in body.particles]
-        m, inertia = body.mass.express(graph), symmetric(*(x.express(graph) for x in body.inertia))
+        m, inertia = body.mass.express(graph), Mat.symmetric(*(x.express(graph) for x in body.inertia))
         extended = not m.is_zero or not all(x.is_zero for row in inertia for x in row) or body.first_moment is not None
         tags = [str(number)] if len(own) + extended == 1 else [f"{number}{letter}" for letter in "abcdefgh"]
         if len(own) + extended > len(tags):
@@ -58,7 +58,7 @@ def masses(scene: Scene, graph: Graph, placed: Mapping[str, Transform]) -> list[
             if body.about == "com" and body.com is not None:
                 found.append(Mass(tag, body, False, m, T.point(vector(body.com, graph)), inertia))
             else:
-                found.append(Mass(tag, body, False, m, T.p, inertia, apply(T.R, body.mass_moment(graph))))
-        nothing = symmetric(*[graph.zero] * 6)
+                found.append(Mass(tag, body, False, m, T.p, inertia, T.R @ body.mass_moment(graph)))
+        nothing = Mat.symmetric(*[graph.zero] * 6)
         found += [Mass(tag, body, True, m, at, nothing) for tag, (m, at) in zip(tags, own, strict=False)]
     return found

@@ -15,7 +15,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import mass, tree_placements
 from symdyn.graph import Expr, tangents
 from symdyn.scene.values import ZERO
-from symdyn.spatial import Vec, add, apply, cross, sub, transpose
+from symdyn.spatial import Vec, add, cross, sub
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere
 
@@ -66,7 +66,7 @@ def _share_of_base(w: Workspace) -> Claim | None:
     T, C = tree_placements(tree)[carrier] @ here, entries(w, "centre_of_mass")
     p, L = _vectors(_momentum(w))
     turning = add(L, cross(sub((C[0], C[1], C[2]), T.p), p))
-    share = (*apply(transpose(T.R), p), *apply(transpose(T.R), turning))
+    share = (*T.R.T @ p, *T.R.T @ turning)
     return Claim("momentum of a free base", "its part of p = M qd", "R^T [p; L]", entries(w, "momentum")[:6], share)
 
 

@@ -26,24 +26,12 @@ from symdyn.graph import Algebra, Expr, substitute, tangents
 from symdyn.scene.forces import without_place
 from symdyn.spatial import (
     Inertia,
+    Mat,
     Transform,
     Wrench,
-    about,
     add,
-    add_matrices,
-    apply,
     cross,
-    identity,
-    multiply,
-    neg,
-    nothing,
-    outer,
-    plus,
-    power,
     scale,
-    scale_matrix,
-    times,
-    transpose as transposed,
 )
 from symdyn.verify.elimination import eliminate
 from symdyn.verify.equality import Claim
@@ -94,7 +82,7 @@ def _reactions(w: Workspace) -> list[Wrench]:
 
 
 def _wrenches(R: Sequence[Expr]) -> list[Wrench]:
-    return [((R[k], R[k + 1], R[k + 2]), (R[k + 3], R[k + 4], R[k + 5])) for k in range(0, len(R), 6)]
+    return [Wrench((R[k], R[k + 1], R[k + 2]), (R[k + 3], R[k + 4], R[k + 5])) for k in range(0, len(R), 6)]
 
 
 def _motion(w: Workspace) -> dict[Expr, Expr] | None:
@@ -115,10 +103,10 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
 def _contacts(w: Workspace) -> list[tuple[Hinge, Wrench]]:
     """Return contacts with what they exert on their bodies, axes of the bodies."""
     hanging, first = w.hanging, len(w.hanging.loops)
-    total = [nothing(w.graph)] * len(hanging.cuts)
+    total = [Wrench.none(w.graph)] * len(hanging.cuts)
     for one, size in carried(w.hanging) if w.scene.is_closed else []:
         if one.wrench is not None:
-            total[one.loop] = plus(total[one.loop], times(size, one.wrench))
+            total[one.loop] = total[one.loop] + one.wrench.scaled(size)
     return [(hinge, hinge.on_child(wrench)) for hinge, wrench in zip(hanging.cuts[first:], total[first:], strict=True)]
 
 
@@ -177,8 +165,8 @@ def power_of_reactions(w: Workspace) -> Claim | None:
         here = hinge.in_joint_axes(R)
         twists = zip(hinge.velocities, hinge.S, strict=True)
         if hinge in hanging.cuts:
-            terms += [power(here, twist) * u[k] for k, twist in hanging.relative_twists(hinge).items()]
-        terms += [hinge.ratio * power(here, twist) * u[k] for k, twist in twists]
+            terms += [here.power(twist) * u[k] for k, twist in hanging.relative_twists(hinge).items()]
+        terms += [hinge.ratio * here.power(twist) * u[k] for k, twist in twists]
     tau = entries(w, "inverse_dynamics")
     given = [t * v for t, v in zip(tau, u, strict=True)]
     for hinge in hanging.joints:
@@ -194,20 +182,20 @@ def momentum(w: Workspace) -> Claim:
     """Return that what the ground exerts, with weight and loads, changes momentum and angular momentum."""
     hanging, graph, state = w.hanging, w.graph, w.state
     placed = body_placements(w.scene, graph)
-    total = nothing(graph)
+    total = Wrench.none(graph)
     for hinge, R in [*zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True), *_contacts(w)]:
         if (hinge.parent < 0) == (hinge.child < 0):
             continue  # between two moving bodies: action = reaction
         T = placed[hinge.joint.child]
-        force, moment = about((apply(T.R, R[0]), apply(T.R, R[1])), T.point(hinge.place_on_child))
-        total = plus(total, (force, moment) if hinge.parent < 0 else (neg(force), neg(moment)))
+        exerted = R.rotated(T.R).about(T.point(hinge.place_on_child))
+        total = total + (exerted if hinge.parent < 0 else -exerted)
     gravity = vector(w.scene.gravity, graph)
     p, L = [graph.zero] * 3, [graph.zero] * 3
     for body, I, load in zip(w.scene.bodies, hanging.inertias, hanging.acting, strict=True):  # noqa: E741  the book's
         T = placed[body.name]
-        h = add(apply(T.R, I.h), scale(I.m, T.p))
-        weight = scale(I.m, gravity), cross(h, gravity)
-        total = plus(total, plus(weight, about((apply(T.R, load[0]), apply(T.R, load[1])), T.p)))
+        h = add(T.R @ I.h, scale(I.m, T.p))
+        weight = Wrench(scale(I.m, gravity), cross(h, gravity))
+        total = total + (weight + load.rotated(T.R).about(T.p))
         p = [a + b for a, b in zip(p, tangents(h, state.velocity), strict=True)]
         L = [a + b for a, b in zip(L, _angular(w, I, T), strict=True)]
     rates = tangents([*p, *L], state.acceleration)
@@ -218,13 +206,13 @@ def _angular(w: Workspace, body: Inertia, T: Transform) -> list[Expr]:
     """Return ∫ r × ṙ dm from ∫ r ṙᵀ dm, with ∫ x xᵀ dm = ½ tr(I) 1 - I in the body."""
     graph, m, h, I, R, p = w.graph, body.m, body.h, body.I, T.R, T.p  # noqa: E741  the book's name
     half = (I[0][0] + I[1][1] + I[2][2]) * Fraction(1, 2)
-    spread = add_matrices(scale_matrix(half, identity(graph)), scale_matrix(-1, I))
+    spread = Mat.identity(graph).scaled(half) + I.scaled(-1)
     rates = tangents([*R[0], *R[1], *R[2], *p], w.state.velocity)
-    turning = ((rates[0], rates[1], rates[2]), (rates[3], rates[4], rates[5]), (rates[6], rates[7], rates[8]))
+    turning = Mat(((rates[0], rates[1], rates[2]), (rates[3], rates[4], rates[5]), (rates[6], rates[7], rates[8])))
     moving = (rates[9], rates[10], rates[11])
-    A = multiply(multiply(R, spread), transposed(turning))
-    A = add_matrices(A, outer(apply(R, h), moving))
-    A = add_matrices(A, outer(p, add(apply(turning, h), scale(m, moving))))
+    A = R @ spread @ turning.T
+    A = A + Mat.outer(R @ h, moving)
+    A = A + Mat.outer(p, add(turning @ h, scale(m, moving)))
     return [A[1][2] - A[2][1], A[2][0] - A[0][2], A[0][1] - A[1][0]]
 
 

@@ -14,7 +14,7 @@ from symdyn.scene.joints.joint_mark import JointMark
 from symdyn.scene.values import Joint, folding, number
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.table import Table
-from symdyn.spatial import Transform, Wrench, dot, identity, scale
+from symdyn.spatial import Mat, Transform, Wrench, dot, scale
 
 RADIUS = Key(
     "radius",
@@ -32,7 +32,7 @@ RADIUS = Key(
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        (x, _, z), still, r = identity(graph), Transform.unit(graph), RADIUS.of(joint).express(graph)
+        (x, _, z), still, r = Mat.identity(graph), Transform.unit(graph), RADIUS.of(joint).express(graph)
         rolls = Move(True, x, r * q[0], still, ((0, r),))
         return JointMotion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
 
@@ -40,13 +40,13 @@ def _blocks(joint: Joint) -> tuple[Block, ...]:
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
-    x, y, z = identity(X.p[0].graph)
-    return forces(y, z) + moments(x, y) + ((x, scale(-RADIUS.of(joint).express(x[0].graph), z)),)
+    x, y, z = Mat.identity(X.p[0].graph)
+    return forces(y, z) + moments(x, y) + (Wrench(x, scale(-RADIUS.of(joint).express(x[0].graph), z)),)
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     graph = X.p[0].graph
-    x, y, z = identity(graph)
+    x, y, z = Mat.identity(graph)
     angle = graph.function(Op.ATAN2, X.R[1][0], X.R[0][0])
     return (*offsets(X, y, z), *leaning(X, z, x, y), dot(x, X.p) - RADIUS.of(joint).express(graph) * angle)
 

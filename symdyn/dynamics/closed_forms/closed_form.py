@@ -31,7 +31,7 @@ from symdyn.scene.forces import elastic
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
-from symdyn.spatial import Inertia, Transform, apply, dot, symmetric, zero_vector
+from symdyn.spatial import Inertia, Mat, Transform, dot, zero_vector
 from symdyn.unlocked import cached_property
 
 Row = tuple[Polynomial, ...]
@@ -222,7 +222,7 @@ def _balls(scene: Scene, graph: Graph) -> list[tuple[Inertia, list[tuple[int, Tr
         a, zero = joint.armature.express(graph), graph.zero
         if not a.is_zero and JOINTS[joint.type].ball(joint):
             X = joint_motion(joint, graph).placement
-            inertia = Inertia(zero, zero_vector(graph), symmetric(a, a, a, zero, zero, zero))
+            inertia = Inertia(zero, zero_vector(graph), Mat.symmetric(a, a, a, zero, zero, zero))
             found.append((inertia, [(number[q], X) for q in joint.coordinates]))
     return found
 
@@ -270,7 +270,7 @@ def _potential(scene: Scene, graph: Graph) -> Expr:
     total = graph.zero
     for body in scene.bodies:
         inertia, T = body_inertia(body, graph), placed[body.name]
-        total = total - dot(gravity, apply(T.R, inertia.h)) - inertia.m * dot(gravity, T.p)
+        total = total - dot(gravity, T.R @ inertia.h) - inertia.m * dot(gravity, T.p)
     return total
 
 

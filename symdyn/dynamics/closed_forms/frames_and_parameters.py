@@ -46,7 +46,7 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Joint
-from symdyn.spatial import Inertia, Transform, symmetric
+from symdyn.spatial import Inertia, Mat, Transform
 
 Step = tuple[str, tuple[Expr, ...]]
 
@@ -194,10 +194,10 @@ def with_base_parameters(tree: LeanTree, values: Sequence[Expr]) -> LeanTree:
     for k in tree.outward():
         if tree.slides[k]:
             m, x, y, z = islice(left, len(SLIDING))
-            bodies.append(Moments(m, (x, y, z), symmetric(*(zero,) * 6)))
+            bodies.append(Moments(m, (x, y, z), Mat.symmetric(*(zero,) * 6)))
         else:
             x, y, xx, xy, xz, yz, zz = islice(left, len(TURNING))
-            bodies.append(moments_of(Inertia(zero, (x, y, zero), symmetric(xx, zero, zz, xy, xz, yz))))
+            bodies.append(moments_of(Inertia(zero, (x, y, zero), Mat.symmetric(xx, zero, zz, xy, xz, yz))))
     return replace(tree, body=tuple(bodies))
 
 
@@ -221,4 +221,4 @@ def _split(body: Inertia, slides: bool, along_all_turns: bool) -> tuple[list[Exp
     if slides:
         return [body.m, x, y, z], Inertia(zero, (zero, zero, zero), body.I)
     kept = [x, y, xx - yy, xy, xz, yz, zz]
-    return kept, Inertia(body.m, (zero, zero, z), symmetric(yy, yy, zero, zero, zero, zero))
+    return kept, Inertia(body.m, (zero, zero, z), Mat.symmetric(yy, yy, zero, zero, zero, zero))

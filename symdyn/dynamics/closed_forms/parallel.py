@@ -9,7 +9,7 @@ from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import GROUND, Joint
-from symdyn.spatial import Vec, apply, dot
+from symdyn.spatial import Vec, dot
 
 
 @dataclass(frozen=True)
@@ -42,15 +42,15 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
     q, axis, below = graph.symbol(joint.coordinate), _axis(joint, graph), joint
     assert axis, "only joints that turn have neighbours"
     while below.parent != GROUND:
-        axis = apply(below.origin.transform(graph).R, axis)
+        axis = below.origin.transform(graph).R @ axis
         below = carrier[below.parent]
-        axis = apply(below.tip.transform(graph).R, axis)
+        axis = below.tip.transform(graph).R @ axis
         kind, other = JOINTS[below.type], _axis(below, graph)
         if (kind.axis(below) is None and kind.velocities(below)) or (other and below.coupling):
             return Neighbours(q, None, graph.zero, below.child, axis)  # no angle of the ring
         if other:
             return Neighbours(q, graph.symbol(below.coordinate), dot(axis, other), below.child, axis)
-    return Neighbours(q, None, graph.zero, GROUND, apply(below.origin.transform(graph).R, axis))
+    return Neighbours(q, None, graph.zero, GROUND, below.origin.transform(graph).R @ axis)
 
 
 def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[AngleGroup, ...]:

@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body, Joint
-from symdyn.spatial import Mat, Transform, Vec, apply, apply as matvec, cross, dot, spin, symmetric, transpose
+from symdyn.spatial import Mat, Transform, Vec, cross, dot
 
 
 @dataclass(frozen=True)
@@ -101,16 +101,16 @@ def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) ->
         for particle in body.particles
     )
     m, omega = body.mass.express(graph), _angular_velocity(T.R, rates)
-    inertia = symmetric(*(entry.express(graph) for entry in body.inertia))
-    w = apply(transpose(T.R), omega)  # ω in body coordinates, where the inertia is constant
-    spin = _half(graph) * dot(w, matvec(inertia, w))
+    inertia = Mat.symmetric(*(entry.express(graph) for entry in body.inertia))
+    w = T.R.T @ omega  # ω in body coordinates, where the inertia is constant
+    spin = _half(graph) * dot(w, inertia @ w)
     if body.about == "com":
         assert body.com is not None
         v = _rate(T.point(vector(body.com, graph)), rates)
         return total + _half(graph) * m * _square(v) + spin
     v = _rate(T.p, rates)  # of the body frame's origin: K = ½ m v² + v·(ω × R h) + ½ ω·I ω, h = m r
     h = body.mass_moment(graph)
-    return total + _half(graph) * m * _square(v) + dot(v, cross(omega, matvec(T.R, h))) + spin
+    return total + _half(graph) * m * _square(v) + dot(v, cross(omega, T.R @ h)) + spin
 
 
 def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
@@ -126,7 +126,7 @@ def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
 
 def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:
     """Return Σ m r of the body in the ground frame, kg m."""
-    m, h = body.mass.express(graph), matvec(T.R, body.mass_moment(graph))
+    m, h = body.mass.express(graph), T.R @ body.mass_moment(graph)
     total = [m * T.p[k] + h[k] for k in range(3)]
     for particle in body.particles:
         place, mass = T.point(vector(particle.at, graph)), particle.mass.express(graph)
@@ -136,7 +136,7 @@ def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:
 
 def _angular_velocity(R: Mat, rates: dict[Expr, Expr]) -> Vec:
     """Return ω in the ground frame."""
-    return spin([tangents(row, rates) for row in R], R)
+    return R.spin([tangents(row, rates) for row in R])
 
 
 def _rate(place: Vec, rates: dict[Expr, Expr]) -> Vec:

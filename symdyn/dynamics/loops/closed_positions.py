@@ -32,7 +32,7 @@ from symdyn.dynamics.loops.partition import Block
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, substitute
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
+from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 if TYPE_CHECKING:
     from symdyn.dynamics.roads.workspace import Workspace
@@ -110,7 +110,7 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_
         turns, slides = tree.S[b]
         before = T.R if sense < 0 else (T @ tree.base[b]).R
         if not all(x.is_zero for x in turns):
-            axis = apply(before, turns)
+            axis = before @ turns
             normal = axis if normal is None else normal
             if axis != normal and axis != neg(normal):
                 raise _none(w, f"the axes of the loop {cut.owner} are not written as parallel")
@@ -122,12 +122,12 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_
         is_slide = all(x.is_zero for x in turns)
         if sense > 0:  # the constant part, then the move itself is left out
             T = step(T @ tree.base[b])
-        axis = apply(T.R, slides if is_slide else turns)
+        axis = T.R @ (slides if is_slide else turns)
         unknowns.append(_Unknown(tree.A[b][0][0], is_slide, sense, axis))
         ways.append(still)
         if sense < 0:
             T = step(T @ tree.base[b].inverse())
-    ways[-1] = add(ways[-1], apply(T.R, last.p))
+    ways[-1] = add(ways[-1], T.R @ last.p)
     if len(unknowns) != 2 or normal is None or all(one.slides for one in unknowns):
         raise _none(w, f"the loop {cut.owner} has no two unknowns of which one turns")
     return unknowns, ways, normal

@@ -29,7 +29,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, spin, sub, zero_vector
+from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 Twist = tuple[Vec, Vec]  # angular, linear
 
@@ -146,21 +146,21 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
     axes: list[tuple[int, Vec, Vec]] = []  # move, its axis z, s
     ways = [T.p]  # from J to the first origin, from there to the next, ..., to P
     for b in inner:  # to the carrier: the move backwards
-        z, s = (neg(apply(T.R, part)) for part in tree.S[b])
+        z, s = (neg(T.R @ part) for part in tree.S[b])
         axes.append((b, z, s))
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
         step = tree.T[b].inverse()
-        ways.append(apply(T.R, step.p))
+        ways.append(T.R @ step.p)
         a = add(a, _swing(omega, alpha, ways[-1]))
         T = T @ step
     for b in outer:
-        ways.append(apply(T.R, tree.T[b].p))
+        ways.append(T.R @ tree.T[b].p)
         a = add(a, _swing(omega, alpha, ways[-1]))
         T = T @ tree.T[b]
-        z, s = (apply(T.R, part) for part in tree.S[b])
+        z, s = (T.R @ part for part in tree.S[b])
         axes.append((b, z, s))
         omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
-    ways.append(apply(T.R, last.p))
+    ways.append(T.R @ last.p)
     a = add(a, _swing(omega, alpha, ways[-1]))
     # a move inwards is about the origin in front of its way, one outwards about the one behind
     levers = [still]
@@ -174,7 +174,7 @@ def _walk(tree: Tree, cut: Cut, speeds: Callable[[], tuple[list[Expr], list[Expr
         for k, x in tree.A[b]:
             before = columns.get(k, (still, still))
             columns[k] = (add(before[0], scale(x, z)), add(before[1], scale(x, linear)))
-    X = Transform(multiply(T.R, last.R), add(ways[0], levers[0]))
+    X = Transform(T.R @ last.R, add(ways[0], levers[0]))
     return _Relative(X, dict(sorted(columns.items())), (alpha, a))
 
 
@@ -275,7 +275,7 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
     for cut in cuts(scene, graph):
         X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
         velocity = tangents(X.p, state.velocity)
-        turning = spin([tangents(row, state.velocity) for row in X.R], X.R)
+        turning = X.R.spin([tangents(row, state.velocity) for row in X.R])
         residual = cut.residual(X)
         for k, (F, N) in enumerate(cut.wrenches(X)):
             power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *turning), strict=True))

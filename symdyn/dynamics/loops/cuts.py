@@ -20,7 +20,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Contact, Joint
-from symdyn.spatial import Transform, Wrench, dot, identity
+from symdyn.spatial import Mat, Transform, Wrench, dot
 
 FLAT = 1e-3
 """Sine of the angle between axis and normal of a wheel that lies flat."""
@@ -83,9 +83,9 @@ def contact(row: Contact, graph: Graph) -> Cut:
     return Cut(
         row.name,
         row.plane.body,
-        Transform(identity(graph), vector(row.plane.at, graph)),
+        Transform(Mat.identity(graph), vector(row.plane.at, graph)),
         row.place.body,
-        Transform(identity(graph), vector(row.place.at, graph)),
+        Transform(Mat.identity(graph), vector(row.place.at, graph)),
         lambda X: law.wrenches(row, X, sine(row, X)),
         lambda X: tuple(law.height(row, X, sine(row, X)) if one else graph.zero for one in closes),
         closes,

@@ -33,7 +33,7 @@ from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Joint
-from symdyn.spatial import add, apply, cross
+from symdyn.spatial import add, cross
 
 NOTHING = 1e-7
 """Components of unit motions and unit vectors below it are zero."""
@@ -218,8 +218,8 @@ def _moved_by(numbers: Numbers, q: Array) -> list[list[tuple[int, Array]]]:
     tree = numbers.tree
     entries = []
     for T, (z, s) in zip(tree_placements(tree), tree.S, strict=True):
-        turned = apply(T.R, z)
-        entries += [*turned, *add(apply(T.R, s), cross(T.p, turned))]
+        turned = T.R @ z
+        entries += [*turned, *add(T.R @ s, cross(T.p, turned))]
     axes = numbers.at(entries, q).reshape(-1, 6)
     shares = iter(numbers.at([x for row in tree.A for _, x in row], q))
     return [[(k, next(shares) * axis) for k, _ in row] for axis, row in zip(axes, tree.A, strict=True)]

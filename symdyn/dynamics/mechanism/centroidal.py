@@ -25,7 +25,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND
-from symdyn.spatial import Inertia, Transform, Vec, add, apply, cross, scale, spin, sub, transpose, zero_vector
+from symdyn.spatial import Inertia, Transform, Vec, add, cross, scale, sub, zero_vector
 
 
 def massive(scene: Scene, m: Expr) -> Expr:
@@ -61,7 +61,7 @@ def centre(scene: Scene, tree: Tree) -> Vec:
     """Return C, m."""
     m, total = mass(scene, tree), zero_vector(tree.graph)
     for T, one in list(zip(tree_placements(tree), tree.inertia, strict=True))[1:]:
-        total = add(total, add(apply(T.R, one.h), scale(one.m, T.p)))
+        total = add(total, add(T.R @ one.h, scale(one.m, T.p)))
     return scale(1 / m, total)
 
 
@@ -70,7 +70,7 @@ def _momenta(scene: Scene, tree: Tree, C: Vec) -> list[tuple[Vec, Vec]]:
     zero = zero_vector(tree.graph)
     columns = [(zero, zero)] * tree.n
     for i, (T, carried) in enumerate(zip(tree_placements(tree), composites(tree), strict=True)):
-        L, p = (apply(T.R, part) for part in carried.momentum(*tree.S[i]))
+        L, p = (T.R @ part for part in carried.momentum(*tree.S[i]))
         L = add(L, cross(sub(T.p, C), p))
         for k, share in tree.A[i]:
             columns[k] = add(columns[k][0], scale(share, p)), add(columns[k][1], scale(share, L))
@@ -96,8 +96,8 @@ def momentum_bias(scene: Scene, tree: Tree, state: State) -> list[Expr]:
     for T, one, at in list(zip(tree_placements(tree), tree.inertia, motion, strict=True))[1:]:
         turning, pushing = one.momentum(at.dw, at.a)
         L, p = one.momentum(at.w, zero_vector(tree.graph))
-        f = apply(T.R, add(pushing, cross(at.w, p)))
-        n = apply(T.R, add(turning, cross(at.w, L)))
+        f = T.R @ add(pushing, cross(at.w, p))
+        n = T.R @ add(turning, cross(at.w, L))
         force, moment = add(force, f), add(moment, add(n, cross(sub(T.p, C), f)))
     return [*force, *moment]
 
@@ -118,7 +118,7 @@ def differentiated_centre(scene: Scene, graph: Graph) -> Vec:
     """Return C, m."""
     total, m = zero_vector(graph), graph.zero
     for T, one in _moving(scene, graph):
-        total, m = add(total, add(apply(T.R, one.h), scale(one.m, T.p))), m + one.m
+        total, m = add(total, add(T.R @ one.h, scale(one.m, T.p))), m + one.m
     return scale(1 / massive(scene, m), total)
 
 
@@ -128,8 +128,8 @@ def differentiated_momentum(scene: Scene, graph: Graph) -> list[Expr]:
     p = L = zero_vector(graph)
     for T, one in _moving(scene, graph):
         x, y, z = tangents(T.p, rates)
-        w = apply(transpose(T.R), spin([tangents(row, rates) for row in T.R], T.R))
-        own, linear = (apply(T.R, part) for part in one.momentum(w, apply(transpose(T.R), (x, y, z))))
+        w = T.R.T @ T.R.spin([tangents(row, rates) for row in T.R])
+        own, linear = (T.R @ part for part in one.momentum(w, T.R.T @ (x, y, z)))
         p, L = add(p, linear), add(L, add(own, cross(sub(T.p, C), linear)))
     return [*p, *L]
 

@@ -43,7 +43,7 @@ from symdyn.dynamics.mechanism.state import State, joint_motion
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, Block
-from symdyn.spatial import apply, multiply, skew
+from symdyn.spatial import Mat
 
 Brackets = Mapping[tuple[int, int], tuple[tuple[int, int], ...]]
 
@@ -124,12 +124,12 @@ def rates_of_placements(scene: Scene, graph: Graph) -> list[Expr]:
 def _rates(block: Block, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> list[Expr]:
     """Return the rates of a quaternion, behind those of a position if the block has one."""
     X = block.motion(u[0].graph, q, u).placement
-    S = multiply(X.R, skew((u[-3], u[-2], u[-1])))
+    S = X.R @ Mat.skew((u[-3], u[-2], u[-1]))
     w, *vector = q[-4:]
     turning = (S[0][0] + S[1][1] + S[2][2]) / (8 * w)
     twisting = (S[2][1] - S[1][2], S[0][2] - S[2][0], S[1][0] - S[0][1])
     bending = [(twist / 4 - turning * x) / w for twist, x in zip(twisting, vector, strict=True)]
-    sliding = apply(X.R, (u[0], u[1], u[2])) if len(u) == 6 else ()
+    sliding = X.R @ (u[0], u[1], u[2]) if len(u) == 6 else ()
     return [*sliding, turning, *bending]
 
 

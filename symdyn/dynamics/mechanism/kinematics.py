@@ -24,7 +24,7 @@ from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
-from symdyn.spatial import Transform, Vec, add, apply, cross, scale, spin, sub, transpose, zero_vector
+from symdyn.spatial import Transform, Vec, add, cross, scale, sub, zero_vector
 
 PLACES = {"body": ("bodies",), "body or point": ("bodies", "points")}
 """Where a name is looked for that shall be one of these."""
@@ -88,7 +88,7 @@ def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[E
 
 def _twist(T: Transform, rates: dict[Expr, Expr]) -> list[Expr]:
     """Return [ṗ; ω] of a placement along given rates, ground frame."""
-    turning = spin([tangents(row, rates) for row in T.R], T.R)
+    turning = T.R.spin([tangents(row, rates) for row in T.R])
     return [*tangents(T.p, rates), *turning]
 
 
@@ -117,7 +117,7 @@ def jacobian(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
     columns: list[tuple[Expr, ...]] = [(tree.graph.zero,) * 6] * tree.n
     i = tree.home[body][0]
     while i:
-        z, s = apply(placements[i].R, tree.S[i][0]), apply(placements[i].R, tree.S[i][1])
+        z, s = placements[i].R @ tree.S[i][0], placements[i].R @ tree.S[i][1]
         column = (*add(cross(z, sub(p, placements[i].p)), s), *z)
         for k, share in tree.A[i]:
             columns[k] = tuple(x + share * y for x, y in zip(columns[k], column, strict=True))
@@ -132,7 +132,7 @@ def velocity_product(scene: Scene, tree: Tree, state: State, name: str) -> list[
     carrier, home = tree.home[body]
     motion = body_motion(tree, state.qd, still, zero_vector(tree.graph))[carrier]
     R = tree_placements(tree)[carrier].R
-    return [*apply(R, motion.at((home @ local).p)), *apply(R, motion.dw)]
+    return [*R @ motion.at((home @ local).p), *R @ motion.dw]
 
 
 def acceleration(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
@@ -140,7 +140,7 @@ def acceleration(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr
     centre = centre_of_mass(scene, name, tree.graph)
     carrier, home = tree.home[name]
     motion = body_motion(tree, state.qd, state.qdd, zero_vector(tree.graph))[carrier]
-    return list(apply(tree_placements(tree)[carrier].R, motion.at(home.point(centre))))
+    return list(tree_placements(tree)[carrier].R @ motion.at(home.point(centre)))
 
 
 def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
@@ -176,10 +176,10 @@ def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec
     for i in tree.outward():
         (z, s), E, r = tree.S[i], tree.T[i].R, tree.T[i].p
         parent = motion[tree.parent[i]]
-        wp = apply(transpose(E), parent.w)
+        wp = E.T @ parent.w
         spin, slide = scale(rate[i], z), scale(rate[i], s)
         w = add(wp, spin)
-        dw = add(add(apply(transpose(E), parent.dw), cross(wp, spin)), scale(acceleration[i], z))
-        a = add(add(apply(transpose(E), parent.at(r)), scale(2, cross(wp, slide))), scale(acceleration[i], s))
+        dw = add(add(E.T @ parent.dw, cross(wp, spin)), scale(acceleration[i], z))
+        a = add(add(E.T @ parent.at(r), scale(2, cross(wp, slide))), scale(acceleration[i], s))
         motion.append(TreeMotion(w, dw, a))
     return motion

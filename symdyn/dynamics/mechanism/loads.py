@@ -20,7 +20,7 @@ from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic, resisting
 from symdyn.scene.values import ZERO, Joint, Load, Place, Strut
-from symdyn.spatial import Transform, Vec, Wrench, dot, power, rotated, spin, sub
+from symdyn.spatial import Transform, Vec, Wrench, dot, sub
 
 # Laws of force
 
@@ -172,9 +172,9 @@ def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
     """Return F·∂ṗ/∂u_i + C·∂ω/∂u_i for every velocity; F and C do no work of their own on the way."""
     wrench = load_vectors(load, graph)
     if load.frame == "body":
-        wrench = rotated(T.R, wrench)
+        wrench = wrench.rotated(T.R)
     columns = placement_rates(Transform(T.R, T.point(vector(load.place.at, graph))), scene, graph)
-    return [power(wrench, twist) for twist in columns]
+    return [wrench.power(twist) for twist in columns]
 
 
 def load_vectors(load: Load, graph: Graph) -> Wrench:
@@ -189,5 +189,5 @@ def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:
     columns = []
     for u in state.qd:
         x = tangents(rates, {u: graph.one})
-        columns.append(((x[0], x[1], x[2]), spin((x[3:6], x[6:9], x[9:12]), T.R)))
+        columns.append(Wrench((x[0], x[1], x[2]), T.R.spin((x[3:6], x[6:9], x[9:12]))))
     return columns

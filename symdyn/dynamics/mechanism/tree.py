@@ -38,16 +38,14 @@ from symdyn.scene.joints import JOINTS, JointMotion
 from symdyn.scene.values import GROUND, Body, Joint, velocity_name
 from symdyn.spatial import (
     Inertia,
+    Mat,
     Transform,
     Vec,
+    Wrench,
     add,
-    add_matrices,
-    apply,
     cross,
     dot,
-    nothing,
     scale,
-    symmetric,
     zero_vector,
 )
 
@@ -167,7 +165,7 @@ class Tree(Topology):
 def build_tree(scene: Scene, graph: Graph) -> Tree:
     """Return the scene's kinematic tree."""
     still = Transform.unit(graph)
-    moves: list[tuple[object, ...]] = [(-1, still, still, nothing(graph), graph.zero, (), (), graph.zero)]
+    moves: list[tuple[object, ...]] = [(-1, still, still, Wrench.none(graph), graph.zero, (), (), graph.zero)]
     block: list[tuple[int, ...]] = [()]
     inertia, balls = [Inertia.none(graph)], list[BallRotor]()
     velocities = {name: k for k, name in enumerate(scene.velocities)}
@@ -230,12 +228,12 @@ def body_inertia(body: Body, graph: Graph) -> Inertia:
     for particle in body.particles:
         total = total + Inertia.of_point(particle.mass.express(graph), vector(particle.at, graph))
     m = body.mass.express(graph)
-    matrix = symmetric(*(entry.express(graph) for entry in body.inertia))
+    matrix = Mat.symmetric(*(entry.express(graph) for entry in body.inertia))
     if body.about == "frame":
         return total + Inertia(m, body.mass_moment(graph), matrix)
     assert body.com is not None
     steiner = Inertia.of_point(m, vector(body.com, graph))
-    return total + Inertia(m, steiner.h, add_matrices(matrix, steiner.I))
+    return total + Inertia(m, steiner.h, matrix + steiner.I)
 
 
 @dataclass(frozen=True)
@@ -280,7 +278,7 @@ def ball_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> BallRot
     for k, move in enumerate(joint_motion(joint, graph).moves):
         if k:  # what stands in front of the first turn, or of the axes of a quaternion, turns all of S alike
             place = place @ move.before
-        S.append(apply(place.R, move.axis))
+        S.append(place.R @ move.axis)
         if k:
             place = place @ move.placement
     pairs = [] if joint.velocities else [(0, 1), (0, 2), (1, 2)]

@@ -21,20 +21,14 @@ from symdyn.dynamics.reactions.members import motions
 from symdyn.graph import Expr
 from symdyn.spatial import (
     Inertia,
+    Mat,
     Transform,
     Vec,
     Wrench,
-    about,
     add,
-    apply,
     cross,
-    identity,
     neg,
-    plus,
     scale,
-    skew,
-    times,
-    transpose,
     zero_vector,
 )
 
@@ -63,14 +57,14 @@ class Bivectors:
 def shift(way: Vec) -> tuple[tuple[Expr, ...], ...]:
     """Return R̄ = [[1, 0], [r̃, 1]] of (5.3), which moves a bivector by r = `way`, with r̃ of (5.2)."""
     graph = way[0].graph
-    one, r = identity(graph), skew(way)
+    one, r = Mat.identity(graph), Mat.skew(way)
     return (*((*row, *zero_vector(graph)) for row in one), *((*r[k], *one[k]) for k in range(3)))
 
 
 def turned(P: Transform, bivector: Wrench) -> Wrench:
     """Return F̄_1j = R̄_1j P̄_1j F̄_jj of (5.5): a bivector of frame j in frame 1, for the placement of j in 1."""
-    force = apply(P.R, bivector[0])
-    return force, add(apply(P.R, bivector[1]), cross(P.p, force))
+    force = P.R @ bivector[0]
+    return Wrench(force, add(P.R @ bivector[1], cross(P.p, force)))
 
 
 def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
@@ -86,15 +80,15 @@ def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bi
     actions, bodies, about_origin = [], [], []
     for hinge, body, motion, T, load in zip(hanging.joints, hanging.inertias, moved, placed, loads, strict=True):
         r = hinge.place_on_child  # O_j in the body's frame
-        g = apply(transpose(T.R), gravity)
-        weight = (scale(body.m, g), cross(body.h, g))
-        actions.append(about(plus(weight, load), neg(r)))
+        g = T.R.T @ gravity
+        weight = Wrench(scale(body.m, g), cross(body.h, g))
+        actions.append((weight + load).about(neg(r)))
         about_origin.append(TreeMotion(motion.w, motion.dw, motion.at(r)))
-        bodies.append(body.seen_from(Transform(identity(graph), neg(r))))
+        bodies.append(body.seen_from(Transform(Mat.identity(graph), neg(r))))
     for hinge, forces in zip(hanging.joints, own, strict=True):
         for force, D in zip(forces, hanging.drives(hinge), strict=True):
-            for j, exerted in exerted_on(hanging, hinge, times(force, D)).items():
-                actions[j] = plus(actions[j], exerted)
+            for j, exerted in exerted_on(hanging, hinge, D.scaled(force)).items():
+                actions[j] = actions[j] + exerted
     return tuple(
         Bivectors(action, inertia_bivector(body, motion.w, motion.dw, motion.a), motion, body)
         for action, motion, body in zip(actions, about_origin, bodies, strict=True)
@@ -108,8 +102,8 @@ def inertia_bivector(body: Inertia, w: Vec, dw: Vec, a: Vec) -> Wrench:
     m r_jT is the first moment.
     """
     force = neg(add(scale(body.m, a), add(cross(dw, body.h), cross(w, cross(w, body.h)))))
-    spin = neg(add(apply(body.I, dw), cross(w, apply(body.I, w))))
-    return force, add(spin, neg(cross(body.h, a)))
+    spin = neg(add(body.I @ dw, cross(w, body.I @ w)))
+    return Wrench(force, add(spin, neg(cross(body.h, a))))
 
 
 def exerted_on(hanging: Hanging, hinge: Hinge, wrench: Wrench) -> dict[int, Wrench]:
@@ -117,9 +111,9 @@ def exerted_on(hanging: Hanging, hinge: Hinge, wrench: Wrench) -> dict[int, Wren
     found: dict[int, Wrench] = {}
     if hinge.child >= 0:
         way = add(hinge.place_on_child, neg(hanging.joints[hinge.child].place_on_child))
-        found[hinge.child] = about(hinge.on_child(wrench), way)
+        found[hinge.child] = hinge.on_child(wrench).about(way)
     if hinge.parent >= 0:
         way = add(hinge.place_on_parent, neg(hanging.joints[hinge.parent].place_on_child))
-        exerted = about(hinge.on_parent(wrench), way)
-        found[hinge.parent] = plus(found[hinge.parent], exerted) if hinge.parent in found else exerted
+        exerted = hinge.on_parent(wrench).about(way)
+        found[hinge.parent] = found[hinge.parent] + exerted if hinge.parent in found else exerted
     return found

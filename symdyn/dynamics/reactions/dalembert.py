@@ -37,7 +37,7 @@ from symdyn.dynamics.reactions.ties import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.spatial import Vec, Wrench, apply, cross, dot, identity, nothing, plus, times
+from symdyn.spatial import Mat, Vec, Wrench, cross, dot
 
 Rows = list[dict[int, Expr]]
 
@@ -124,7 +124,7 @@ class Equilibrium:
             for h, wrench in unknown.acts:
                 for j, exerted in exerted_on(hanging, hanging.hinges[h], wrench).items():
                     if not all(x.is_zero for part in exerted for x in part):
-                        blocks[j, u] = plus(blocks[j, u], exerted) if (j, u) in blocks else exerted
+                        blocks[j, u] = blocks[j, u] + exerted if (j, u) in blocks else exerted
         return cls(hanging, bodies, tuple(unknowns), blocks, kept, own)
 
     @classmethod
@@ -171,7 +171,7 @@ class Equilibrium:
         """Return b = F^A + F^D, body by body, shape (equations,)."""
         b = []
         for known in self.bodies:
-            force, moment = plus(known.action, known.inertia)
+            force, moment = known.action + known.inertia
             entries = (*force, *moment)
             b += [entries[component] for component in self.kept]
         return b
@@ -201,10 +201,10 @@ class Equilibrium:
     def elements(self) -> list[Wrench]:
         """Return what joints' own elements, and drives that are known, exert in every joint, axes of joint frames."""
         hanging = self.hanging
-        total = [nothing(hanging.graph)] * len(hanging.hinges)
+        total = [Wrench.none(hanging.graph)] * len(hanging.hinges)
         for h, (hinge, forces) in enumerate(zip(hanging.joints, self.own, strict=True)):
             for force, D in zip(forces, hanging.drives(hinge), strict=True):
-                total[h] = plus(total[h], times(force, D))
+                total[h] = total[h] + D.scaled(force)
         return total
 
     def direction(self, unknown: Unknown) -> str:
@@ -233,7 +233,7 @@ def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Exp
 
 def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
     graph = hanging.graph
-    axes = None if normal is None else identity(graph)[normal]
+    axes = None if normal is None else Mat.identity(graph)[normal]
     D = {h: hanging.drives(hinge) for h, hinge in enumerate(hanging.joints)}
     feels = {
         k: (h, D[h][i])
@@ -254,14 +254,14 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
         found += [Unknown(REACTION, name, k, ((h, wrench),)) for k, wrench in enumerate(W)]
         if hinge.joint.coupling is not None:
             leader, drive = feels[hinge.velocities[0]]
-            found.append(Unknown(COUPLING, name, 0, ((h, D[h][0]), (leader, times(-hinge.ratio, drive)))))
+            found.append(Unknown(COUPLING, name, 0, ((h, D[h][0]), (leader, drive.scaled(-hinge.ratio)))))
         else:
             found += [
                 Unknown(DRIVE, name, i, ((h, D[h][i]),)) for i, k in enumerate(hinge.velocities) if k not in passive
             ]
     for number, row in enumerate(rows_of(hanging)):
-        acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(row.G) if not slope.is_zero)
-        found.append(Unknown(ROW, row.owner, number, acts or ((0, nothing(graph)),)))  # a row may forbid nothing
+        acts = tuple((feels[k][0], feels[k][1].scaled(slope)) for k, slope in enumerate(row.G) if not slope.is_zero)
+        found.append(Unknown(ROW, row.owner, number, acts or ((0, Wrench.none(graph)),)))  # a row may forbid nothing
     return found
 
 
@@ -286,7 +286,7 @@ def _in_its_plane(hanging: Hanging, hinge: Hinge) -> tuple[Wrench, ...]:
 def coordinate_normal(hanging: Hanging) -> int:
     """Return which axis of all frames, 0, 1 or 2, is the normal of the plane that a mechanism moves in."""
     for k in (2, 1, 0):
-        n = identity(hanging.graph)[k]
+        n = Mat.identity(hanging.graph)[k]
         if all(_stays(hanging, hinge, n) for hinge in hanging.hinges):
             return k
     raise DerivationError(
@@ -297,7 +297,7 @@ def coordinate_normal(hanging: Hanging) -> int:
 
 def _stays(hanging: Hanging, hinge: Hinge, n: Vec) -> bool:
     """Return whether a joint and its frames leave the axis n where it is, at random positions."""
-    entries = [*apply((hinge.origin).R, n), *apply(hinge.X.R, n), *apply(hinge.tip.R, n)]
+    entries = [*(hinge.origin).R @ n, *hinge.X.R @ n, *hinge.tip.R @ n]
     expected = hanging.samples.at([*n, *n, *n])
     still = all(abs(hanging.samples.at(entries, seed) - expected).max() < 1e-9 for seed in (2, 3))
     turning = [x for _, omega in hinge.S for x in cross(n, omega)] + [dot(n, v) for v, _ in hinge.S]

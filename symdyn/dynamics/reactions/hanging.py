@@ -21,7 +21,7 @@ from symdyn.dynamics.reactions.members import acting, inertias, motions, needed,
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Strut
-from symdyn.spatial import Inertia, Transform, Wrench, about, identity, neg, plus, power, rotated, times
+from symdyn.spatial import Inertia, Mat, Transform, Wrench, neg
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Hanging:
     def frames(self) -> list[Transform]:
         """Placements in the ground of frames with axes of the bodies, their origins in the joints that carry them."""
         ways = (hinge.place_on_child for hinge in self.joints)
-        return [T @ Transform(identity(self.graph), way) for T, way in zip(self.placements, ways, strict=True)]
+        return [T @ Transform(Mat.identity(self.graph), way) for T, way in zip(self.placements, ways, strict=True)]
 
     @property
     def inertias(self) -> list[Inertia]:
@@ -119,7 +119,7 @@ class Hanging:
         moved = motions(self.scene, self.tree, self.state.qd, self.state.qdd, neg(self.tree.gravity))
         wanted = [needed(body, motion) for body, motion in zip(self.inertias, moved, strict=True)]
         given = self.acting
-        return [plus(a, times(self.graph.constant(-1), b)) for a, b in zip(wanted, given, strict=True)]
+        return [a + b.scaled(self.graph.constant(-1)) for a, b in zip(wanted, given, strict=True)]
 
     def transmitted(self, loads: Sequence[Wrench]) -> list[Wrench]:
         """Return f of every joint of the tree for what each body needs."""
@@ -128,22 +128,22 @@ class Hanging:
             hinge = self.joints[k]
             if hinge.parent >= 0:
                 T = hinge.placement
-                f[hinge.parent] = plus(f[hinge.parent], about(rotated(T.R, f[k]), T.p))
+                f[hinge.parent] = f[hinge.parent] + f[k].rotated(T.R).about(T.p)
         return f
 
     def carry(self, f: list[Wrench], loop: Hinge, wrench: Wrench) -> None:
         """Add to f what joints of the tree transmit when a joint that closes a loop exerts W."""
-        ends = (about(loop.on_parent(wrench), loop.place_on_parent), about(loop.on_child(wrench), loop.place_on_child))
-        for path, (force, moment) in zip(loop.paths, ends, strict=True):
-            need = (neg(force), neg(moment))
+        ends = (loop.on_parent(wrench).about(loop.place_on_parent), loop.on_child(wrench).about(loop.place_on_child))
+        for path, exerted in zip(loop.paths, ends, strict=True):
+            need = -exerted
             for k in path:
-                f[k] = plus(f[k], need)
+                f[k] = f[k] + need
                 T = self.joints[k].placement
-                need = about(rotated(T.R, need), T.p)
+                need = need.rotated(T.R).about(T.p)
 
     def at_joints(self, f: Sequence[Wrench]) -> list[Wrench]:
         """Return f of every joint of the tree about the origin of its moved joint frame, axes of the body."""
-        return [about(one, neg(hinge.place_on_child)) for hinge, one in zip(self.joints, f, strict=True)]
+        return [one.about(neg(hinge.place_on_child)) for hinge, one in zip(self.joints, f, strict=True)]
 
     def felt(self, wrenches: Sequence[Wrench]) -> list[Expr]:
         """Return Σ S·wrench on every velocity, shape (nv,), for wrenches from `at_joints`; N m or N."""
@@ -152,7 +152,7 @@ class Hanging:
             if hinge.velocities:
                 here = hinge.in_joint_axes(wrench)
                 for k, twist in zip(hinge.velocities, hinge.S, strict=True):
-                    total[k] = total[k] + hinge.ratio * power(here, twist)
+                    total[k] = total[k] + hinge.ratio * here.power(twist)
         return total
 
     def needed_forces(self, f: Sequence[Wrench]) -> list[Expr]:

@@ -39,15 +39,8 @@ from symdyn.spatial import (
     Vec,
     Wrench,
     add,
-    apply,
     cross,
-    neg,
-    plus,
-    power,
-    rotated,
     sub,
-    times,
-    transpose,
     zero_vector,
 )
 
@@ -103,16 +96,15 @@ class Hinge:
 
     def on_child(self, wrench: Wrench) -> Wrench:
         """Return W in the axes of C, about P."""
-        return rotated(transpose((self.X @ self.tip).R), wrench)
+        return wrench.rotated((self.X @ self.tip).R.T)
 
     def in_joint_axes(self, wrench: Wrench) -> Wrench:
         """Return a wrench about P from the axes of C in those of J."""
-        return rotated((self.X @ self.tip).R, wrench)
+        return wrench.rotated((self.X @ self.tip).R)
 
     def on_parent(self, wrench: Wrench) -> Wrench:
         """Return what the child exerts on the parent, -W, in the axes of B, about P: action = reaction."""
-        force, moment = rotated(self.origin.R, wrench)
-        return neg(force), neg(moment)
+        return -wrench.rotated(self.origin.R)
 
     @property
     def place_on_child(self) -> Vec:
@@ -139,14 +131,14 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
     X, still = motion.placement, zero_vector(graph)
     names = (velocity_name(joint.coupling.coordinate),) if joint.coupling else joint.rates
     ratio = joint.coupling.ratio.express(graph) if joint.coupling else graph.one
-    S: list[Wrench] = [(still, still)] * len(names)
+    S = [Wrench(still, still)] * len(names)
     place = Transform.unit(graph)
     for move in motion.moves:
         here = place @ move.before
-        axis = apply(here.R, move.axis)
-        twist = (axis, still) if move.slides else (cross(axis, sub(X.p, here.p)), axis)
+        axis = here.R @ move.axis
+        twist = Wrench(axis, still) if move.slides else Wrench(cross(axis, sub(X.p, here.p)), axis)
         for k, x in move.rate:
-            S[k] = plus(S[k], times(x, twist))
+            S[k] = S[k] + twist.scaled(x)
         place = here @ move.placement
     rates = tuple(ratio * graph.symbol(name) for name in names)
     numbers = tuple(velocities[name] for name in names)
@@ -182,9 +174,10 @@ def relative_twists(loop: Hinge, tree: Sequence[Hinge]) -> dict[int, Wrench]:
             J = here @ hinge.origin
             way = sub(loop.X.p, J.point(hinge.X.p))
             for k, (v, omega) in zip(hinge.velocities, hinge.S, strict=True):
-                spin = apply(J.R, omega)
-                twist = times(sign * hinge.ratio, (add(apply(J.R, v), cross(spin, way)), spin))
-                total[k] = plus(total[k], twist) if k in total else twist
+                spin = J.R @ omega
+                rate = sign * hinge.ratio
+                twist = Wrench(add(J.R @ v, cross(spin, way)), spin).scaled(rate)
+                total[k] = total[k] + twist if k in total else twist
             here = here @ hinge.placement
     return dict(sorted(total.items()))
 
@@ -213,15 +206,15 @@ def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     zero = hinge.graph.zero
     n = len(hinge.S)
     still = (zero, zero, zero)
-    turning = [(still, omega) for _, omega in hinge.S]
+    turning = [Wrench(still, omega) for _, omega in hinge.S]
     turns = [samples.at([x for _, omega in turning for x in omega], seed).reshape(n, 3) for seed in PLACES]
     S = turning if any(np.linalg.matrix_rank(at, tol=TINY) == n for at in turns) else list(hinge.S)
-    gram = [[power(a, b) for b in S] for a in S]
+    gram = [[a.power(b) for b in S] for a in S]
     one = hinge.graph.one
     if all(vanishes(gram[i][j] - one if i == j else gram[i][j]) for i in range(n) for j in range(i + 1)):
         return tuple(S)  # also where loops are open, where angles that they hold may have any value
     columns = [solve(range(-1, n), gram, [one if i == k else zero for i in range(n)]) for k in range(n)]
-    return tuple(reduce(plus, map(times, column, S)) for column in columns)
+    return tuple(reduce(Wrench.__add__, map(Wrench.scaled, S, column)) for column in columns)
 
 
 def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
@@ -238,5 +231,5 @@ def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     taken, _ = pivots(numbers.T, [range(6)], len(D))
     left = [e for k, e in enumerate(units) if k not in taken]
     for twist, drive in zip(hinge.S, D, strict=True):  # e - D Sᵀ e
-        left = [plus(e, times(-power(e, twist), drive)) for e in left]
+        left = [e + drive.scaled(-e.power(twist)) for e in left]
     return tuple(left)

@@ -23,18 +23,12 @@ from symdyn.spatial import (
     Transform,
     Vec,
     Wrench,
-    about,
     add,
-    apply,
     cross,
     dot,
     neg,
-    nothing,
-    plus,
-    rotated,
     scale,
     sub,
-    transpose,
     zero_vector,
 )
 
@@ -46,7 +40,7 @@ def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], g
     for body in scene.bodies:
         i, home = tree.home[body.name]
         moved = carried[i]
-        result.append(TreeMotion(*(apply(transpose(home.R), x) for x in (moved.w, moved.dw, moved.at(home.p)))))
+        result.append(TreeMotion(*(home.R.T @ x for x in (moved.w, moved.dw, moved.at(home.p)))))
     return result
 
 
@@ -59,8 +53,8 @@ def needed(inertia: Inertia, motion: TreeMotion) -> Wrench:
     """Return the wrench about the origin of C that gives a body its motion: Newton's and Euler's equations."""
     m, h, w, dw, a = inertia.m, inertia.h, motion.w, motion.dw, motion.a
     F = add(scale(m, a), add(cross(dw, h), cross(w, cross(w, h))))
-    N = add(apply(inertia.I, dw), add(cross(w, apply(inertia.I, w)), cross(h, a)))
-    return F, N
+    N = add(inertia.I @ dw, add(cross(w, inertia.I @ w), cross(h, a)))
+    return Wrench(F, N)
 
 
 def placements(tree: Sequence[Hinge]) -> list[Transform]:
@@ -77,19 +71,19 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
     number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
     apart = [one for one in scene.struts if not one.joint]
     graph = tree[0].graph
-    total = [nothing(graph)] * len(tree)
+    total = [Wrench.none(graph)] * len(tree)
     placed = placements(tree) if scene.loads or apart else []
 
     def act(k: int, place: Place, wrench: Wrench) -> None:
         """Add a wrench at a place, ground axes, to what acts on body k."""
         if k >= 0:
-            here = rotated(transpose(placed[k].R), wrench)
-            total[k] = plus(total[k], about(here, vector(place.at, graph)))
+            here = wrench.rotated(placed[k].R.T)
+            total[k] = total[k] + here.about(vector(place.at, graph))
 
     for load in scene.loads:
         k = number[load.place.body]
         wrench = load_vectors(load, graph)
-        act(k, load.place, rotated(placed[k].R, wrench) if load.frame == "body" and k >= 0 else wrench)
+        act(k, load.place, wrench.rotated(placed[k].R) if load.frame == "body" and k >= 0 else wrench)
     for strut in apart:
         way, square = way_apart(scene, strut, placed, graph)
         if square.is_zero:  # points that never part
@@ -98,8 +92,8 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         (rate,) = [graph.zero] if stores else tangents([graph.sqrt(square)], state.velocity)
         force, couple = scale(pull(strut, square, rate), way), zero_vector(graph)
         first, second = strut.ends
-        act(number[first.body], first, (force, couple))
-        act(number[second.body], second, (neg(force), couple))
+        act(number[first.body], first, Wrench(force, couple))
+        act(number[second.body], second, Wrench(neg(force), couple))
     return total
 
 

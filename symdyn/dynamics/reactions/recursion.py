@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.ties import Tie, refuse_without_place, sizes, ties
 from symdyn.graph import Expr
-from symdyn.spatial import Wrench, nothing, plus, rotated, times
+from symdyn.spatial import Wrench
 
 
 def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:
@@ -53,10 +53,10 @@ def with_loops(
 ) -> list[Expr]:
     """Return every reaction for f of the tree alone and given λ of what closes the loops; see `reactions`."""
     f = list(f)
-    closing = [nothing(hanging.graph)] * len(hanging.cuts)
+    closing = [Wrench.none(hanging.graph)] * len(hanging.cuts)
     for one, size in zip(unknown, multipliers, strict=True):
         if one.wrench is not None:
-            closing[one.loop] = plus(closing[one.loop], times(size, one.wrench))
+            closing[one.loop] = closing[one.loop] + one.wrench.scaled(size)
     for loop, wrench in zip(hanging.cuts, closing, strict=True):
         hanging.carry(f, loop, wrench)
     ends = [loop.on_child(wrench) for loop, wrench in zip(hanging.loops, closing, strict=False)]
@@ -70,6 +70,6 @@ def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Exp
     for hinge, wrench in zip((*hanging.joints, *hanging.loops), wrenches, strict=True):
         force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
         if axes == "ground" and hinge.child >= 0:
-            force, moment = rotated(placed[hinge.child].R, wrench)
+            force, moment = wrench.rotated(placed[hinge.child].R)
         entries += [*force, *moment]
     return entries

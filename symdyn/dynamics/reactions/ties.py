@@ -33,7 +33,7 @@ from symdyn.graph import Expr
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, without_place
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.spatial import Vec, Wrench, dot, identity, power, scale, sub
+from symdyn.spatial import Mat, Vec, Wrench, dot, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
 
@@ -102,7 +102,7 @@ def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
     for number, loop in enumerate(hanging.cuts):
         name, twists = loop.joint.name, hanging.relative_twists(loop)
         wrenches = loop.wrenches if whole else taken_wrenches(hanging, loop, twists)
-        rows = [(W, tuple(power(W, twists[k]) if k in twists else zero for k in every)) for W in wrenches]
+        rows = [(W, tuple(W.power(twists[k]) if k in twists else zero for k in every)) for W in wrenches]
         found[number < len(hanging.loops), name] = [Tie(name, number, wrench, row) for wrench, row in rows]
     found |= {(False, one.owner): [one] for one in rows_of(hanging)}
     names = [*((True, loop.name) for loop in hanging.scene.loops), *((False, row.name) for row in hanging.scene.rows)]
@@ -163,7 +163,7 @@ def _rank(hanging: Hanging, wrenches: Sequence[Wrench], seed: int) -> int:
 
 def flattened(wrenches: Sequence[Wrench], normal: Vec) -> list[Wrench]:
     """Return wrenches without what goes across a plane."""
-    return [(sub(f, scale(dot(f, normal), normal)), scale(dot(m, normal), normal)) for f, m in wrenches]
+    return [Wrench(sub(f, scale(dot(f, normal), normal)), scale(dot(m, normal), normal)) for f, m in wrenches]
 
 
 def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | None:
@@ -182,7 +182,7 @@ def _normals(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Iterat
     kind = JOINTS.get(loop.joint.type)  # a contact has none
     if kind and kind.has_axis:
         yield unit(loop.joint.axis, hanging.graph)
-    yield from identity(hanging.graph)[::-1]
+    yield from Mat.identity(hanging.graph)[::-1]
     for _, omega in twists.values():
         if not any(map(has_symbols, omega)) and not all(x.is_zero for x in omega):
             yield omega

@@ -26,6 +26,7 @@ from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.rnea import balance, held_tips
+from symdyn.dynamics.recursive.variations import Twist, plus, work
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import (
@@ -33,24 +34,11 @@ from symdyn.spatial import (
     Vec,
     Wrench,
     add,
-    add_matrices,
     cross,
-    identity,
-    mirrored,
-    multiply,
     neg,
-    outer,
-    plus,
-    power,
-    scale_matrix,
-    skew,
     sub,
-    symmetric,
-    transpose,
     zero_vector,
 )
-
-Pair = tuple[Vec, Vec]  # angular part first
 
 
 @dataclass(frozen=True)
@@ -60,41 +48,41 @@ class Articulated:
     J: Mat
     H: Mat
     M: Mat
-    bias: Pair
+    bias: Twist
 
     def __add__(self, other: Articulated) -> Articulated:
         """Return the sum, both in one frame."""
         return Articulated(
-            add_matrices(self.J, other.J),
-            add_matrices(self.H, other.H),
-            add_matrices(self.M, other.M),
+            self.J + other.J,
+            self.H + other.H,
+            self.M + other.M,
             plus(self.bias, other.bias),
         )
 
-    def along_z(self, slides: bool) -> Pair:
+    def along_z(self, slides: bool) -> Twist:
         """Return [[J, H], [Hᵀ, M]] times a unit turn about z, or a unit slide along it."""
-        n, f = (self.H, self.M) if slides else (self.J, transpose(self.H))
+        n, f = (self.H, self.M) if slides else (self.J, self.H.T)
         return (n[0][2], n[1][2], n[2][2]), (f[0][2], f[1][2], f[2][2])
 
-    def without(self, U: Pair, share: Pair, slides: bool) -> Articulated:
+    def without(self, U: Twist, share: Twist, slides: bool) -> Articulated:
         """Return A - U Uᵀ / D, `share` being U / D: what is left when the joint gives way; the bias stays.
 
         Written so that rows and columns that vanish along the joint's axis are zero at birth.
         """
-        coupled = outer(U[0], share[1]) if slides else outer(share[0], U[1])
+        coupled = Mat.outer(U[0], share[1]) if slides else Mat.outer(share[0], U[1])
         return Articulated(
-            mirrored(_minus(self.J, outer(U[0], share[0]))),
+            _minus(self.J, Mat.outer(U[0], share[0])).mirrored(),
             _minus(self.H, coupled),
-            mirrored(_minus(self.M, outer(U[1], share[1]))),
+            _minus(self.M, Mat.outer(U[1], share[1])).mirrored(),
             self.bias,
         )
 
     def shifted(self, p: Vec) -> Articulated:
         """Return it about an origin that lies at -p: f keeps, n gains p × f, a becomes a - p × dw."""
         (x, y, z), H = p, self.H
-        K = add_matrices(H, multiply(skew(p), self.M))
+        K = H + Mat.skew(p) @ self.M
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.J
-        J = symmetric(  # J - H [p]x - (...)^T - [p]x M [p]x, from H before and K after
+        J = Mat.symmetric(  # J - H [p]x - (...)^T - [p]x M [p]x, from H before and K after
             xx - (z * (H[0][1] + K[0][1]) - y * (H[0][2] + K[0][2])),
             yy - (x * (H[1][2] + K[1][2]) - z * (H[1][0] + K[1][0])),
             zz - (y * (H[2][0] + K[2][0]) - x * (H[2][1] + K[2][1])),
@@ -139,7 +127,7 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         A.append(articulated(tree.body[i], motion[i]))
     for i, (f, n) in enumerate(acting):
         A[i] = replace(A[i], bias=(sub(A[i].bias[0], n), sub(A[i].bias[1], f)))
-    share: list[Pair] = [(still, still)] * (tree.n + 1)
+    share: list[Twist] = [(still, still)] * (tree.n + 1)
     alone = [graph.zero] * (tree.n + 1)
     for i in tree.inward():  # articulated inertias, tips to ground
         p, slides = tree.parent[i], tree.slides[i]
@@ -148,11 +136,11 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         share[i], alone[i], rest = given_way(A[i], slides, D, tau[i - 1])
         if p:
             A[p] = A[p] + rest.seen_from(tree.link[i])
-    more: list[Pair] = [(still, neg(tree.gravity))]
+    more: list[Twist] = [(still, neg(tree.gravity))]
     qdd: list[Expr] = []
     for i in tree.outward():  # accelerations besides, ground to tips
         given = at_rest(more[tree.parent[i]], tree.link[i])
-        qdd.append(alone[i] - power(share[i], given))
+        qdd.append(alone[i] - work(share[i], given))
         more.append(plus(given, along_z(qdd[-1], tree.slides[i])))
     return [a - b for a, b in zip(qdd, tree.bias(qd)[1:], strict=True)]
 
@@ -160,12 +148,12 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
 def articulated(body: Moments, motion: LinkMotion) -> Articulated:
     """Return a body alone: what it takes for its motion is its bias."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
-    I = symmetric(yy + zz, xx + zz, xx + yy, -xy, -xz, -yz)  # noqa: E741  the book's name
-    mass = scale_matrix(body.m, identity(body.m.graph))
-    return Articulated(I, skew(body.h), mass, balance(body, motion))
+    I = Mat.symmetric(yy + zz, xx + zz, xx + yy, -xy, -xz, -yz)  # noqa: E741  the book's name
+    mass = Mat.identity(body.m.graph).scaled(body.m)
+    return Articulated(I, Mat.skew(body.h), mass, balance(body, motion))
 
 
-def given_way(A: Articulated, slides: bool, D: Expr, tau: Expr) -> tuple[Pair, Expr, Articulated]:
+def given_way(A: Articulated, slides: bool, D: Expr, tau: Expr) -> tuple[Twist, Expr, Articulated]:
     """Return U / D, u / D and what is left of A, in its frame, when its joint gives way.
 
     Where no rotor takes of it, U / D is one along the axis, and what is handed on there is τ.
@@ -184,7 +172,7 @@ def given_way(A: Articulated, slides: bool, D: Expr, tau: Expr) -> tuple[Pair, E
     return share, u * pivot, replace(A.without(U, share, slides), bias=bias)
 
 
-def at_rest(before: Pair, link: Link) -> Pair:
+def at_rest(before: Twist, link: Link) -> Twist:
     """Return the accelerations beyond a joint that does not move, from those before it."""
     (dw, a), zero = before, link.rise.graph.zero
     turned, moved = link.out(dw), link.out(add(a, cross(dw, link.shift)))
@@ -196,7 +184,7 @@ def _over(a: Vec, D: Expr, pivot: Expr) -> Vec:
     return x, y, z
 
 
-def along_z(amount: Expr, slides: bool) -> Pair:
+def along_z(amount: Expr, slides: bool) -> Twist:
     """Return a turn or a slide along z."""
     still = zero_vector(amount.graph)
     along = (amount.graph.zero, amount.graph.zero, amount)
@@ -204,4 +192,4 @@ def along_z(amount: Expr, slides: bool) -> Pair:
 
 
 def _minus(a: Mat, b: Mat) -> Mat:
-    return (sub(a[0], b[0]), sub(a[1], b[1]), sub(a[2], b[2]))
+    return Mat((sub(a[0], b[0]), sub(a[1], b[1]), sub(a[2], b[2])))

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
-from symdyn.dynamics.recursive.aba import Articulated, Pair, along_z, articulated, at_rest, given_way
+from symdyn.dynamics.recursive.aba import Articulated, along_z, articulated, at_rest, given_way
 from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.recursive.link_motion import carried, moving
 from symdyn.dynamics.recursive.links import Link
@@ -30,8 +30,9 @@ from symdyn.dynamics.recursive.row_kinds import (
     vectors,
 )
 from symdyn.dynamics.recursive.sweeps import Sweep, over_table
+from symdyn.dynamics.recursive.variations import Twist, plus
 from symdyn.graph import Expr, Graph
-from symdyn.spatial import Mat, plus, symmetric, zero_vector
+from symdyn.spatial import Mat, zero_vector
 
 INERTIA, BESIDES = 27, 6
 """Numbers of an articulated inertia (J, H, M, bias: 6, 9, 6, 6), and of accelerations."""
@@ -63,7 +64,7 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     late = f[2] * v[2], n[2] * w[2]  # what the parent's own acceleration is in
     early = n[0] * w[0] + n[1] * w[1] + (f[0] * v[0] + f[1] * v[1])
     qdd = graph.symbol(f"share{BESIDES}") - early - late[not kind.slides] - late[kind.slides]
-    beyond = plus(at_rest(before, link), along_z(qdd, kind.slides))
+    beyond = at_rest(before, link) + along_z(qdd, kind.slides)
     motion = flat(moved.w, moved.dw, moved.a, *moved.U)
     inertia = _flat_inertia(left.seen_from(rest))
     return (
@@ -80,14 +81,14 @@ def _apart(link: Link) -> tuple[Link, Link]:
     return Link(zero_vector(graph), (), link.turn, link.rise), replace(still, rise=graph.zero)
 
 
-def _pair(entries: Sequence[Expr]) -> Pair:
+def _pair(entries: Sequence[Expr]) -> Twist:
     first, last = vectors(entries)
     return first, last
 
 
 def _inertia(entries: Sequence[Expr]) -> Articulated:
     H = vectors(entries[6:15])
-    return Articulated(symmetric(*entries[:6]), (H[0], H[1], H[2]), symmetric(*entries[15:21]), _pair(entries[21:]))
+    return Articulated(Mat.symmetric(*entries[:6]), Mat(H), Mat.symmetric(*entries[15:21]), _pair(entries[21:]))
 
 
 def _flat_inertia(A: Articulated) -> tuple[Expr, ...]:

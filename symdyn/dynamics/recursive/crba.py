@@ -35,7 +35,7 @@ from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr
-from symdyn.spatial import Vec, add, zero_vector
+from symdyn.spatial import Mat, Vec, add, zero_vector
 
 
 def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False, holding: bool = False) -> list[list[Expr]]:
@@ -51,7 +51,7 @@ def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False, holding: 
     """
     C, alone = list(tree.body), list(tree.body)  # all beyond a joint; that less what the joint's run carries
     held = held_runs(tree) if holding else {}
-    H = [Moments(tree.graph.zero, still := zero_vector(tree.graph), (still, still, still))] * len(C)
+    H = [Moments(tree.graph.zero, still := zero_vector(tree.graph), Mat((still, still, still)))] * len(C)
     polar: list[Expr | None] = [body.polar if keeping else None for body in C]
     M = [[tree.graph.zero] * tree.n for _ in range(tree.n)]
 

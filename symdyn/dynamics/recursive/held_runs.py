@@ -14,7 +14,7 @@ from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr
-from symdyn.spatial import Vec, add, symmetric, zero_vector
+from symdyn.spatial import Mat, Vec, add, zero_vector
 
 
 @dataclass(frozen=True)
@@ -90,6 +90,6 @@ def inward(link: Link, body: Moments, held: Moments) -> tuple[Moments, Moments]:
     lifted = held.shifted((zero, zero, link.rise + link.shift[2]))
     (x, y, _), (a, b, _), m = link.shift, link.back(body.h), body.m
     u = (a + m / 2 * x, b + m / 2 * y, lifted.h[2])
-    J = symmetric(x * u[0] * 2, y * u[1] * 2, zero, x * u[1] + y * u[0], x * u[2], y * u[2])
+    J = Mat.symmetric(x * u[0] * 2, y * u[1] * 2, zero, x * u[1] + y * u[0], x * u[2], y * u[2])
     still = zero_vector(link.rise.graph)
     return Moments(zero, still, lifted.J), Moments(m, (a + m * x, b + m * y, u[2]), J)

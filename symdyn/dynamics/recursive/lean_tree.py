@@ -132,7 +132,7 @@ def reframe(tree: Tree) -> LeanTree:
 def settled(T: Transform) -> Transform:
     """Return a placement with its hidden zeros and fractions in the open."""
     x = settle([*T.R[0], *T.R[1], *T.R[2], *T.p])
-    return Transform(((x[0], x[1], x[2]), (x[3], x[4], x[5]), (x[6], x[7], x[8])), (x[9], x[10], x[11]))
+    return Transform(Mat(((x[0], x[1], x[2]), (x[3], x[4], x[5]), (x[6], x[7], x[8]))), (x[9], x[10], x[11]))
 
 
 def _slides(tree: Tree, i: int) -> bool:
@@ -174,7 +174,7 @@ def _turn(angle: Angle) -> PlanarTurn:
 def _about_z(angle: Angle) -> Mat:
     (c, s), graph = angle, angle[0].graph
     zero = graph.zero
-    return ((c, -s, zero), (s, c, zero), (zero, zero, graph.one))
+    return Mat(((c, -s, zero), (s, c, zero), (zero, zero, graph.one)))
 
 
 def _towards(tree: Tree, i: int) -> Mat:
@@ -296,6 +296,6 @@ def split(body: Moments, slides: bool) -> tuple[Moments, Moments]:
     none = zero_vector(body.m.graph)
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.J
     if slides:
-        return Moments(body.m, body.h, (none, none, none)), Moments(zero, none, body.J)
-    kept = Moments(zero, (body.h[0], body.h[1], zero), ((xx, xy, xz), (xy, yy, yz), (xz, yz, zero)))
-    return kept, Moments(body.m, (zero, zero, body.h[2]), (none, none, (zero, zero, zz)))
+        return Moments(body.m, body.h, Mat((none, none, none))), Moments(zero, none, body.J)
+    kept = Moments(zero, (body.h[0], body.h[1], zero), Mat.symmetric(xx, yy, zero, xy, xz, yz))
+    return kept, Moments(body.m, (zero, zero, body.h[2]), Mat((none, none, (zero, zero, zz))))

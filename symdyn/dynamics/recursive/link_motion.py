@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.graph import Expr, Op
-from symdyn.spatial import Mat, Vec, add, apply, scale
+from symdyn.spatial import Mat, Vec, add, scale
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,12 @@ def moving(w: Vec, dw: Vec, a: Vec) -> LinkMotion:
 def with_products(w: Vec, products: Sequence[Expr], dw: Vec, a: Vec) -> LinkMotion:
     """Return a motion with its U, for ωx², ωy², ωz², ωx ωy, ωx ωz, ωy ωz."""
     (dx, dy, dz), (xx, yy, zz, xy, xz, yz) = dw, products
-    U = (
-        (-(yy + zz), xy - dz, xz + dy),
-        (xy + dz, -(xx + zz), yz - dx),
-        (xz - dy, yz + dx, -(xx + yy)),
+    U = Mat(
+        (
+            (-(yy + zz), xy - dz, xz + dy),
+            (xy + dz, -(xx + zz), yz - dx),
+            (xz - dy, yz + dx, -(xx + yy)),
+        )
     )
     return LinkMotion(w, dw, a, U, (xx, yy, zz), (zz - yy, xx - zz, yy - xx))
 
@@ -91,10 +93,12 @@ def turning_with(
         spread = (column[2] - across, xx - zz, across - along)
     else:
         along, spread = -(yy + zz), (zz - yy, xx - zz, yy - xx)
-    U = (
-        (along, xy - dz, column[0]),
-        (xy + dz, across, column[1]),
-        (zx, zy, column[2]),
+    U = Mat(
+        (
+            (along, xy - dz, column[0]),
+            (xy + dz, across, column[1]),
+            (zx, zy, column[2]),
+        )
     )
     return LinkMotion(w, (dx, dy, dz), a, U, (xx, yy, zz), spread)
 
@@ -118,13 +122,13 @@ def carried(
     where U z vanishes, `bare` that no J is there to ask for differences of squares.
     """
     w, dw = link.out(parent.w), link.out(parent.dw)
-    a = link.out(add(parent.a, apply(parent.U, link.shift)))
+    a = link.out(add(parent.a, parent.U @ link.shift))
     if slides:
         twice = qd * 2
         moved = moving(w, dw, a)
         a = (a[0] + w[1] * twice, a[1] - w[0] * twice, a[2] + qdd)
     elif link.is_right:
-        column, plane = link.out(apply(parent.U, link.axis)), _plane(parent, link)
+        column, plane = link.out(parent.U @ link.axis), _plane(parent, link)
         foot = _foot(parent, link, alone) if summing else None
         if foot:
             (x, y, _), (u, v, _) = foot[2].out(foot[0]), foot[2].out(foot[1])
@@ -142,7 +146,7 @@ def _foot(parent: LinkMotion, link: Link, alone: bool) -> tuple[Vec, Vec, Planar
     """Return ω and U z where a run of parallel axes begins, each with one entry across them, and the turn."""
     if parent.foot and not link.fixed:
         return *parent.foot[:2], parent.foot[2].after(link.turn)
-    w, column = parent.w, apply(parent.U, link.axis)
+    w, column = parent.w, parent.U @ link.axis
     for turn in link.fixed:
         w, column = turn.out(w), turn.out(column)
     across = [(x.is_zero, y.is_zero) for x, y, _ in (w, column)]

@@ -24,7 +24,7 @@ from typing import Protocol
 
 from symdyn.dynamics.recursive.moments import Moments, TurnedMoments
 from symdyn.graph import Expr
-from symdyn.spatial import Mat, Transform, Vec, apply, mirrored, multiply, symmetric, transpose, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, zero_vector
 
 
 class Turn(Protocol):
@@ -81,7 +81,7 @@ class PlanarTurn:
             rows[i][i], rows[j][j], rows[i][j] = J[j][j] + c * w, J[i][i] - c * w, J[i][j] + s * w
         rows[i][k], rows[j][k] = c * J[k][i] - s * J[k][j], s * J[k][i] + c * J[k][j]
         rows[j][i], rows[k][i], rows[k][j] = rows[i][j], rows[i][k], rows[j][k]
-        return symmetric(rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2])
+        return Mat.symmetric(rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2])
 
     def block_back(self, H: Mat) -> Mat:
         """Return R H Rᵀ for any H: two by two as J is, the rest by columns and rows."""
@@ -95,8 +95,7 @@ class PlanarTurn:
             rows[i][i], rows[i][j], rows[j][i], rows[j][j] = e + c * w, b + s * w, d + s * w, a - c * w
         rows[i][k], rows[j][k] = c * H[i][k] - s * H[j][k], s * H[i][k] + c * H[j][k]
         rows[k][i], rows[k][j] = c * H[k][i] - s * H[k][j], s * H[k][i] + c * H[k][j]
-        turned: Mat = ((*rows[0],), (*rows[1],), (*rows[2],))  # type: ignore[assignment]
-        return turned
+        return Mat((x, y, z) for x, y, z in rows)
 
     def moments_back(self, body: Moments) -> Moments:
         """Return the moments of a body that this turns, about z."""
@@ -111,19 +110,19 @@ class GeneralTurn:
 
     def out(self, x: Vec) -> Vec:
         """Return Rᵀ x."""
-        return apply(transpose(self.R), x)
+        return self.R.T @ x
 
     def back(self, x: Vec) -> Vec:
         """Return R x."""
-        return apply(self.R, x)
+        return self.R @ x
 
     def tensor_back(self, J: Mat) -> Mat:
         """Return R J Rᵀ for a symmetric J."""
-        return mirrored(self.block_back(J))
+        return self.block_back(J).mirrored()
 
     def block_back(self, H: Mat) -> Mat:
         """Return R H Rᵀ for any H."""
-        return multiply(multiply(self.R, H), transpose(self.R))
+        return self.R @ H @ self.R.T
 
 
 @dataclass(frozen=True)
@@ -196,7 +195,7 @@ class Link:
         graph = self.rise.graph
         one, zero = graph.one, graph.zero
         columns = [self.back(e) for e in ((one, zero, zero), (zero, one, zero), (zero, zero, one))]
-        R = transpose((columns[0], columns[1], columns[2]))
+        R = Mat(columns).T
         rise = self.back((zero, zero, self.rise)) if not self.rise.is_zero else zero_vector(graph)
         p = (self.shift[0] + rise[0], self.shift[1] + rise[1], self.shift[2] + rise[2])
         return Transform(R, p)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.graph import Expr, Op
-from symdyn.spatial import Inertia, Mat, Vec, add, add_matrices, scale, symmetric
+from symdyn.spatial import Inertia, Mat, Vec, add, scale
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class Moments:
 
     def __add__(self, other: Moments) -> Moments:
         """Return the moments of both together, in one frame."""
-        return Moments(self.m + other.m, add(self.h, other.h), add_matrices(self.J, other.J))
+        return Moments(self.m + other.m, add(self.h, other.h), self.J + other.J)
 
     def shifted(self, p: Vec) -> Moments:
         """Return the moments about an origin that lies at -p."""
         u = add(self.h, scale(self.m / 2, p))
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.J
-        J = symmetric(
+        J = Mat.symmetric(
             xx + p[0] * 2 * u[0],
             yy + p[1] * 2 * u[1],
             zz + p[2] * 2 * u[2],
@@ -68,5 +68,5 @@ def _plus(a: Expr, b: Expr) -> Expr:
 def moments_of(inertia: Inertia) -> Moments:
     """Return an inertia by its second moments."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.I
-    J = symmetric((yy + zz - xx) / 2, (xx + zz - yy) / 2, (xx + yy - zz) / 2, -xy, -xz, -yz)
+    J = Mat.symmetric((yy + zz - xx) / 2, (xx + zz - yy) / 2, (xx + yy - zz) / 2, -xy, -xz, -yz)
     return Moments(inertia.m, inertia.h, J)

@@ -21,7 +21,7 @@ from symdyn.dynamics.recursive.link_motion import LinkMotion, moving, turning_wi
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.rnea import transmitted
 from symdyn.graph import Expr, tangents
-from symdyn.spatial import Vec, add, apply, neg, scale, zero_vector
+from symdyn.spatial import Vec, add, neg, scale, zero_vector
 
 
 def polarised(
@@ -78,7 +78,7 @@ def _products(w: Vec, r: Vec) -> tuple[Expr, ...]:
 def _sliding(
     parent: LinkMotion, link: Link, turned: tuple[Expr, Expr], rates: tuple[Vec, Vec], acceleration: Expr, ends: bool
 ) -> LinkMotion:
-    a = link.out(add(parent.a, apply(parent.U, link.shift)))
+    a = link.out(add(parent.a, parent.U @ link.shift))
     a = (a[0] + turned[0] * 2, a[1] + turned[1] * 2, a[2] + acceleration)
     moved = with_products(rates[0], _products(*rates), link.out(parent.dw), a)
     return _raised(moved, link)
@@ -87,10 +87,10 @@ def _sliding(
 def _turning(
     parent: LinkMotion, link: Link, turned: tuple[Expr, Expr], rates: tuple[Vec, Vec], acceleration: Expr, ends: bool
 ) -> LinkMotion:
-    a, dw = link.out(add(parent.a, apply(parent.U, link.shift))), link.out(parent.dw)
+    a, dw = link.out(add(parent.a, parent.U @ link.shift)), link.out(parent.dw)
     if link.is_right:
         xx, _, zz, xy, xz, yz = _products(*rates)
-        column = link.out(apply(parent.U, link.axis))
+        column = link.out(parent.U @ link.axis)
         moved = turning_with(
             rates[0], (xx, zz, xy, xz, yz), lambda: (xz * 2, yz * 2), dw[2] + acceleration, a, column, ends
         )

@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
-from symdyn.spatial import Transform, add, identity
+from symdyn.spatial import Mat, Transform, add
 
 
 def resting(tree: LeanTree) -> LeanTree:
@@ -32,7 +32,7 @@ def resting(tree: LeanTree) -> LeanTree:
         if not p or not rests[i] or rise[2].is_zero:
             continue
         link[i], body[i] = replace(link[i], rise=zero), body[i].shifted(rise)
-        moved[i] = moved[i] @ Transform(identity(tree.graph), (zero, zero, -rise[2]))
+        moved[i] = moved[i] @ Transform(Mat.identity(tree.graph), (zero, zero, -rise[2]))
         for k in tree.outward():
             if tree.parent[k] == i:
                 link[k] = replace(link[k], shift=add(link[k].shift, rise))

@@ -22,7 +22,7 @@ from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr
-from symdyn.spatial import Vec, Wrench, add, apply, cross, neg, scale, sub, zero_vector
+from symdyn.spatial import Mat, Vec, Wrench, add, cross, neg, scale, sub, zero_vector
 
 
 def rnea(
@@ -52,7 +52,7 @@ def rnea(
         before, moves = motion[tree.parent[i]], (tree.slides[i], rate[i], acceleration[i], ends[i])
         motion.append(carried(before, tree.link[i], *moves, summing=True, alone=summing, bare=i in apart))
     moments = _moments_apart(tree, motion, held, apart, rate, acceleration)
-    body = tuple(replace(one, J=(still, still, still)) if i in apart else one for i, one in enumerate(tree.body))
+    body = tuple(replace(one, J=Mat((still, still, still))) if i in apart else one for i, one in enumerate(tree.body))
     forces = transmitted(replace(tree, body=body), motion, acceleration, acting, held, moments)
     for ball in tree.balls:
         for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
@@ -77,7 +77,7 @@ def _held(tree: LeanTree, i: int, acting: Sequence[Wrench]) -> tuple[LeanTree, S
     body, link, wrench, turn = list(tree.body), list(tree.link), list(acting), tree.link[i].turn
     body[i], link[i] = turn.moments_back(body[i]), link[i].at_rest(False)
     if wrench:
-        wrench[i] = turn.back(wrench[i][0]), turn.back(wrench[i][1])
+        wrench[i] = Wrench(turn.back(wrench[i][0]), turn.back(wrench[i][1]))
     return replace(tree, body=tuple(body), link=tuple(link)), wrench
 
 
@@ -175,5 +175,5 @@ def balance(body: Moments, motion: LinkMotion) -> tuple[Vec, Vec]:
         U[0][1] * yz - U[2][1] * xy + xz2 * xz + U[0][2] * zz - U[2][0] * xx,
         U[1][2] * xz - U[0][2] * yz + yx * xy + about_z,
     )
-    f = add(scale(body.m, motion.a), apply(U, body.h))
+    f = add(scale(body.m, motion.a), U @ body.h)
     return add(turning, cross(body.h, motion.a)), f

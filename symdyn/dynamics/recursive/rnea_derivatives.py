@@ -58,7 +58,7 @@ from symdyn.dynamics.recursive.variations import (
     work,
 )
 from symdyn.graph import Expr
-from symdyn.spatial import Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
+from symdyn.spatial import Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 Pair = tuple[int, int]
 
@@ -183,7 +183,7 @@ class _Recursion:
         column = (moved.U[0][2], moved.U[1][2], moved.U[2][2])
         if self.tree.slides[i]:
             return {i: Subspace((still, z), (still, across), (still, column), (still, twice))}
-        foot = link.out(add(below.a, apply(below.U, link.shift)))
+        foot = link.out(add(below.a, below.U @ link.shift))
         return {i: Subspace((z, still), (across, still), (column, cross_z(foot)), (twice, still))}
 
     def _together(self, block: Sequence[int]) -> dict[int, Subspace]:

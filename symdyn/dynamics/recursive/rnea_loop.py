@@ -26,8 +26,8 @@ from symdyn.dynamics.recursive.row_kinds import (
     vectors,
 )
 from symdyn.dynamics.recursive.sweeps import Sweep, over_table
+from symdyn.dynamics.recursive.variations import plus
 from symdyn.graph import Expr, Graph
-from symdyn.spatial import plus
 
 WRENCH = 6
 """Numbers of a moment and a force."""

@@ -18,7 +18,7 @@ from symdyn.dynamics.recursive.link_motion import LinkMotion, moving
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr, Graph
-from symdyn.spatial import Vec, symmetric, zero_vector
+from symdyn.spatial import Mat, Vec, zero_vector
 
 NO_TURN, RIGHT, LEFT, ABOUT_X, ANY = "none", "right", "left", "x", "any"
 """Fixed turns: none, by ±90° about x, by another angle about x, by a matrix."""
@@ -85,7 +85,7 @@ def link_of(kind: RowKind, graph: Graph) -> Link:
         RIGHT: (PlanarTurn(0, zero, one),),
         LEFT: (PlanarTurn(0, zero, -one),),
         ABOUT_X: (PlanarTurn(0, graph.symbol("c"), graph.symbol("s")),),
-        ANY: (GeneralTurn((matrix[0], matrix[1], matrix[2])),),
+        ANY: (GeneralTurn(Mat(matrix)),),
     }
     x, y, z = (graph.symbol(name) if k < kind.shift else zero for k, name in enumerate("xyz"))
     turn = PlanarTurn(2, graph.symbol("cosine"), graph.symbol("sine"))
@@ -97,8 +97,8 @@ def body_of(kind: RowKind, graph: Graph) -> Moments:
     """Return the body of a row: what its joint does not feel stands with its parent."""
     b, zero = symbols(graph, "b", 7), graph.zero
     if kind.slides:
-        return Moments(b[0], (b[1], b[2], b[3]), (zero_vector(graph),) * 3)
-    return Moments(zero, (b[0], b[1], zero), symmetric(b[2], b[3], zero, b[4], b[5], b[6]))
+        return Moments(b[0], (b[1], b[2], b[3]), Mat((zero_vector(graph),) * 3))
+    return Moments(zero, (b[0], b[1], zero), Mat.symmetric(b[2], b[3], zero, b[4], b[5], b[6]))
 
 
 def rotor_of(kind: RowKind, graph: Graph) -> Expr:
@@ -109,7 +109,7 @@ def rotor_of(kind: RowKind, graph: Graph) -> Expr:
 def motion_of(graph: Graph, name: str) -> LinkMotion:
     """Return the motion of a parent, of symbols with this name."""
     w, dw, a, *U = vectors(symbols(graph, name, MOTION))
-    return replace(moving(w, dw, a), U=(U[0], U[1], U[2]))
+    return replace(moving(w, dw, a), U=Mat(U))
 
 
 def symbols(graph: Graph, name: str, many: int) -> list[Expr]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.recursive.links import PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr
-from symdyn.spatial import Mat, Vec, add, add_matrices, cross, dot, scale, transpose
+from symdyn.spatial import Mat, Vec, add, cross, dot, scale
 
 Twist = tuple[Vec, Vec]
 """Angular and linear part; of a wrench moment and force."""
@@ -83,7 +83,7 @@ class Composite:
 
     def __add__(self, other: Composite) -> Composite:
         """Return both together."""
-        P, l = add_matrices(self.P, other.P), add(self.momentum, other.momentum)  # noqa: E741
+        P, l = self.P + other.P, add(self.momentum, other.momentum)  # noqa: E741
         return Composite(self.body + other.body, P, l)
 
     def moved(self, way: Way) -> Composite:
@@ -104,7 +104,7 @@ class Composite:
 
     def coriolis(self, w: Vec) -> Twist:
         """Return 2 B d for the angular part of d; the linear one takes no part."""
-        return _less_trace(transpose(self.P), w), cross(w, self.momentum)
+        return _less_trace(self.P.T, w), cross(w, self.momentum)
 
     def brought(self, S: Subspace, wrench: Twist) -> Brought:
         """Return what a move brings, for the wrench that moves the bodies."""
@@ -118,7 +118,7 @@ class Composite:
 
 def body_alone(body: Moments, twice: Vec) -> Composite:
     """Return one body, for twice its angular velocity: P = -J ω×, l = ω × h."""
-    P = (cross(twice, body.J[0]), cross(twice, body.J[1]), cross(twice, body.J[2]))
+    P = Mat(cross(twice, row) for row in body.J)
     return Composite(body, P, cross(twice, body.h))
 
 
@@ -154,8 +154,8 @@ def _less_trace(M: Mat, w: Vec) -> Vec:
 def _turned(turn: Turn, P: Mat) -> Mat:
     """Return R P Rᵀ of a matrix that need not be symmetric: about an axis for 12 multiplications."""
     if not isinstance(turn, PlanarTurn):
-        columns = transpose((turn.back(P[0]), turn.back(P[1]), turn.back(P[2])))  # of P Rᵀ
-        return transpose((turn.back(columns[0]), turn.back(columns[1]), turn.back(columns[2])))
+        columns = Mat(map(turn.back, P)).T  # of P Rᵀ
+        return Mat(map(turn.back, columns)).T
     k, i, j, c, s = turn.k, (turn.k + 1) % 3, (turn.k + 2) % 3, turn.cos, turn.sin
     rows = [list(row) for row in P]
     if c.is_zero:

@@ -32,7 +32,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, elastic as struts, resisting
 from symdyn.scene.values import Joint, Load, Place, Strut, velocity_name
-from symdyn.spatial import Transform, Vec, Wrench, about, add, dot, nothing, rotated, sub, transpose
+from symdyn.spatial import Transform, Vec, Wrench, add, dot, sub
 
 
 @dataclass(frozen=True)
@@ -94,11 +94,11 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
 
 def body_wrenches(scene: Scene, tree: Tree, lean: LeanTree) -> list[Wrench]:
     """Return the wrench of the loads on the ground and every body, each in its frame."""
-    wrench = [nothing(tree.graph)] * len(lean.parent)
+    wrench = [Wrench.none(tree.graph)] * len(lean.parent)
     for load in scene.loads:
         i, (f, n) = _on_body(load, tree, lean)
         moment = add(wrench[i][1], n)  # before the force: programs are written in the order of birth
-        wrench[i] = (add(wrench[i][0], f), moment)
+        wrench[i] = Wrench(add(wrench[i][0], f), moment)
     return wrench
 
 
@@ -180,9 +180,9 @@ def _on_body(load: Load, tree: Tree, lean: LeanTree) -> tuple[int, Wrench]:
     _, point = _seated(load.place, tree, lean)
     wrench = load_vectors(load, tree.graph)
     if load.frame == "body":
-        wrench = rotated(home.R, wrench)
+        wrench = wrench.rotated(home.R)
     else:
-        wrench = rotated(transpose(lean.moved[0].R), wrench)
+        wrench = wrench.rotated(lean.moved[0].R.T)
         for k in lean.paths(0, i)[1]:
-            wrench = lean.link[k].out(wrench[0]), lean.link[k].out(wrench[1])
-    return i, about(wrench, point)
+            wrench = Wrench(lean.link[k].out(wrench[0]), lean.link[k].out(wrench[1]))
+    return i, wrench.about(point)

@@ -21,7 +21,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import INERTIAL, Scene
 from symdyn.scene.values import ZERO, Joint
-from symdyn.spatial import Transform, dot, symmetric, transpose, zero_vector
+from symdyn.spatial import Mat, Transform, dot, zero_vector
 
 TURNING = ("mx", "my", "Jxx", "Jyy", "Jxy", "Jxz", "Jyz")
 SLIDING = ("m", "mx", "my", "mz")
@@ -55,7 +55,7 @@ def base(w: Workspace) -> Base:
     graph, zero, lean = w.graph, w.graph.zero, w.whole
     together = {k: block[-1] for block in lean.block if len(block) > 1 for k in block}
     names, symbols, values = list[str](), list[Expr](), list[Expr]()
-    bodies = [Moments(zero, zero_vector(graph), symmetric(*(zero,) * 6))]
+    bodies = [Moments(zero, zero_vector(graph), Mat.symmetric(*(zero,) * 6))]
     along = () if together else tuple(k for k in lean.outward() if lean.slides[k] and slides_along_all_turns(lean, k))
     grouped = _given_on(lean, along) if along else lean.body
     for k in lean.outward():
@@ -68,7 +68,7 @@ def base(w: Workspace) -> Base:
         symbols += here.values()
         values += [own[word] for word in felt]
         m, x, y, z, xx, yy, zz, xy, xz, yz = (here.get(word, zero) for word in ALL)
-        bodies.append(Moments(m, (x, y, z), symmetric(xx, yy, zz, xy, xz, yz)))
+        bodies.append(Moments(m, (x, y, z), Mat.symmetric(xx, yy, zz, xy, xz, yz)))
     still = (zero,) * len(lean.parent)
     tree = replace(lean, body=tuple(bodies), armature=still, balls=())
     return Base(tuple(names), tuple(symbols), tuple(values), tree)
@@ -175,7 +175,7 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
     for k in found.tree.outward():
         placed.append(placed[found.tree.parent[k]] @ found.tree.link[k].transform)
         body, T = found.tree.body[k], placed[k]
-        columns = [*transpose(T.R), T.p]
+        columns = [*T.R.T, T.p]
         rates = [tangents(column, w.state.velocity) for column in columns]
         S = [[*body.J[i], body.h[i]] for i in range(3)] + [[*body.h, body.m]]
         for i, j in product(range(4), repeat=2):

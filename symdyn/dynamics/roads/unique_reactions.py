@@ -41,7 +41,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import Scene
-from symdyn.spatial import nothing
+from symdyn.spatial import Wrench
 
 NEAR = 1e-3
 """Largest residual, over the largest lever, of a position that was written with few digits."""
@@ -273,7 +273,7 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
         return ()
     hanging = Hanging(w.scene, numbers.tree, numbers.state, decisions)  # on a graph of its own
     sizes = [numbers.graph.symbol(f"size[{k}]") for k in range(count)]
-    still = [nothing(numbers.graph)] * len(hanging.joints)
+    still = [Wrench.none(numbers.graph)] * len(hanging.joints)
     R = with_loops(hanging, still, all_ties(hanging, whole=True), sizes, axes)
     loose = np.zeros(len(R), dtype=bool)
     rng = np.random.default_rng(1)

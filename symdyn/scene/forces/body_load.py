@@ -18,7 +18,7 @@ from symdyn.spatial import Vec, Wrench
 
 
 def _wrench(load: Load, graph: Graph) -> Wrench:
-    return _vector(load.force, graph), _vector(load.couple, graph)
+    return Wrench(_vector(load.force, graph), _vector(load.couple, graph))
 
 
 def _vector(vector: Vector, graph: Graph) -> Vec:

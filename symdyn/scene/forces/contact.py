@@ -28,7 +28,7 @@ from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector
 from symdyn.scene.values.shapes import VECTOR, choice_of, several
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
-from symdyn.spatial import Transform, Vec, Wrench, apply, cross, dot, scale, sub
+from symdyn.spatial import Transform, Vec, Wrench, cross, dot, scale, sub
 
 ACROSS: Vector = (ZERO, ONE, ZERO)
 
@@ -62,7 +62,7 @@ def _components(table: Table, key: str, _: tuple[str, ...]) -> tuple[str, ...]:
 
 def _blade(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     assert row.axis is not None, "a blade has a direction across it"
-    return forces(apply(X.R, unit(row.axis, w.graph)))
+    return forces(X.R @ unit(row.axis, w.graph))
 
 
 def _rolling(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
@@ -72,7 +72,7 @@ def _rolling(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
         along, d = in_plane(n), scale(-r, n)
         ways = {"along": _at_rim(along, d), "across": _at_rim(cross(n, along), d), "normal": forces(n)[0]}
         return tuple(ways[component] for component in row.components)
-    a = apply(X.R, unit(row.axis, graph))
+    a = X.R @ unit(row.axis, graph)
     if w.is_zero:
         raise DerivationError(
             f"rows.{row.name}: {row.place.body} lies flat on its plane wherever the joints stand, "
@@ -80,7 +80,7 @@ def _rolling(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
         )
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
     ways = {
-        "along": (scale(1 / w, cross(a, n)), scale(-r, a)),
+        "along": Wrench(scale(1 / w, cross(a, n)), scale(-r, a)),
         "across": _at_rim(scale(1 / w, cross(n, cross(a, n))), d),
         "normal": _at_rim(n, d),
     }
@@ -88,7 +88,7 @@ def _rolling(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
 
 
 def _at_rim(force: Vec, d: Vec) -> Wrench:
-    return force, cross(d, force)
+    return Wrench(force, cross(d, force))
 
 
 def _rise(row: Contact, X: Transform, w: Expr) -> Expr:
@@ -103,7 +103,7 @@ def _height(row: Contact, X: Transform, w: Expr) -> Expr:
 
 def _lean(row: Contact, X: Transform) -> Vec | None:
     graph = X.p[0].graph
-    return cross(apply(X.R, unit(row.axis, graph)), unit(row.plane.normal, graph)) if row.axis else None
+    return cross(X.R @ unit(row.axis, graph), unit(row.plane.normal, graph)) if row.axis else None
 
 
 def in_plane(n: Vec) -> Vec:

@@ -18,15 +18,9 @@ from symdyn.spatial import (
     Mat,
     Transform,
     Vec,
-    add_matrices,
     cross,
     dot,
-    identity,
-    multiply,
     scale,
-    scale_matrix,
-    skew,
-    transpose,
     zero_vector,
 )
 
@@ -75,9 +69,10 @@ def towards(u: Vec) -> Mat:
     graph = u[0].graph
     one, zero = graph.one, graph.zero
     if u[2] is graph.constant(-1):
-        return ((one, zero, zero), (zero, -one, zero), (zero, zero, -one))
-    v = skew(cross((zero, zero, one), u))
-    return add_matrices(add_matrices(identity(graph), v), scale_matrix(1 / (1 + u[2]), multiply(v, v)))
+        return Mat(((one, zero, zero), (zero, -one, zero), (zero, zero, -one)))
+    v = Mat.skew(cross((zero, zero, one), u))
+    sides, share = Mat.identity(graph) + v, 1 / (1 + u[2])
+    return sides + (v @ v).scaled(share)
 
 
 def turn(axis: Vector) -> Block:
@@ -116,7 +111,7 @@ def shift(axis: Vector, way: Quantity) -> Block:
     """Return a constant translation along an axis, m."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        place = Transform(identity(graph), scale(way.express(graph), unit(axis, graph)))
+        place = Transform(Mat.identity(graph), scale(way.express(graph), unit(axis, graph)))
         return JointMotion((), place, ())
 
     return Block((), (), motion)
@@ -127,7 +122,7 @@ def aligned(axis: Vector, back: bool = False) -> Block:
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         R = towards(unit(axis, graph))
-        return JointMotion((), Transform(transpose(R) if back else R, zero_vector(graph)), ())
+        return JointMotion((), Transform(R.T if back else R, zero_vector(graph)), ())
 
     return Block((), (), motion)
 
@@ -187,10 +182,12 @@ def rotation_of(e: tuple[Expr, ...]) -> Mat:
     """Return the rotation of a unit quaternion (w, x, y, z): columns are the rotated axes."""
     w, x, y, z = e
     one = w.graph.one
-    return (
-        (one - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), one - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), one - 2 * (x * x + y * y)),
+    return Mat(
+        (
+            (one - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+            (2 * (x * y + w * z), one - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+            (2 * (x * z - w * y), 2 * (y * z + w * x), one - 2 * (x * x + y * y)),
+        )
     )
 
 

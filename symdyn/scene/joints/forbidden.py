@@ -14,7 +14,7 @@ from symdyn.scene.joints.blocks import towards, unit
 from symdyn.scene.joints.joint_kind import Forbids
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.quantity import Vector
-from symdyn.spatial import Transform, Vec, Wrench, add, apply, cross, dot, identity, scale, transpose, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, Wrench, add, cross, dot, scale, zero_vector
 
 
 def forbidding(shifts: str, turns: str = "none") -> Forbids:
@@ -41,29 +41,29 @@ def forbidding(shifts: str, turns: str = "none") -> Forbids:
 def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
     """Return the directions of the joint frame that a word means."""
     if which in ("all", "none"):
-        return identity(graph) if which == "all" else ()
+        return Mat.identity(graph) if which == "all" else ()
     x, y, axis = directions(joint.axis, graph)
     return (x, y) if which == "across" else (axis,)
 
 
 def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:
     """Return two directions across an axis and the axis itself, the columns of A."""
-    return transpose(towards(unit(axis, graph)))
+    return towards(unit(axis, graph)).T
 
 
 def forces(*along: Vec) -> tuple[Wrench, ...]:
     """Return unit forces."""
-    return tuple((x, zero_vector(x[0].graph)) for x in along)
+    return tuple(Wrench(x, zero_vector(x[0].graph)) for x in along)
 
 
 def moments(*along: Vec) -> tuple[Wrench, ...]:
     """Return unit moments."""
-    return tuple((zero_vector(x[0].graph), x) for x in along)
+    return tuple(Wrench(zero_vector(x[0].graph), x) for x in along)
 
 
 def unit_wrenches(graph: Graph) -> tuple[Wrench, ...]:
     """Return unit forces and moments along the axes of the joint frame, six."""
-    return forces(*identity(graph)) + moments(*identity(graph))
+    return forces(*Mat.identity(graph)) + moments(*Mat.identity(graph))
 
 
 def offsets(X: Transform, *along: Vec) -> tuple[Expr, ...]:
@@ -73,7 +73,7 @@ def offsets(X: Transform, *along: Vec) -> tuple[Expr, ...]:
 
 def leaning(X: Transform, axis: Vec, *across: Vec) -> tuple[Expr, ...]:
     """Return the components of axis × R axis along directions: how far the axis leans."""
-    lean = cross(axis, apply(X.R, axis))
+    lean = cross(axis, X.R @ axis)
     return tuple(dot(x, lean) for x in across)
 
 
@@ -81,6 +81,6 @@ def turned(X: Transform) -> Vec:
     """Return ½ Σ e × R e: zero without rotation, the rotation vector close to it."""
     graph = X.p[0].graph
     total = zero_vector(graph)
-    for e in identity(graph):
-        total = add(total, cross(e, apply(X.R, e)))
+    for e in Mat.identity(graph):
+        total = add(total, cross(e, X.R @ e))
     return scale(graph.one / 2, total)

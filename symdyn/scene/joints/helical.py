@@ -16,7 +16,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import PI, ZERO, Quantity, number
 from symdyn.scene.values.table import Table
-from symdyn.spatial import Transform, Wrench, apply, dot, scale
+from symdyn.spatial import Transform, Wrench, dot, scale
 
 PITCH = Key(
     "pitch",
@@ -43,13 +43,13 @@ def _rise(joint: Joint, graph: Graph) -> Expr:
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
     graph = X.p[0].graph
     x, y, axis = directions(joint.axis, graph)
-    return forces(x, y) + moments(x, y) + ((axis, scale(-_rise(joint, graph), axis)),)
+    return forces(x, y) + moments(x, y) + (Wrench(axis, scale(-_rise(joint, graph), axis)),)
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     graph = X.p[0].graph
     x, y, axis = directions(joint.axis, graph)
-    turned = apply(X.R, x)
+    turned = X.R @ x
     angle = graph.function(Op.ATAN2, dot(y, turned), dot(x, turned))
     return (*offsets(X, x, y), *leaning(X, axis, x, y), dot(axis, X.p) - _rise(joint, graph) * angle)
 

@@ -27,7 +27,7 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step
-from symdyn.spatial import Transform, Vec, Wrench, identity, scale
+from symdyn.spatial import Mat, Transform, Vec, Wrench, scale
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Move:
         """The placement that the amount makes."""
         graph = self.amount.graph
         if self.slides:
-            return Transform(identity(graph), scale(self.amount, self.axis))
+            return Transform(Mat.identity(graph), scale(self.amount, self.axis))
         return Transform.turn(self.axis, self.amount)
 
 

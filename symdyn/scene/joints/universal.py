@@ -18,7 +18,7 @@ from symdyn.scene.values.quantity import ONE, ZERO, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table, shorten
 from symdyn.scene.values.value import value_of
-from symdyn.spatial import Transform, Wrench, apply, cross, dot, identity
+from symdyn.spatial import Mat, Transform, Wrench, cross, dot
 
 SECOND: Key[Vector] = Key("second_axis", Table.vector, (ONE, ZERO, ZERO), names=None, turned=True)
 
@@ -32,14 +32,14 @@ def _blocks(joint: Joint) -> tuple[Block, ...]:
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
     graph = X.p[0].graph
-    first, second = unit(joint.axis, graph), apply(X.R, unit(SECOND.of(joint), graph))
-    return forces(*identity(graph)) + moments(cross(second, first))
+    first, second = unit(joint.axis, graph), X.R @ unit(SECOND.of(joint), graph)
+    return forces(*Mat.identity(graph)) + moments(cross(second, first))
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     graph = X.p[0].graph
     first, second = unit(joint.axis, graph), unit(SECOND.of(joint), graph)
-    return (*X.p, dot(first, apply(X.R, second)) - dot(first, second))
+    return (*X.p, dot(first, X.R @ second) - dot(first, second))
 
 
 def _turned(joint: Joint) -> Joint:

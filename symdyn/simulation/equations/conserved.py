@@ -18,7 +18,7 @@ from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import GROUND, Joint
-from symdyn.spatial import add, apply, cross
+from symdyn.spatial import add, cross
 from symdyn.unlocked import cached_property
 
 STATES = 4
@@ -87,12 +87,12 @@ def _in_ground_axes(w: Workspace, joint: Joint, own: Sequence[Expr]) -> list[tup
     """Return the momenta of a ball or free joint on the ground, in ground axes."""
     T = joint.origin.transform(w.graph) @ joint_motion(joint, w.graph).placement
     if len(own) == 3:
-        angular = apply(T.R, (own[0], own[1], own[2]))
+        angular = T.R @ (own[0], own[1], own[2])
         return [(f"momentum_{joint.name}_L{axis}", x) for axis, x in zip("xyz", angular, strict=True)]
     if len(own) != 6:
         return []
-    linear = apply(T.R, (own[0], own[1], own[2]))
-    angular = add(apply(T.R, (own[3], own[4], own[5])), cross(T.p, linear))
+    linear = T.R @ (own[0], own[1], own[2])
+    angular = add(T.R @ (own[3], own[4], own[5]), cross(T.p, linear))
     pairs = [(f"P{axis}", x) for axis, x in zip("xyz", linear, strict=True)]
     pairs += [(f"L{axis}", x) for axis, x in zip("xyz", angular, strict=True)]
     return [(f"momentum_{joint.name}_{name}", x) for name, x in pairs]

@@ -12,7 +12,7 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import GROUND, Load, Strut
-from symdyn.spatial import Vec, add, apply, cross, identity, scale, sub
+from symdyn.spatial import Mat, Vec, add, cross, scale, sub
 
 AROUND, BLADE = 2, 1
 """How far a plane is drawn around what touches it: in radii of a wheel; m around a blade."""
@@ -157,7 +157,7 @@ class Sheet:
                 continue
             (radius,), at = self.found["radius", row], self.found["end", row, 0]
             centre, frame = self._point(at), self.found["frame", row.place.body]
-            x, _, z = identity(radius.graph)
+            x, _, z = Mat.identity(radius.graph)
             axes = [unit(row.axis, radius.graph)] if row.axis else [z, x]
             for axis in axes:
                 first = _across(axis)
@@ -222,7 +222,7 @@ class Sheet:
 def _turned(frame: Sequence[Expr], way: Vec) -> Vec:
     """Return a direction given in a frame, of which the first nine entries are R."""
     a, b, c, d, e, f, g, h, i = frame[:9]
-    return apply(((a, b, c), (d, e, f), (g, h, i)), way)
+    return Mat(((a, b, c), (d, e, f), (g, h, i))) @ way
 
 
 def _across(axis: Vec) -> Vec:

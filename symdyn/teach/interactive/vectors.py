@@ -35,16 +35,10 @@ from symdyn.spatial import (
     Mat,
     Vec,
     add,
-    add_matrices,
-    apply,
     cross,
     dot,
-    outer,
     scale,
-    scale_matrix,
     sub,
-    symmetric,
-    transpose,
     zero_vector,
 )
 from symdyn.teach.interactive.reduced import STATE, function
@@ -100,7 +94,7 @@ def _motions(w: Workspace) -> Iterator[tuple[str, list[Expr]]]:
     rate, velocity = tree.rates(w.state.qd), [zero_vector(graph)]
     for i in tree.outward():
         p, r = tree.parent[i], tree.T[i].p
-        arrived = apply(transpose(tree.T[i].R), add(velocity[p], cross(motion[p].w, r)))
+        arrived = tree.T[i].R.T @ add(velocity[p], cross(motion[p].w, r))
         velocity.append(add(arrived, scale(rate[i], tree.S[i][1])))
     for body in w.scene.bodies:
         i, home = tree.home[body.name]
@@ -109,11 +103,11 @@ def _motions(w: Workspace) -> Iterator[tuple[str, list[Expr]]]:
             r = home.point(at)
             turning = [zero_vector(graph)] * 2
             if inertia is not None:
-                spin, change = (apply(transpose(home.R), x) for x in (own.w, own.dw))
-                L = apply(inertia, spin)
-                turning = [apply(home.R, x) for x in (L, add(apply(inertia, change), cross(spin, L)))]
+                spin, change = (home.R.T @ x for x in (own.w, own.dw))
+                L = inertia @ spin
+                turning = [home.R @ x for x in (L, add(inertia @ change, cross(spin, L)))]
             local = [add(velocity[i], cross(own.w, r)), own.at(r), *turning]
-            yield body.name, [*placed[i].point(r), *(x for way in local for x in apply(R, way)), m]
+            yield body.name, [*placed[i].point(r), *(x for way in local for x in R @ way), m]
 
 
 def _masses(w: Workspace, body: Body) -> Iterator[tuple[Expr, Vec, Mat | None]]:
@@ -121,17 +115,15 @@ def _masses(w: Workspace, body: Body) -> Iterator[tuple[Expr, Vec, Mat | None]]:
     graph = w.graph
     for particle in body.particles:
         yield particle.mass.express(graph), vector(particle.at, graph), None
-    m, inertia = body.mass.express(graph), symmetric(*(x.express(graph) for x in body.inertia))
+    m, inertia = body.mass.express(graph), Mat.symmetric(*(x.express(graph) for x in body.inertia))
     if m.is_zero and all(x.is_zero for row in inertia for x in row):
         return
     at = vector(body.com, graph) if body.com is not None else zero_vector(graph)
     if body.com is None and not m.is_zero:
         at = scale(1 / m, body.mass_moment(graph))
     if body.about != "com" or body.com is None:
-        square, one = dot(at, at), graph.one
-        round_ = tuple(tuple((square if i == k else graph.zero) * one for k in range(3)) for i in range(3))
-        shift = add_matrices(round_, scale_matrix(-one, outer(at, at)))  # type: ignore[arg-type]
-        inertia = add_matrices(inertia, scale_matrix(-m, shift))
+        shift = Mat.identity(graph).scaled(dot(at, at)) + Mat.outer(at, at).scaled(-graph.one)
+        inertia = inertia + shift.scaled(-m)
     yield m, at, inertia
 
 

@@ -9,7 +9,7 @@ from symdyn.algebra import Form
 from symdyn.dynamics.mechanism import State, body_placements, vector
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene
-from symdyn.spatial import apply, transpose
+from symdyn.spatial import Mat
 from symdyn.teach.document import Document, Step, Values, Words
 from symdyn.teach.languages import fill, language_of
 from symdyn.teach.masses import Mass, masses
@@ -48,7 +48,7 @@ def _given(scene: Scene, language: str) -> Step:
     joints = []
     for joint in (*scene.joints, *scene.loops):
         T = placed[joint.parent] @ joint.origin.transform(graph)
-        axis = row(apply(T.R, vector(joint.axis, graph))) if "axis" in dict(joint.shape) else Words(())
+        axis = row(T.R @ vector(joint.axis, graph)) if "axis" in dict(joint.shape) else Words(())
         joints.append((Words((joint.name,)), row(T.p), axis))
     bodies = []
     for mass in masses(scene, graph, placed):
@@ -66,9 +66,7 @@ def _given(scene: Scene, language: str) -> Step:
     return Step("given", Words((texts["given"],)), tables, Words((reason,)))
 
 
-def _turned(mass: Mass, R: tuple[tuple[Expr, Expr, Expr], ...], graph: Graph) -> list[Expr]:
+def _turned(mass: Mass, R: Mat, graph: Graph) -> list[Expr]:
     """Return the entries of an inertia along the axes of the ground, R I Rᵀ."""
-    one, nil = graph.one, graph.zero
-    units = ((one, nil, nil), (nil, one, nil), (nil, nil, one))
-    columns = [apply(R, apply(mass.inertia, apply(transpose(R), e))) for e in units]  # type: ignore[arg-type]
+    columns = [R @ (mass.inertia @ (R.T @ e)) for e in Mat.identity(graph)]
     return [columns[j][i] for i, j in ENTRIES]

@@ -22,7 +22,7 @@ from symdyn.emit.code import SYMPY
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Body
-from symdyn.spatial import Transform, symmetric
+from symdyn.spatial import Mat, Transform
 from symdyn.teach.masses import AXES, masses
 from symdyn.unlocked import cached_property
 
@@ -165,7 +165,7 @@ class Cells:
                 lines.append(f"v{tag} = r{tag}.diff(t)")
                 turned = [f"W{k} = R{k}.T * R{k}.diff(t)", f"omega{k} = Matrix([W{k}[2, 1], W{k}[0, 2], W{k}[1, 0]])"]
                 terms, down = [f"{m} * v{tag}.dot(v{tag}) / 2"], f"{m} * r{tag}"
-                inertia = symmetric(*(x.express(graph) for x in body.inertia))
+                inertia = Mat.symmetric(*(x.express(graph) for x in body.inertia))
                 if first and not all(x.is_zero for row in inertia for x in row):
                     lines += turned
                     terms.append(f"omega{k}.dot({self.matrix(inertia)} * omega{k}) / 2")

@@ -12,7 +12,7 @@ from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import Printable
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.spatial import add, apply, cross
+from symdyn.spatial import add, cross
 from symdyn.teach.document import Block, Formula, Step
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.masses import AXES, Mass
@@ -94,7 +94,7 @@ def _turned(lesson: Lesson, mass: Mass, u: Expr) -> list[tuple[Form, Expr]]:
         return []
     w, state = angular_velocity(lesson, mass.body), lesson.state
     x, y, z = tangents(w, state.acceleration)
-    moments = add(apply(mass.inertia, (x, y, z)), cross(w, apply(mass.inertia, w)))
+    moments = add(mass.inertia @ (x, y, z), cross(w, mass.inertia @ w))
     found = []
     for axis, rate, moment in zip(AXES, w, moments, strict=True):
         partial = gradient(rate, [u])[0]

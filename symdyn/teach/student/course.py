@@ -29,7 +29,7 @@ from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import GROUND, Joint
-from symdyn.spatial import Transform, Vec, apply, dot, sub
+from symdyn.spatial import Transform, Vec, dot, sub
 from symdyn.teach.masses import Mass, masses
 from symdyn.unlocked import cached_property
 
@@ -115,9 +115,9 @@ class Course:
         R = self.placed[mass.body.name].R
         dR = [tangents(row, seeds) for row in R]
         x, y, z = (self.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in ((2, 1), (0, 2), (1, 0)))
-        spin = dot((x, y, z), apply(mass.inertia, (x, y, z))) / 2
+        spin = dot((x, y, z), mass.inertia @ (x, y, z)) / 2
         if mass.h is not None:
-            w = apply(R, (x, y, z))
+            w = R @ (x, y, z)
             v = _rate(mass.place, seeds)
             spin = spin + dot(
                 v,

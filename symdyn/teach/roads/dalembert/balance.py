@@ -36,15 +36,9 @@ from symdyn.spatial import (
     Transform,
     Vec,
     Wrench,
-    apply,
     neg,
-    plus,
-    power,
     scale,
-    skew,
     sub,
-    times,
-    transpose,
     zero_vector,
 )
 from symdyn.teach.document import Name
@@ -95,9 +89,9 @@ def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
     centre = centre_of_mass(workspace.scene, workspace.scene.bodies[j].name, workspace.graph)
     place = T.point(sub(centre, system.hanging.joints[j].place_on_child))
     moved = [_differentiated(one, state) for one in (place, T.p)]
-    misread = known.inertia_for(apply(transpose(T.R), T.p))
+    misread = known.inertia_for(T.R.T @ T.p)
     force, force_star = neg(scale(m, moved[0][2])), neg(scale(m, motion.a))
-    return Cut(m, T.R, skew(T.p), motion.w, known.body.I, force, force_star, misread, motion.dw, *moved)
+    return Cut(m, T.R, Mat.skew(T.p), motion.w, known.body.I, force, force_star, misread, motion.dw, *moved)
 
 
 def _differentiated(place: Vec, state: State) -> tuple[Vec, Vec, Vec]:
@@ -168,9 +162,9 @@ class Balance(Prose):
         along, rest = [], []
         for h, hinge in enumerate(hanging.joints):
             here = hinge.in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
-            along.append([power(here, S) for S in hinge.S])
+            along.append([here.power(S) for S in hinge.S])
             for size, D in zip(along[-1], hanging.drives(hinge), strict=True):
-                here = plus(here, times(-size, D))
+                here = here + D.scaled(-size)
             rest.append(here)
             along[-1] = [size - own for size, own in zip(along[-1], self.system.own[h], strict=True)]
         sizes: dict[int, Expr] = {}
@@ -180,9 +174,7 @@ class Balance(Prose):
                 sizes[u] = along[h][0]
                 for other, against in one.acts[1:]:  # what the coupling takes from the leader is no drive of its
                     leading = hanging.joints[other].S
-                    along[other] = [
-                        x - power(against, S) * sizes[u] for x, S in zip(along[other], leading, strict=True)
-                    ]
+                    along[other] = [x - against.power(S) * sizes[u] for x, S in zip(along[other], leading, strict=True)]
         for h, split in enumerate(rest):
             reactions = [(u, one.acts[0]) for u, one in enumerate(self.system.unknowns) if one.is_reaction]
             own = [(u, W) for u, (acting, W) in reactions if acting == h]
@@ -194,9 +186,9 @@ class Balance(Prose):
 
     def _shares(self, wrench: Wrench, parts: list[Wrench]) -> list[Expr]:
         """Return x with Σ x · part = wrench; parts of a custom joint need not be at right angles."""
-        products = [power(a, b) for k, a in enumerate(parts) for b in parts[:k]]
+        products = [a.power(b) for k, a in enumerate(parts) for b in parts[:k]]
         if not products or self.workspace.hanging.samples.vanish(products):
-            return [power(wrench, part) / power(part, part) for part in parts]
+            return [wrench.power(part) / part.power(part) for part in parts]
         flat = [(*force, *moment) for force, moment in parts]
         return solve_normal([[part[k] for part in flat] for k in range(6)], (*wrench[0], *wrench[1]))
 

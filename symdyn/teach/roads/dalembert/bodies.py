@@ -11,7 +11,7 @@ from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.draw import Wrench, free_body
 from symdyn.emit.print import body_number, latex_symbols, text_of
 from symdyn.graph import Expr
-from symdyn.spatial import apply, cross, sub, zero_vector
+from symdyn.spatial import cross, sub, zero_vector
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import letter
 from symdyn.teach.roads.dalembert.balance import Balance, Cut
@@ -96,7 +96,7 @@ def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
     drawn = []
     for name, couple_name, way, (force, moment) in acting:
         couple = sub(moment, cross(way, force))
-        values = chosen.of(*T.point(way), *apply(T.R, force), *apply(T.R, couple))
+        values = chosen.of(*T.point(way), *T.R @ force, *T.R @ couple)
         values = [0.0 if abs(x) < 1e-9 * (1 + max(map(abs, values[3:]))) else x for x in values]
         if any(values[3:]):
             drawn.append(Wrench(name, values[:3], values[3:6], values[6:], couple_name))

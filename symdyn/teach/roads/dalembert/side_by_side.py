@@ -24,7 +24,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import ZERO as NONE, acceleration_name
-from symdyn.spatial import apply, dot, scale, sub, transpose
+from symdyn.spatial import dot, scale, sub
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Prose
 from symdyn.teach.roads.dalembert.tidy import order_of
@@ -98,7 +98,7 @@ def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
     weights: list[list[Expr]] = []
     for known, T, hinge, body in zip(bodies, hanging.frames, hanging.joints, w.scene.bodies, strict=True):
         x, y, z = tangents(T.p, state.velocity)
-        v, omega = apply(transpose(T.R), (x, y, z)), known.motion.w
+        v, omega = T.R.T @ (x, y, z), known.motion.w
         rates = [[gradient(c, (u,))[0] for c in (*v, *omega)] for u in state.qd]
         force, moment = known.inertia
         inertia.append([-graph.total(f * c for f, c in zip((*force, *moment), row, strict=True)) for row in rates])

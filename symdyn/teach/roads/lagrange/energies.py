@@ -10,7 +10,7 @@ from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, tangents
 from symdyn.scene.forces import elastic
 from symdyn.scene.values import Joint
-from symdyn.spatial import apply, cross, dot
+from symdyn.spatial import cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.masses import AXES, Mass
@@ -53,7 +53,7 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
         parts.append(product_of((HALF, lesson.short(mass.m), Symbol(f"v2:{tag}"))))
         values.append(mass.m * square / 2)
     if mass.h is not None:
-        omega = apply(lesson.placed[mass.body.name].R, angular_velocity(lesson, mass.body))
+        omega = lesson.placed[mass.body.name].R @ angular_velocity(lesson, mass.body)
         term = dot((velocity[0], velocity[1], velocity[2]), cross(omega, mass.h))
         if not lesson.vanishes(term):
             symbol = lesson.name(f"Kh:{tag}", "K", tag, "h", node=term)
@@ -61,7 +61,7 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
             parts.append(symbol)
             values.append(term)
     w = angular_velocity(lesson, mass.body)
-    if mass.spins and not lesson.vanishes(spin := dot(w, apply(mass.inertia, w)) / 2):
+    if mass.spins and not lesson.vanishes(spin := dot(w, mass.inertia @ w) / 2):
         symbol = lesson.name(f"Kw:{tag}", "K", tag, "omega", node=spin)
         steps.append(_spinning(lesson, mass, spin))
         parts.append(symbol)

@@ -16,7 +16,7 @@ from symdyn.emit.print import Printable
 from symdyn.graph import Expr
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.scene.values import GROUND, Joint
-from symdyn.spatial import Vec, apply, cross, dot, sub, transpose, zero_vector
+from symdyn.spatial import Vec, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
 from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.masses import AXES, Mass
@@ -51,7 +51,7 @@ def axes_of(lesson: Lesson) -> list[Axis | None]:
             found += [None] * len(joint.coordinates)
             continue
         T = lesson.placed[joint.parent] @ joint.origin.transform(graph)
-        found.append(Axis(joint, apply(T.R, unit(axis, graph)), T.p, kind.slides(joint)))
+        found.append(Axis(joint, T.R @ unit(axis, graph), T.p, kind.slides(joint)))
     return found
 
 
@@ -154,8 +154,8 @@ def _inertia_about(lesson: Lesson, axis: Axis, mass: Mass, here: str) -> tuple[E
         short = lesson.short(square)
         blocks.append(folded(lesson, Formula(key, sides, "", short) if sides is not None else Formula(key, short)))
         share, terms = share + mass.m * square, [product_of((m, symbol))]
-    n = apply(transpose(lesson.placed[mass.body.name].R), axis.n)
-    spin = dot(n, apply(mass.inertia, n))
+    n = lesson.placed[mass.body.name].R.T @ axis.n
+    spin = dot(n, mass.inertia @ n)
     if mass.h is not None:
         spin = spin + 2 * dot(cross(axis.n, mass.h), lever)
     if not lesson.vanishes(spin):
@@ -226,7 +226,7 @@ def _coupled(lesson: Lesson, axes: tuple[Axis, Axis], mass: Mass) -> Expr:
     graph, (first, second) = lesson.graph, axes
     R = lesson.placed[mass.body.name].R
     a, b = (zero_vector(graph) if axis.slides else axis.n for axis in axes)
-    term = dot(apply(transpose(R), a), apply(mass.inertia, apply(transpose(R), b)))
+    term = dot(R.T @ a, mass.inertia @ (R.T @ b))
     if mass.h is not None:
         term = term + dot(cross(a, mass.h), second.lever(mass.place)) + dot(cross(b, mass.h), first.lever(mass.place))
     return term

@@ -6,7 +6,7 @@ from symdyn.algebra import Form, Number, Symbol, product_of
 from symdyn.emit.print import Printable, text_of
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import SceneUnits
-from symdyn.spatial import add, apply, cross
+from symdyn.spatial import add, cross
 from symdyn.teach.document import Block, Formula, Name, Step, Words
 from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.masses import Mass
@@ -78,7 +78,7 @@ def _accelerated(lesson: Lesson, mass: Mass, j: int, k: int) -> bool:
     if mass.spins:
         w = angular_velocity(lesson, mass.body)
         x, y, z = tangents(w, state.velocity)
-        felt += add(apply(mass.inertia, (x, y, z)), cross(w, apply(mass.inertia, w)))
+        felt += add(mass.inertia @ (x, y, z), cross(w, mass.inertia @ w))
     return not all(lesson.vanishes(_of_both(lesson, x, j, k)) for x in felt)
 
 

@@ -12,7 +12,7 @@ from symdyn.emit.print import body_number
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Body, Joint
-from symdyn.spatial import Vec, apply, transpose
+from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Fold, Letter, Matrix, Step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import AXES, Mass
@@ -104,7 +104,7 @@ def read_from(lesson: Lesson, body: Body, found: list[Mass]) -> list[Form] | Non
     parent = next(one for one in lesson.scene.bodies if one.name == joint.parent)
     above, R = angular_velocity(lesson, parent), joint_placement(joint, lesson.graph).R
     tags = [mass.tag for mass in found if mass.body is parent and mass.spins]
-    handed = apply(transpose(R), above)
+    handed = R.T @ above
     components = []
     for a, own in enumerate(angular_velocity(lesson, body)):
         terms: list[Form] = []

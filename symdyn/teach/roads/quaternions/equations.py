@@ -10,7 +10,7 @@ from symdyn.algebra import Form, Number, Power, Symbol, product_of, sum_of
 from symdyn.emit.print import text_of
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene.values import Joint
-from symdyn.spatial import apply, cross, dot, transpose
+from symdyn.spatial import cross, dot
 from symdyn.teach.document import Block, Brace, Braced, Formula, Letter, Name, Rate, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.masses import AXES, Mass
@@ -62,7 +62,7 @@ def _kinetic(lesson: Turning, mass: Mass) -> tuple[Block, ...]:
     if mass.h is not None:
         x, y, z = (lesson.node(one.name) for one in v)
         a1, a2, a3 = lesson.twist(mass.body.name)[1]
-        mixed = dot((x, y, z), cross((a1, a2, a3), apply(transpose(lesson.placed[mass.body.name].R), mass.h)))
+        mixed = dot((x, y, z), cross((a1, a2, a3), lesson.placed[mass.body.name].R.T @ mass.h))
         if not lesson.vanishes(mixed):
             terms.append(lesson.name(f"Kh:{tag}", "K", tag, "h", node=mixed))
             blocks.append(folded(lesson, Formula(f"Kh:{tag}", kinetic_form(lesson, mixed))))

@@ -11,7 +11,6 @@ from symdyn.graph import Expr, tangents
 from symdyn.scene import SceneUnits
 from symdyn.scene.joints import rotation_of
 from symdyn.scene.values import Joint
-from symdyn.spatial import apply, transpose
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.masses import AXES
@@ -135,7 +134,7 @@ def body_velocity_steps(lesson: Turning) -> list[Step]:
     for mass in lesson.masses:
         T, tag = lesson.placed[mass.body.name], mass.tag
         x, y, z = tangents(mass.place, lesson.state.velocity)
-        v, w = apply(transpose(T.R), (x, y, z)), angular_velocity(lesson, mass.body)
+        v, w = T.R.T @ (x, y, z), angular_velocity(lesson, mass.body)
         blocks: list[Block] = []
         for letter, key, entries in (("v", "v", v), ("omega", "omega", w)):
             if letter == "omega" and not mass.spins:

@@ -16,7 +16,7 @@ from symdyn.dynamics.mechanism import generalized_forces, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.values import Contact, Joint
-from symdyn.spatial import Vec, apply, transpose
+from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Formula
 from symdyn.teach.lesson import together
 from symdyn.teach.roads.lagrange.rotations import angular_velocity
@@ -99,7 +99,7 @@ class Turning(Constrained):
         """Return velocity of the origin and angular velocity of a body, in its own axes, as short as can be."""
         T, body = self.placed[name], next(body for body in self.scene.bodies if body.name == name)
         x, y, z = tangents(T.p, self.state.velocity)
-        v, omega = apply(transpose(T.R), (x, y, z)), angular_velocity(self, body)
+        v, omega = T.R.T @ (x, y, z), angular_velocity(self, body)
         return self._cleaned(v), self._cleaned(omega)
 
     def _cleaned(self, v: Vec) -> Vec:

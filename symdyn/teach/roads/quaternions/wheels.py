@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.joints import unit
 from symdyn.scene.values import GROUND, Contact
-from symdyn.spatial import Vec, add, apply, cross, dot, scale, sub, transpose
+from symdyn.spatial import Vec, add, cross, dot, scale, sub
 from symdyn.teach.document import Letter
 from symdyn.teach.roads.multipliers.constrained import Constrained
 from symdyn.teach.roads.multipliers.tie import Tie
@@ -31,7 +31,7 @@ def name_normal(lesson: Constrained, row: Contact) -> None:
     """Name the plane's normal in the axes of the body that rolls."""
     number = str([one.name for one in lesson.scene.contacts].index(row.name) + 1)
     several = len(lesson.scene.contacts) > 1
-    entries = apply(transpose(lesson.placed[row.place.body].R), unit(row.plane.normal, lesson.graph))
+    entries = lesson.placed[row.place.body].R.T @ unit(row.plane.normal, lesson.graph)
     for k, node in enumerate(entries, 1):
         lesson.letter(f"n:{row.name},{k}", Letter("n", (number, str(k)) if several else (str(k),)), node)
 
