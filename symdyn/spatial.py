@@ -127,11 +127,13 @@ class Mat(tuple[Vec, Vec, Vec]):
         if other.is_unit:
             return self
         x, y, z = other.T
-        return Mat((
-            (dot(a, x), dot(a, y), dot(a, z)),
-            (dot(b, x), dot(b, y), dot(b, z)),
-            (dot(c, x), dot(c, y), dot(c, z)),
-        ))
+        return Mat(
+            (
+                (dot(a, x), dot(a, y), dot(a, z)),
+                (dot(b, x), dot(b, y), dot(b, z)),
+                (dot(c, x), dot(c, y), dot(c, z)),
+            )
+        )
 
     def __add__(self, other: Mat) -> Mat:  # type: ignore[override]
         """Return the sum."""

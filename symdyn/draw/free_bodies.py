@@ -30,7 +30,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Contact, Strut, quantities_in
-from symdyn.spatial import Transform
+from symdyn.spatial import Mat, Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight
 
@@ -244,7 +244,8 @@ def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
     p = np.einsum("nji,nj->ni", hinge.fixed.R, hinge.moved.p - hinge.fixed.p)[0]
     graph = Graph()
     names = [graph.symbol(f"x{k}") for k in range(12)]
-    X = Transform(((*names[0:3],), (*names[3:6],), (*names[6:9],)), (*names[9:12],))  # type: ignore[arg-type]
+    rows = [(names[k], names[k + 1], names[k + 2]) for k in range(0, 12, 3)]
+    X = Transform(Mat(rows[:3]), rows[3])
     values = dict(zip(names, [*between.R[0].ravel().tolist(), *p.tolist()], strict=True))
     values |= {graph.symbol(name): 1.0 for one in quantities_in(hinge.joint.shape) for name in one.symbols}
     pairs = given.wrenches(hinge.joint, X)

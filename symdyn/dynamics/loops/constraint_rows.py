@@ -29,7 +29,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
-from symdyn.spatial import Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, add, cross, dot, neg, scale, sub, zero_vector
 
 Twist = tuple[Vec, Vec]  # angular, linear
 
@@ -222,7 +222,8 @@ def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec
     if not cut.joint:
         return _paired(tangents(_entries(cut, X), state.velocity))
     graph = X.p[0].graph
-    R = tuple(tuple(graph.symbol(f"R[{r},{c}]") for c in range(3)) for r in range(3))
+    rows = [[graph.symbol(f"R[{r},{c}]") for c in range(3)] for r in range(3)]
+    R = Mat((x, y, z) for x, y, z in rows)
     p = tuple(graph.symbol(f"P[{r}]") for r in range(3))
     symbols = [*(entry for row in R for entry in row), *p]
     entries = _entries(cut, Transform(R, p))  # type: ignore[arg-type]

@@ -64,7 +64,7 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     late = f[2] * v[2], n[2] * w[2]  # what the parent's own acceleration is in
     early = n[0] * w[0] + n[1] * w[1] + (f[0] * v[0] + f[1] * v[1])
     qdd = graph.symbol(f"share{BESIDES}") - early - late[not kind.slides] - late[kind.slides]
-    beyond = at_rest(before, link) + along_z(qdd, kind.slides)
+    beyond = plus(at_rest(before, link), along_z(qdd, kind.slides))
     motion = flat(moved.w, moved.dw, moved.a, *moved.U)
     inertia = _flat_inertia(left.seen_from(rest))
     return (

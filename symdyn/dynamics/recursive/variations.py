@@ -89,8 +89,8 @@ class Composite:
     def moved(self, way: Way) -> Composite:
         """Return it about an origin that has moved back."""
         h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, way.u))  # noqa: E741
-        rows = [tuple(P[r][c] + way.p[r] * l[c] + h[r] * way.u[c] for c in range(3)) for r in range(3)]
-        return Composite(self.body.shifted(way.p), (rows[0], rows[1], rows[2]), l)  # type: ignore[arg-type]
+        rows = ([P[r][c] + way.p[r] * l[c] + h[r] * way.u[c] for c in range(3)] for r in range(3))
+        return Composite(self.body.shifted(way.p), Mat((x, y, z) for x, y, z in rows), l)
 
     def turned(self, turn: Turn) -> Composite:
         """Return it in axes from which `turn` leads here."""
@@ -166,4 +166,4 @@ def _turned(turn: Turn, P: Mat) -> Mat:
         rows[i][j], rows[j][i] = P[i][j] + s * w, P[j][i] + s * w
     rows[i][k], rows[j][k] = c * P[i][k] - s * P[j][k], s * P[i][k] + c * P[j][k]
     rows[k][i], rows[k][j] = c * P[k][i] - s * P[k][j], s * P[k][i] + c * P[k][j]
-    return (tuple(rows[0]), tuple(rows[1]), tuple(rows[2]))  # type: ignore[return-value]
+    return Mat((x, y, z) for x, y, z in rows)

@@ -161,7 +161,7 @@ class Balance(Prose):
         R, hanging = derive_one(self.workspace, "reactions").entries, self.workspace.hanging
         along, rest = [], []
         for h, hinge in enumerate(hanging.joints):
-            here = hinge.in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
+            here = hinge.in_joint_axes(Wrench(R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
             along.append([here.power(S) for S in hinge.S])
             for size, D in zip(along[-1], hanging.drives(hinge), strict=True):
                 here = here + D.scaled(-size)
