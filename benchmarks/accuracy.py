@@ -22,7 +22,7 @@ from symdyn.build import build, run_python
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
 from symdyn.scene import Quantity, Scene, dh_table, read, scene
-from symdyn.scene.values import Body, number
+from symdyn.scene.values import Body
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "accuracy-of-code.md"
@@ -51,7 +51,7 @@ def heavier(scene: Scene, factors: Sequence[Fraction | int]) -> Scene:
     def scaled(body: Body, factor: Quantity) -> Body:
         return replace(body, mass=body.mass * factor, inertia=tuple(x * factor for x in body.inertia))
 
-    bodies = tuple(scaled(body, number(factor)) for body, factor in zip(scene.bodies, factors, strict=True))
+    bodies = tuple(scaled(body, Quantity.number(factor)) for body, factor in zip(scene.bodies, factors, strict=True))
     return replace(scene, bodies=bodies)
 
 

@@ -16,11 +16,10 @@ from fractions import Fraction
 
 from symdyn.graph import Op
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import Body, Joint, Parameter, Pose, number, symbol
+from symdyn.scene.values import Body, Joint, Parameter, Pose
 from symdyn.scene.values.body import Particle
-from symdyn.scene.values.quantity import PI, ZERO
 
-QUARTER = Quantity(Op.MUL, (number(Fraction(1, 2)), PI))
+QUARTER = Quantity(Op.MUL, (Quantity.number(Fraction(1, 2)), Quantity.PI))
 ENTRIES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 PUMA = [  # standard Denavit-Hartenberg: d, a, alpha in quarter turns
@@ -48,10 +47,10 @@ def arm(name: str, table: list[tuple[str, str, int]]) -> Scene:
     for i, (d, a, alpha) in enumerate(table, 1):
         names = [f"m{i}", *(f"m{axis}{i}" for axis in "xyz"), *(f"I{i}{entry}" for entry in ENTRIES)]
         parameters += [Parameter(text) for text in names]
-        m, mx, my, mz, *inertia = map(symbol, names)
+        m, mx, my, mz, *inertia = map(Quantity.symbol, names)
         bodies.append(Body(f"link{i}", m, None, (mx, my, mz), tuple(inertia), "frame"))  # type: ignore[arg-type]
-        tip = [("Tz", number(Fraction(d))), ("Tx", number(Fraction(a)))]
-        tip += [("Rx", Quantity(Op.MUL, (number(alpha), QUARTER)))]
+        tip = [("Tz", Quantity.number(Fraction(d))), ("Tx", Quantity.number(Fraction(a)))]
+        tip += [("Rx", Quantity(Op.MUL, (Quantity.number(alpha), QUARTER)))]
         parent = f"link{i - 1}" if i > 1 else "ground"
         joints.append(
             Joint(
@@ -64,22 +63,28 @@ def arm(name: str, table: list[tuple[str, str, int]]) -> Scene:
                 drives=(f"tau{i}",),
             )
         )
-    return Scene(name, (*parameters, Parameter("g")), (ZERO, ZERO, -symbol("g")), tuple(bodies), tuple(joints))
+    return Scene(
+        name,
+        (*parameters, Parameter("g")),
+        (Quantity.ZERO, Quantity.ZERO, -Quantity.symbol("g")),
+        tuple(bodies),
+        tuple(joints),
+    )
 
 
 def two_link() -> Scene:
     """Return the textbook's example 5.28: point masses at the ends of two links."""
-    h1, h2 = symbol("h1"), symbol("h2")
+    h1, h2 = Quantity.symbol("h1"), Quantity.symbol("h2")
     bodies = (
-        Body("link1", particles=(Particle(symbol("m1"), (ZERO, -h1, ZERO)),)),
-        Body("link2", particles=(Particle(symbol("m2"), (ZERO, -h2, ZERO)),)),
+        Body("link1", particles=(Particle(Quantity.symbol("m1"), (Quantity.ZERO, -h1, Quantity.ZERO)),)),
+        Body("link2", particles=(Particle(Quantity.symbol("m2"), (Quantity.ZERO, -h2, Quantity.ZERO)),)),
     )
     joints = (
         Joint("joint1", "revolute", "ground", "link1", coordinates=("q1",), drives=("M1",)),
         Joint("joint2", "revolute", "link1", "link2", origin=Pose((("Ty", -h1),)), coordinates=("q2",), drives=("M2",)),
     )
     parameters = tuple(Parameter(name, positive=True) for name in ("m1", "m2", "g", "h1", "h2"))
-    return Scene("two_link", parameters, (ZERO, -symbol("g"), ZERO), bodies, joints)
+    return Scene("two_link", parameters, (Quantity.ZERO, -Quantity.symbol("g"), Quantity.ZERO), bodies, joints)
 
 
 CASES = {"two_link": two_link, "puma": lambda: arm("puma", PUMA), "iiwa": lambda: arm("iiwa", IIWA)}

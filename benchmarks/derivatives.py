@@ -41,8 +41,11 @@ from robots import robot_folder  # noqa: E402
 from run import installed, ready, say  # noqa: E402
 
 from symdyn.bench.reference import Reference, reference  # noqa: E402
-from symdyn.scene import Scene, read  # noqa: E402
-from symdyn.scene.values import number  # noqa: E402
+from symdyn.scene import (  # noqa: E402
+    Quantity,
+    Scene,
+    read,
+)
 
 PEERS = ("ours_c", "pinocchio_cpp", "casadi_c", "casadi_analytical")
 
@@ -66,7 +69,7 @@ def robot_file(name: str, floating_base: str | None = None) -> Scene:
     if folder is None:
         raise NotInstalledError("example-robot-data is not installed")
     found = read(folder / name, floating_base=floating_base, allow_invalid_inertia=True)
-    joints = tuple(replace(joint, damping=number(0), friction=number(0)) for joint in found.joints)
+    joints = tuple(replace(joint, damping=Quantity.number(0), friction=Quantity.number(0)) for joint in found.joints)
     return replace(found, joints=joints)
 
 

@@ -13,7 +13,6 @@ import time
 import numpy as np
 
 import symdyn
-from symdyn.scene.values.value import value_of
 
 SHARE, UNTIL = 0.003, 1.0
 SCENES = ("four_bar", "slider_crank")
@@ -27,7 +26,7 @@ def main() -> None:
     print(f"{given.runs} runs leave {100 / np.sqrt(2 * given.runs):.1f} % open")
     for name in SCENES:
         scene = symdyn.example(name)
-        values = {p.name: float(value_of(p.value, {})) for p in scene.parameters if p.value is not None}
+        values = {p.name: float(p.value.at({})) for p in scene.parameters if p.value is not None}
         varied = {p: SHARE * x for p, x in list(values.items())[:3]}
         started = time.perf_counter()
         bars = symdyn.uncertainty(scene, varied, until=UNTIL)

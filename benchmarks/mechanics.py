@@ -20,8 +20,7 @@ from sympy.physics.mechanics import (
 )
 
 from symdyn.scene import Scene
-from symdyn.scene.values.quantity import ZERO
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.quantity import Quantity
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -72,9 +71,9 @@ class Robot:
 
 def number(quantity: Any) -> Any:
     """Return a quantity of a scene for SymPy, exact where it is rational; ±π/2 stay what they are."""
-    if quantity == ZERO:
+    if quantity == Quantity.ZERO:
         return sympy.Integer(0)
-    value = value_of(quantity, {})
+    value = quantity.at({})
     quarters = float(value) / (float(sympy.pi) / 2)
     if quarters and abs(quarters - round(quarters)) < 1e-12 and not hasattr(value, "numerator"):
         return round(quarters) * sympy.pi / 2

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from symdyn.scene import Scene, dh_table, scene, with_symbolic_inertia
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.quantity import Quantity
 
 RIGHT, LEFT = "pi/2", "-pi/2"
 
@@ -113,6 +113,9 @@ def robot_scene(one: Robot, diagonal: bool = False) -> Scene:
         return full
     return replace(
         full,
-        bodies=tuple(replace(body, inertia=(*body.inertia[:3], ZERO, ZERO, ZERO)) for body in full.bodies),
+        bodies=tuple(
+            replace(body, inertia=(*body.inertia[:3], Quantity.ZERO, Quantity.ZERO, Quantity.ZERO))
+            for body in full.bodies
+        ),
         parameters=tuple(p for p in full.parameters if not p.name.startswith(PRODUCTS)),
     )

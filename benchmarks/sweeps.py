@@ -27,7 +27,6 @@ import numpy as np
 import symdyn
 from symdyn.scene import Scene, with_symbols
 from symdyn.scene.values.table import Faults
-from symdyn.scene.values.value import value_of
 from symdyn.study import places
 from symdyn.study.block import block
 from symdyn.study.cluster import Cluster
@@ -59,7 +58,7 @@ def within(scene: Scene, share: float) -> dict[str, str]:
     """Return what varies all parameters by so much."""
     found = {}
     for one in scene.parameters:
-        low, high = sorted(float(value_of(one.value, {}) or 0.0) * k for k in (1 - share, 1 + share))
+        low, high = sorted(float(one.value.at({}) or 0.0) * k for k in (1 - share, 1 + share))
         found[one.name] = f"uniform({low!r}, {high!r})"
     return found
 

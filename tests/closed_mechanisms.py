@@ -7,25 +7,30 @@ from fractions import Fraction
 from mechanisms import shape
 
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import Body, Joint, Parameter, Pose, number, symbol
+from symdyn.scene.values import Body, Joint, Parameter, Pose
 from symdyn.scene.values.body import Particle
-from symdyn.scene.values.quantity import ONE, ZERO, Vector
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.table import compose
 
 HINGE = shape("revolute")
 HERE = Pose()
-DOWN: Vector = (ZERO, number(Fraction("-9.81")), ZERO)
+DOWN: Vector = (Quantity.ZERO, Quantity.number(Fraction("-9.81")), Quantity.ZERO)
 
 
 def exact(value: str | int | Fraction) -> Quantity:
-    return number(Fraction(value))
+    return Quantity.number(Fraction(value))
 
 
 def rod(name: str, length: Quantity, mass: Quantity) -> Body:
     """A slender rod along x from its joint."""
-    third = number(Fraction(1, 12)) * mass * length * length
-    half = number(Fraction(1, 2)) * length
-    return Body(name, mass, (half, ZERO, ZERO), inertia=(ZERO, third, third, ZERO, ZERO, ZERO))
+    third = Quantity.number(Fraction(1, 12)) * mass * length * length
+    half = Quantity.number(Fraction(1, 2)) * length
+    return Body(
+        name,
+        mass,
+        (half, Quantity.ZERO, Quantity.ZERO),
+        inertia=(Quantity.ZERO, third, third, Quantity.ZERO, Quantity.ZERO, Quantity.ZERO),
+    )
 
 
 def along_x(length: Quantity) -> Pose:
@@ -58,7 +63,9 @@ def four_bar(
             hinge("B", "crank", "coupler", along_x(a), start=angles[1]),
             hinge("D", "ground", "rocker", along_x(d), start=angles[2]),
         ),
-        loops=(Joint("C", "revolute", "coupler", "rocker", HINGE, along_x(b), Pose((("Tx", number(-1) * c),))),),
+        loops=(
+            Joint("C", "revolute", "coupler", "rocker", HINGE, along_x(b), Pose((("Tx", Quantity.number(-1) * c),))),
+        ),
     )
 
 
@@ -70,7 +77,7 @@ def crank_rocker() -> Scene:
 def symbolic_four_bar() -> Scene:
     names = ("a", "b", "c", "d", "m1", "m2", "m3")
     parameters = tuple(Parameter(name, positive=True) for name in names)
-    a, b, c, d, m1, m2, m3 = (symbol(name) for name in names)
+    a, b, c, d, m1, m2, m3 = (Quantity.symbol(name) for name in names)
     return four_bar(a, b, c, d, (m1, m2, m3), None, parameters, "symbolic_four_bar")
 
 
@@ -80,12 +87,13 @@ def slider_crank() -> Scene:
         "slider_crank",
         (),
         DOWN,
-        (rod("crank", ONE, ONE), rod("coupler", exact(3), exact(2)), Body("slider", exact("3/2"))),
+        (rod("crank", Quantity.ONE, Quantity.ONE), rod("coupler", exact(3), exact(2)), Body("slider", exact("3/2"))),
         (
             hinge("A", "ground", "crank", drive="tau", start=(exact("1/2"),)),
-            hinge("B", "crank", "coupler", along_x(ONE), start=(exact("-2/3"),)),
+            hinge("B", "crank", "coupler", along_x(Quantity.ONE), start=(exact("-2/3"),)),
             Joint(
-                "P", "prismatic", "ground", "slider", shape("prismatic", axis=(ONE, ZERO, ZERO)),
+                "P", "prismatic", "ground", "slider",
+                shape("prismatic", axis=(Quantity.ONE, Quantity.ZERO, Quantity.ZERO)),
                 coordinates=("x",), drives=(None,), start=(exact("19/5"),),
             ),
         ),
@@ -95,42 +103,57 @@ def slider_crank() -> Scene:
 
 def n_four_bar(n: int) -> Scene:
     """N four-bars in a row, all bars 1 m and 1 kg, cranks a metre apart (IFToMM benchmark A02)."""
-    upright = (number(Fraction("1.5707963267948966")),)
-    level = (number(Fraction("-1.5707963267948966")),)
-    bodies, joints, loops = [rod("crank0", ONE, ONE)], [hinge("A0", "ground", "crank0", start=upright)], []
+    upright = (Quantity.number(Fraction("1.5707963267948966")),)
+    level = (Quantity.number(Fraction("-1.5707963267948966")),)
+    bodies, joints, loops = (
+        [rod("crank0", Quantity.ONE, Quantity.ONE)],
+        [hinge("A0", "ground", "crank0", start=upright)],
+        [],
+    )
     for k in range(1, n + 1):
-        bodies += [rod(f"coupler{k}", ONE, ONE), rod(f"crank{k}", ONE, ONE)]
+        bodies += [rod(f"coupler{k}", Quantity.ONE, Quantity.ONE), rod(f"crank{k}", Quantity.ONE, Quantity.ONE)]
         joints += [
-            hinge(f"B{k}", f"crank{k - 1}", f"coupler{k}", along_x(ONE), start=level),
+            hinge(f"B{k}", f"crank{k - 1}", f"coupler{k}", along_x(Quantity.ONE), start=level),
             hinge(f"A{k}", "ground", f"crank{k}", along_x(exact(k)), start=upright),
         ]
         loops.append(
-            Joint(f"C{k}", "revolute", f"coupler{k}", f"crank{k}", HINGE, along_x(ONE), Pose((("Tx", exact(-1)),)))
+            Joint(
+                f"C{k}",
+                "revolute",
+                f"coupler{k}",
+                f"crank{k}",
+                HINGE,
+                along_x(Quantity.ONE),
+                Pose((("Tx", exact(-1)),)),
+            )
         )
     return Scene(f"four_bars_{n}", (), DOWN, tuple(bodies), tuple(joints), loops=tuple(loops))
 
 
 def rssr() -> Scene:
     """Crank about z, rocker about x, a coupler between balls: one freedom, and the coupler's idle spin."""
-    slim = (exact("1/50"), ONE, ONE, ZERO, ZERO, ZERO)
-    pin = Particle(ONE, (ZERO, exact("1/10"), ZERO))
+    slim = (exact("1/50"), Quantity.ONE, Quantity.ONE, Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
+    pin = Particle(Quantity.ONE, (Quantity.ZERO, exact("1/10"), Quantity.ZERO))
     return Scene(
         "rssr",
         (),
-        (ZERO, ZERO, exact("-9.81")),
+        (Quantity.ZERO, Quantity.ZERO, exact("-9.81")),
         (
-            rod("crank", ONE, ONE),
-            Body("coupler", exact(2), (exact("7/4"), ZERO, ZERO), inertia=slim, particles=(pin,)),
-            rod("rocker", exact(2), ONE),
+            rod("crank", Quantity.ONE, Quantity.ONE),
+            Body("coupler", exact(2), (exact("7/4"), Quantity.ZERO, Quantity.ZERO), inertia=slim, particles=(pin,)),
+            rod("rocker", exact(2), Quantity.ONE),
         ),
         (
             hinge("A", "ground", "crank", drive="tau", start=(exact("1/3"),)),
             Joint(
-                "B", "spherical", "crank", "coupler", origin=along_x(ONE), coordinates=("e0", "e1", "e2", "e3"),
-                velocities=("w1", "w2", "w3"), drives=(None,) * 3, start=(ONE, ZERO, exact("-1/5"), exact("1/5")),
+                "B", "spherical", "crank", "coupler", origin=along_x(Quantity.ONE),
+                coordinates=("e0", "e1", "e2", "e3"),
+                velocities=("w1", "w2", "w3"), drives=(None,) * 3,
+                start=(Quantity.ONE, Quantity.ZERO, exact("-1/5"), exact("1/5")),
             ),
             Joint(
-                "D", "revolute", "ground", "rocker", shape("revolute", axis=(ONE, ZERO, ZERO)),
+                "D", "revolute", "ground", "rocker",
+                shape("revolute", axis=(Quantity.ONE, Quantity.ZERO, Quantity.ZERO)),
                 compose(("Tx", exact("5/2")), ("Ty", exact("3/2"))), tip=compose(("Rz", exact("1"))),
                 coordinates=("q_D",), drives=(None,), start=(exact("1/2"),),
             ),
@@ -146,13 +169,14 @@ def rssr() -> Scene:
 
 def bricard() -> Scene:
     """Bricard's orthogonal linkage: six bars of unit length, six right twists, one freedom where (5.20) counts none."""
-    from symdyn.scene.values.quantity import PI
 
-    quarter = number(Fraction(1, 2)) * PI
-    step = [Pose((("Tx", ONE), ("Rx", quarter if k % 2 == 0 else number(-1) * quarter))) for k in range(6)]
+    quarter = Quantity.number(Fraction(1, 2)) * Quantity.PI
+    step = [
+        Pose((("Tx", Quantity.ONE), ("Rx", quarter if k % 2 == 0 else Quantity.number(-1) * quarter))) for k in range(6)
+    ]
     guess = "1.5707963267948966"
     starts = [(exact(guess if k % 2 else "-" + guess),) for k in range(6)]
-    bodies = tuple(rod(f"bar{k}", ONE, ONE) for k in range(5))
+    bodies = tuple(rod(f"bar{k}", Quantity.ONE, Quantity.ONE) for k in range(5))
     joints = [hinge("J0", "ground", "bar0", start=starts[0], drive="tau")]
     joints += [hinge(f"J{k}", f"bar{k - 1}", f"bar{k}", step[k - 1], start=starts[k]) for k in range(1, 5)]
     loop = Joint("J5", "revolute", "bar4", "ground", HINGE, step[4], Pose(step[5].steps))

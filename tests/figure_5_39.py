@@ -16,8 +16,8 @@ from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.graph import Expr, tangents
-from symdyn.scene import Scene, parse
-from symdyn.scene.values import Body, Joint, Load, Place, number
+from symdyn.scene import Quantity, Scene, parse
+from symdyn.scene.values import Body, Joint, Load, Place
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform
 from symdyn.verdict import PROVED
@@ -26,12 +26,12 @@ from symdyn.verify.quaternions import on_unit_sphere
 
 
 def vector(*entries: object) -> tuple:
-    return tuple(number(Fraction(str(x))) for x in entries)
+    return tuple(Quantity.number(Fraction(str(x))) for x in entries)
 
 
 def heavy(name: str, mass: object, com: tuple, inertia: tuple) -> Body:
     """A body with every product of inertia."""
-    return Body(name, number(Fraction(str(mass))), vector(*com), None, vector(*inertia), "com", (), True)
+    return Body(name, Quantity.number(Fraction(str(mass))), vector(*com), None, vector(*inertia), "com", (), True)
 
 
 def single_loop() -> Scene:
@@ -48,8 +48,8 @@ def single_loop() -> Scene:
             "spherical",
             "crank",
             "coupler",
-            origin=compose(("Tx", number(1)), ("Rz", number(Fraction(1, 5)))),
-            tip=compose(("Ty", number(Fraction(1, 10)))),
+            origin=compose(("Tx", Quantity.number(1)), ("Rz", Quantity.number(Fraction(1, 5)))),
+            tip=compose(("Ty", Quantity.number(Fraction(1, 10)))),
             coordinates=("e0", "e1", "e2", "e3"),
             velocities=("wx", "wy", "wz"),
             start=vector(1, 0, "1/10", "-1/5"),
@@ -60,8 +60,8 @@ def single_loop() -> Scene:
             "coupler",
             "slider",
             shape=shape("universal", second_axis=vector(0, 1, 0)),
-            origin=compose(("Tx", number(3))),
-            tip=compose(("Tz", number(Fraction(-1, 4)))),
+            origin=compose(("Tx", Quantity.number(3))),
+            tip=compose(("Tz", Quantity.number(Fraction(-1, 4)))),
             coordinates=("q2", "q3"),
             start=vector("-1/5", "1/10"),
         ),
@@ -72,11 +72,15 @@ def single_loop() -> Scene:
         "ground",
         "slider",
         shape=shape("prismatic", axis=vector(1, 0, 0)),
-        origin=compose(("Tx", number(3)), ("Ty", number(Fraction(1, 2)))),
-        tip=compose(("Tx", number(Fraction(1, 6)))),
+        origin=compose(("Tx", Quantity.number(3)), ("Ty", Quantity.number(Fraction(1, 2)))),
+        tip=compose(("Tx", Quantity.number(Fraction(1, 6)))),
     )
     loads = (
-        Load("cutting", Place("slider", vector("1/5", "1/6", 0)), (parse("-10*q2"), number(2), number(1))),
+        Load(
+            "cutting",
+            Place("slider", vector("1/5", "1/6", 0)),
+            (parse("-10*q2"), Quantity.number(2), Quantity.number(1)),
+        ),
         Load("couple", Place("coupler", vector(1, 0, 0)), vector(0, 0, 0), vector(1, -2, 3), "body"),
     )
     gravity = vector(0, "1/3", "-9.81")

@@ -10,10 +10,10 @@ import numpy as np
 
 from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.scene import Scene
-from symdyn.scene.values import Parameter, number
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import Parameter
 
-QUARTER = Parameter("b", number(Fraction(1, 4)))
+QUARTER = Parameter("b", Quantity.number(Fraction(1, 4)))
 
 
 def argument(name: str, symbols: Sequence[Expr], unit: str = "rad") -> Argument:

@@ -12,10 +12,9 @@ from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Body, Joint, Load, Parameter, Place, Pose, folding, number, symbol
+from symdyn.scene.values import Body, Joint, Load, Parameter, Place, Pose, folding
 from symdyn.scene.values.body import Particle
 from symdyn.scene.values.joint import Coupling, Limits
-from symdyn.scene.values.quantity import PI
 from symdyn.scene.values.table import compose
 
 AXES = [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (1, -2, 2), (3, 0, 4), (1, 2, 3)]
@@ -24,7 +23,7 @@ ANGLES = [0, Fraction(1, 6), Fraction(1, 3), Fraction(1, 4), Fraction(1, 2), Fra
 
 def turn(multiple: Fraction | int) -> Quantity:
     """Return multiple·π."""
-    return folding.mul(number(multiple), PI)
+    return folding.mul(Quantity.number(multiple), Quantity.PI)
 
 
 def shape(kind: str, **values: object) -> tuple[tuple[str, object], ...]:
@@ -43,7 +42,7 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
     rng = random.Random(seed)
 
     def small() -> Quantity:
-        return number(Fraction(rng.randint(-9, 9), 10))
+        return Quantity.number(Fraction(rng.randint(-9, 9), 10))
 
     bodies, joints = [], []
     for i in range(n):
@@ -51,9 +50,9 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
         steps = [(t, small()) for t in ("Tx", "Ty", "Tz")]
         steps += [(rng.choice(["Rx", "Ry", "Rz"]), turn(rng.choice(ANGLES))) for _ in range(2)]
         if i == 1:
-            steps.append(("Rx", symbol("beta")))
+            steps.append(("Rx", Quantity.symbol("beta")))
         if i == 2:
-            steps.append(("Ry", number(Fraction(3, 10))))
+            steps.append(("Ry", Quantity.number(Fraction(3, 10))))
         axis = rng.choice(AXES)
         axis = axis if kind != "fixed" else AXES[0]
         joints.append(
@@ -62,24 +61,24 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
                 kind,
                 "ground" if i == 0 else f"b{rng.randint(max(0, i - 2), i - 1)}",
                 f"b{i}",
-                shape(kind, axis=tuple(number(x) for x in axis)),
+                shape(kind, axis=tuple(Quantity.number(x) for x in axis)),
                 compose(*steps),
                 compose(("Tx", small()), ("Rz", turn(rng.choice(ANGLES)))) if rng.random() < 0.4 else Pose(),
                 () if kind == "fixed" else (f"x{i}",),
                 drives=() if kind == "fixed" else (None,),
             )
         )
-        points = (Particle(number(Fraction(1, 2)), (small(), small(), small())),) if rng.random() < 0.3 else ()
+        points = (Particle(Quantity.number(Fraction(1, 2)), (small(), small(), small())),) if rng.random() < 0.3 else ()
         xx, yy = Fraction(rng.randint(10, 20), 10), Fraction(rng.randint(10, 20), 10)
         products = (small().value / 3, small().value / 4, Fraction(1, 9))
-        inertia = tuple(number(x) for x in (xx, yy, Fraction(3, 2), *products))
-        mass = symbol("m0") if i == 0 else number(Fraction(rng.randint(1, 30), 10))
+        inertia = tuple(Quantity.number(x) for x in (xx, yy, Fraction(3, 2), *products))
+        mass = Quantity.symbol("m0") if i == 0 else Quantity.number(Fraction(rng.randint(1, 30), 10))
         bodies.append(Body(f"b{i}", mass, (small(), small(), small()), None, inertia, "com", points, True))
     parameters = (
-        Parameter("m0", None if free else number(Fraction(7, 5)), positive=True),
-        Parameter("beta", None if free else number(Fraction(4, 5))),
+        Parameter("m0", None if free else Quantity.number(Fraction(7, 5)), positive=True),
+        Parameter("beta", None if free else Quantity.number(Fraction(4, 5))),
     )
-    gravity = (number(0), number(Fraction(1, 2)), number(Fraction("-9.81")))
+    gravity = (Quantity.number(0), Quantity.number(Fraction(1, 2)), Quantity.number(Fraction("-9.81")))
     return Scene(f"random{seed}", parameters, gravity, tuple(bodies), tuple(joints))
 
 
@@ -88,22 +87,24 @@ def whole_tree(seed: int) -> Scene:
     rng = random.Random(seed)
 
     def three() -> tuple[Quantity, ...]:
-        return tuple(number(rng.choice([0, 0, 1, -1, 2])) for _ in range(3))
+        return tuple(Quantity.number(rng.choice([0, 0, 1, -1, 2])) for _ in range(3))
 
     bodies, joints = [], []
     for i in range(rng.randint(2, 5)):
         kind, parent = rng.choice(["revolute", "prismatic"]), f"b{rng.randint(max(0, i - 2), i - 1)}" if i else "ground"
         axis = rng.choice([(0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, -1)])
         place = compose(*zip(("Tx", "Ty", "Tz"), three(), strict=True))
-        moves = shape(kind, axis=tuple(number(x) for x in axis))
+        moves = shape(kind, axis=tuple(Quantity.number(x) for x in axis))
         joints.append(Joint(f"j{i}", kind, parent, f"b{i}", moves, place, Pose(), (f"x{i}",), drives=(None,)))
-        inertia = tuple(number(x) for x in (4, 5, 4, 0, *(rng.choice([0, 1, -1]) for _ in range(2))))
-        bodies.append(Body(f"b{i}", number(rng.choice([1, 2])), three(), None, inertia, "com", (), True))
-    return Scene(f"whole{seed}", (), (number(0), number(0), number(-9)), tuple(bodies), tuple(joints))
+        inertia = tuple(Quantity.number(x) for x in (4, 5, 4, 0, *(rng.choice([0, 1, -1]) for _ in range(2))))
+        bodies.append(Body(f"b{i}", Quantity.number(rng.choice([1, 2])), three(), None, inertia, "com", (), True))
+    return Scene(
+        f"whole{seed}", (), (Quantity.number(0), Quantity.number(0), Quantity.number(-9)), tuple(bodies), tuple(joints)
+    )
 
 
 RATIOS = [1, -1, 2, Fraction(1, 2), Fraction(-3, 2), 3]
-OFFSETS = [number(0), turn(Fraction(1, 4)), turn(Fraction(-1, 3)), number(Fraction(1, 5))]
+OFFSETS = [Quantity.number(0), turn(Fraction(1, 4)), turn(Fraction(-1, 3)), Quantity.number(Fraction(1, 5))]
 
 
 def coupled_tree(seed: int, n: int = 5) -> Scene:
@@ -122,12 +123,14 @@ def coupled_tree(seed: int, n: int = 5) -> Scene:
     for k in moving:
         joints[k] = replace(joints[k], armature=tenths(rng), damping=tenths(rng), friction=tenths(rng))
     for k in followers:
-        ratio = symbol("rho") if joints[k].type == "prismatic" else number(rng.choice(RATIOS))
+        ratio = Quantity.symbol("rho") if joints[k].type == "prismatic" else Quantity.number(rng.choice(RATIOS))
         coupling = Coupling(rng.choice(leaders), ratio, rng.choice(OFFSETS))
         joints[k] = replace(joints[k], coordinates=(), drives=(), coupling=coupling)
     rotor = min(k for k in moving if k not in followers)
     joints[rotor] = replace(
-        joints[rotor], armature=symbol("Ia"), limits=Limits(tenths(rng), number(3), None, number(9))
+        joints[rotor],
+        armature=Quantity.symbol("Ia"),
+        limits=Limits(tenths(rng), Quantity.number(3), None, Quantity.number(9)),
     )
     parameters = (*tree.parameters, Parameter("rho"), Parameter("Ia", positive=True))
     return replace(tree, name=f"coupled{seed}", joints=tuple(joints), parameters=parameters)
@@ -135,7 +138,7 @@ def coupled_tree(seed: int, n: int = 5) -> Scene:
 
 def tenths(rng: random.Random) -> Quantity:
     """Return 0.1 ... 0.9, or zero."""
-    return number(Fraction(max(0, rng.randint(-3, 9)), 10))
+    return Quantity.number(Fraction(max(0, rng.randint(-3, 9)), 10))
 
 
 def jointed(*types: str, seed: int = 1, orientation: str = "quaternion") -> Scene:
@@ -146,15 +149,15 @@ def jointed(*types: str, seed: int = 1, orientation: str = "quaternion") -> Scen
     rng = random.Random(seed)
     joints, bodies, count = [], [], 0
     for i, kind in enumerate(types):
-        p, r = symbol(f"x{count}"), symbol(f"x{count + 1}")
+        p, r = Quantity.symbol(f"x{count}"), Quantity.symbol(f"x{count + 1}")
         own = shape(
             kind,
-            axis=tuple(number(x) for x in rng.choice(AXES)),
-            second_axis=tuple(number(x) for x in (2, 1, -2)),
-            pitch=number(Fraction(1, 5)),
-            length=symbol("L"),
+            axis=tuple(Quantity.number(x) for x in rng.choice(AXES)),
+            second_axis=tuple(Quantity.number(x) for x in (2, 1, -2)),
+            pitch=Quantity.number(Fraction(1, 5)),
+            length=Quantity.symbol("L"),
             orientation=orientation,
-            steps=Pose((("Tz", p * p * r), ("Rx", p + r * number(2)), ("Ty", Quantity(Op.SIN, (r,))))),
+            steps=Pose((("Tz", p * p * r), ("Rx", p + r * Quantity.number(2)), ("Ty", Quantity(Op.SIN, (r,))))),
             units=("rad", "rad"),
         )
         joint = Joint(
@@ -164,16 +167,16 @@ def jointed(*types: str, seed: int = 1, orientation: str = "quaternion") -> Scen
             f"b{i}",
             own,
             compose(("Tx", tenths(rng)), ("Ry", turn(rng.choice(ANGLES)))),
-            compose(("Ty", tenths(rng)), ("Rx", number(Fraction(3, 10)))),
+            compose(("Ty", tenths(rng)), ("Rx", Quantity.number(Fraction(3, 10)))),
             (f"x{count}", f"x{count + 1}"),
         )
         names = tuple(f"x{count + k}" for k in range(len(JOINTS[kind].coordinates(joint))))
         joints.append(replace(joint, coordinates=names, velocities=quasi_velocities(joint, count)))
         count += len(names)
-        com = (tenths(rng), number(Fraction(-1, 3)), tenths(rng))
-        inertia = tuple(number(Fraction(x)) for x in ("3/2", "7/5", "8/5", "1/9", "-1/8", "1/7"))
-        bodies.append(Body(f"b{i}", number(rng.randint(1, 3)), com, None, inertia, "com", (), True))
-    parameters = (Parameter("L", number(Fraction(6, 5))),)
+        com = (tenths(rng), Quantity.number(Fraction(-1, 3)), tenths(rng))
+        inertia = tuple(Quantity.number(Fraction(x)) for x in ("3/2", "7/5", "8/5", "1/9", "-1/8", "1/7"))
+        bodies.append(Body(f"b{i}", Quantity.number(rng.randint(1, 3)), com, None, inertia, "com", (), True))
+    parameters = (Parameter("L", Quantity.number(Fraction(6, 5))),)
     return Scene("_".join(types), parameters, bodies=tuple(bodies), joints=tuple(joints))
 
 
@@ -198,7 +201,7 @@ def with_loads(tree: Scene, seed: int) -> Scene:
     moving = [joint.name for joint in tree.joints if joint.moves and len(joint.rates) <= 1]
 
     def small() -> Quantity:
-        return number(Fraction(rng.randint(-9, 9), 10))
+        return Quantity.number(Fraction(rng.randint(-9, 9), 10))
 
     def place(body: str) -> Place:
         return Place(body, (small(), small(), small()))
@@ -207,19 +210,26 @@ def with_loads(tree: Scene, seed: int) -> Scene:
         first, second = rng.sample(names, 2)
         return place(first), place(second)
 
-    k, c, f, t = symbol("k1"), symbol("c1"), symbol("f1"), symbol("t")
-    springs = [Spring("far", "", ends(), (k, number(2)), symbol("l0"), small())]
-    dampers = [Damper("far", "", ends(), (c, number(3)))]
+    k, c, f, t = Quantity.symbol("k1"), Quantity.symbol("c1"), Quantity.symbol("f1"), Quantity.symbol("t")
+    springs = [Spring("far", "", ends(), (k, Quantity.number(2)), Quantity.symbol("l0"), small())]
+    dampers = [Damper("far", "", ends(), (c, Quantity.number(3)))]
     if moving:
-        springs.append(Spring("near", rng.choice(moving), (), (k, number(2)), small(), small()))
-        dampers.append(Damper("near", rng.choice(moving), (), (c, number(2))))
+        springs.append(Spring("near", rng.choice(moving), (), (k, Quantity.number(2)), small(), small()))
+        dampers.append(Damper("near", rng.choice(moving), (), (c, Quantity.number(2))))
     joints = list(tree.joints)
     for i, joint in enumerate(joints):
         if joint.moves and rng.random() < 0.6:
             joints[i] = replace(
-                joint, dry=Friction(joint.name, number(1), number(2), number(3), tenths(rng) + number(1))
+                joint,
+                dry=Friction(
+                    joint.name,
+                    Quantity.number(1),
+                    Quantity.number(2),
+                    Quantity.number(3),
+                    tenths(rng) + Quantity.number(1),
+                ),
             )
-    u, v = symbol(tree.velocities[0]), symbol(tree.velocities[-1])
+    u, v = Quantity.symbol(tree.velocities[0]), Quantity.symbol(tree.velocities[-1])
     loads = (
         Load("tool", place(names[-1]), (u, t, small()), (small(), f, v), "body"),
         Load("wind", place(rng.choice(names[1:])), (small(), t, f * u), (small(), f, small()), "ground"),

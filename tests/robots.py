@@ -126,9 +126,8 @@ class FloatingPeer:
 
 
 def number(quantity: object) -> float:
-    from symdyn.scene.values.value import value_of
 
-    return float(value_of(quantity, {}))  # type: ignore[arg-type]
+    return float(quantity.at({}))  # type: ignore[arg-type]
 
 
 def differences(scene: Scene, peer: Peer | FloatingPeer, states: int = 3, seed: int = 1) -> dict[str, float]:

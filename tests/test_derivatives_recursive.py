@@ -20,7 +20,7 @@ from symdyn.graph import Op, evaluate, reachable
 from symdyn.scene import Scene, read_text
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.quantity import symbol
+from symdyn.scene.values.quantity import Quantity
 from symdyn.verify import certify
 
 pytestmark = pytest.mark.long
@@ -110,7 +110,9 @@ def test_hundreds_of_drawn_mechanisms_agree(begin: int) -> None:
 
 def test_prescribed_motion_is_no_function_of_the_state() -> None:
     scene = symdyn.read(EXAMPLES / "two_link.toml")
-    led = replace(scene, joints=(replace(scene.joints[0], motion=symbol("t") * symbol("t")), *scene.joints[1:]))
+    led = replace(
+        scene, joints=(replace(scene.joints[0], motion=Quantity.symbol("t") * Quantity.symbol("t")), *scene.joints[1:])
+    )
     agree(led)
     rows = symdyn.derive(led, ["forward_dynamics_derivatives"])["forward_dynamics_derivatives"].entries[:6]
     assert all(entry.is_zero for entry in rows)
@@ -120,7 +122,7 @@ def test_prescribed_motion_is_no_function_of_the_state() -> None:
 def test_a_joint_that_moves_no_mass_is_named(led: bool) -> None:
     scene = symdyn.read(EXAMPLES / "two_link.toml")
     if led:
-        scene = replace(scene, joints=(replace(scene.joints[0], motion=symbol("t")), *scene.joints[1:]))
+        scene = replace(scene, joints=(replace(scene.joints[0], motion=Quantity.symbol("t")), *scene.joints[1:]))
     tip = replace(scene.bodies[-1], particles=())
     with pytest.raises(DerivationError, match=f"joint {scene.joints[-1].name}, which carries {tip.name}, moves no"):
         symdyn.derive(replace(scene, bodies=(*scene.bodies[:-1], tip)), ["forward_dynamics_derivatives"], "recursive")

@@ -141,10 +141,9 @@ def test_no_unit_is_read_and_then_ignored(old: str, other: str, strange: str) ->
     assert text.count(old) == 1
 
     def numbers(said: str) -> object:
-        from symdyn.scene.values.value import value_of
 
         found = read_text(said)
-        return [value_of(one.value, {}) for one in (*found.parameters, *found.inputs) if one.value is not None]
+        return [one.value.at({}) for one in (*found.parameters, *found.inputs) if one.value is not None]
 
     other_text = text.replace(old, other)
     assert "is of numbers that are not in SI" in _faults(other_text) or numbers(other_text) != numbers(text)

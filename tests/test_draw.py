@@ -26,20 +26,20 @@ from symdyn.draw.stage import Stage
 from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
-from symdyn.scene import Scene, body, prismatic, read, revolute, scene
+from symdyn.scene import Quantity, Scene, body, prismatic, read, revolute, scene
 from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Body, Joint, Load, Place, Pose, number
+from symdyn.scene.values import Body, Joint, Load, Place, Pose
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 def loaded() -> Scene:
     """A cart with a pole, springs and dampers at joints and between points, a force and a couple."""
-    end = Place("pole", (number(0), number(Fraction(1, 2)), number(0)))
-    wall = Place("ground", (number(-1), number(Fraction(1, 2)), number(0)))
-    one = (number(1),)
+    end = Place("pole", (Quantity.number(0), Quantity.number(Fraction(1, 2)), Quantity.number(0)))
+    wall = Place("ground", (Quantity.number(-1), Quantity.number(Fraction(1, 2)), Quantity.number(0)))
+    one = (Quantity.number(1),)
     return replace(
         read(EXAMPLES / "cart_pole.toml"),
         elements=(
@@ -49,7 +49,12 @@ def loaded() -> Scene:
             Damper("c1", "rail", (), one),
             Damper("c2", "", (wall, end), one),
             Damper("ct", "hinge", (), one),
-            Load("F_w", end, (number(1), number(2), number(0)), (number(0), number(0), number(-1))),
+            Load(
+                "F_w",
+                end,
+                (Quantity.number(1), Quantity.number(2), Quantity.number(0)),
+                (Quantity.number(0), Quantity.number(0), Quantity.number(-1)),
+            ),
         ),
     )
 
@@ -70,7 +75,7 @@ SCENES |= {
     )
 }
 SCENES["empty"] = Scene("empty")
-SCENES["point"] = Scene("point", bodies=(Body("b", number(1)),), joints=(Joint("j", "fixed", "ground", "b"),))
+SCENES["point"] = Scene("point", bodies=(Body("b", Quantity.number(1)),), joints=(Joint("j", "fixed", "ground", "b"),))
 
 
 @cache
@@ -324,7 +329,7 @@ def test_names_are_lettered_as_in_print(text, runs) -> None:
 
 def test_names_cannot_break_the_file() -> None:
     joint = Joint("<j>", "revolute", "ground", 'a"&b', coordinates=("q1",))
-    odd = Scene('x<y>&"z"', bodies=(Body('a"&b', number(1)),), joints=(joint,))
+    odd = Scene('x<y>&"z"', bodies=(Body('a"&b', Quantity.number(1)),), joints=(joint,))
     root = ElementTree.fromstring(picture(odd, prefix="fig-"))
 
     assert root.get("aria-label") == 'x<y>&"z"'
@@ -403,7 +408,7 @@ def test_a_free_body_must_move() -> None:
 
 def test_origin_placements_of_a_far_mechanism_stay_sharp() -> None:
     near = two_link()
-    shoulder = replace(near.joints[0], origin=Pose((("Tx", number(10**6)),)))
+    shoulder = replace(near.joints[0], origin=Pose((("Tx", Quantity.number(10**6)),)))
     far = replace(near, joints=(shoulder, near.joints[1]))
 
     assert drawing(far, [0.4, 0.7]).box == drawing(near, [0.4, 0.7]).box
@@ -426,9 +431,9 @@ def test_every_colour_stands_out_from_the_paper(scheme: str) -> None:
 
 
 def test_a_spring_and_a_damper_of_one_name_act_each_at_its_own_ends() -> None:
-    low, high = (Place("ground", (number(0), number(end), number(0))) for end in (-1, 1))
-    spring = Spring("s", ends=(high, Place("pole")), stiffness=(number(1),))
-    damper = Damper("s", ends=(low, Place("pole")), damping=(number(1),))
+    low, high = (Place("ground", (Quantity.number(0), Quantity.number(end), Quantity.number(0))) for end in (-1, 1))
+    spring = Spring("s", ends=(high, Place("pole")), stiffness=(Quantity.number(1),))
+    damper = Damper("s", ends=(low, Place("pole")), damping=(Quantity.number(1),))
     one = replace(read(EXAMPLES / "cart_pole.toml"), elements=(spring, damper))
 
     q, values = pose(one)

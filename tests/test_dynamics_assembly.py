@@ -16,7 +16,7 @@ from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError
 from symdyn.scene import read_text
 from symdyn.scene.values import Joint
-from symdyn.scene.values.quantity import ONE, ZERO
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import compose
 
 DATA = Path(__file__).parent / "data"
@@ -100,7 +100,7 @@ def test_a_start_is_closed_and_the_driven_joint_keeps_its_place() -> None:
 
 
 def test_what_cannot_be_assembled_names_loop_constraint_and_singular_value() -> None:
-    short = four_bar(*(exact(x) for x in ("1", "1", "1", "4")), (ONE,) * 3)  # type: ignore[arg-type]
+    short = four_bar(*(exact(x) for x in ("1", "1", "1", "4")), (Quantity.ONE,) * 3)  # type: ignore[arg-type]
 
     with pytest.raises(
         DerivationError,
@@ -111,7 +111,7 @@ def test_what_cannot_be_assembled_names_loop_constraint_and_singular_value() -> 
 
 
 def test_a_driven_joint_that_had_to_move_is_told() -> None:
-    rocking = four_bar(*(exact(x) for x in ("3", "1", "3/2", "4")), (ONE,) * 3, ("3", "1/2", "2"))  # type: ignore[arg-type]
+    rocking = four_bar(*(exact(x) for x in ("3", "1", "3/2", "4")), (Quantity.ONE,) * 3, ("3", "1/2", "2"))  # type: ignore[arg-type]
 
     found = assemble(rocking)
     assert found.notes[0] == "the loops do not close at the start of q_A, which had to move"
@@ -123,7 +123,7 @@ def test_a_loop_that_closes_with_its_axis_reversed_is_told() -> None:
     loop = replace(scene.loops[0], type="fixed", tip=compose(("Rx", exact(3))))
     arm = Joint("only", "spherical", "ground", "crank",
                 coordinates=("e0", "e1", "e2", "e3"), velocities=("a", "b", "c"),
-                drives=(None,) * 3, start=(ZERO, ONE, ZERO, ZERO))  # fmt: skip
+                drives=(None,) * 3, start=(Quantity.ZERO, Quantity.ONE, Quantity.ZERO, Quantity.ZERO))  # fmt: skip
     hinge_loop = replace(loop, type="revolute", parent="ground", child="crank", origin=compose(), tip=compose())
     scene = replace(scene, bodies=scene.bodies[:1], joints=(arm,), loops=(hinge_loop,))
 
@@ -201,7 +201,7 @@ def test_initial_velocities_follow_or_contradict() -> None:
 
 def test_a_loop_without_length_is_told() -> None:
     """All hinges on one line: what the loop forbids is forbidden already."""
-    none = four_bar(*(exact(0) for _ in range(4)), (ONE,) * 3)  # type: ignore[arg-type]
+    none = four_bar(*(exact(0) for _ in range(4)), (Quantity.ONE,) * 3)  # type: ignore[arg-type]
 
     (note,) = [one for one in assemble(none).notes if "start" not in one]
     assert note.startswith("the loop C forbids nothing that the other joints of the loop do not forbid already")

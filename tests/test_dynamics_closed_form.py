@@ -16,9 +16,8 @@ from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, body, parse, read, revolute, scene, with_symbolic_inertia
+from symdyn.scene import Quantity, Scene, body, parse, read, revolute, scene, with_symbolic_inertia
 from symdyn.scene.toml import read_text
-from symdyn.scene.values import number
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]
@@ -233,7 +232,7 @@ def test_parallel_axes_are_found_through_prismatic_joints() -> None:
 def test_opposed_axes_print_differences() -> None:
     scene = example("two_link")
     shoulder, elbow = scene.joints
-    turned = elbow.shaped(axis=(number(0), number(0), number(-1)))
+    turned = elbow.shaped(axis=(Quantity.number(0), Quantity.number(0), Quantity.number(-1)))
 
     assert str(closed_form(replace(scene, joints=(shoulder, turned))).sympy("k_G", 1)) == "-g*h2*m2*sin(q1 - q2)"
 
@@ -257,7 +256,7 @@ def test_energy_is_linear_in_the_inertial_parameters() -> None:
 
 
 def test_without_gravity_there_are_no_gravity_terms() -> None:
-    closed = closed_form(example("two_link").with_gravity((number(0), number(0), number(0))))
+    closed = closed_form(example("two_link").with_gravity((Quantity.number(0), Quantity.number(0), Quantity.number(0))))
 
     assert all(closed.ring.is_zero(k) for k in closed.k_G)
     assert not closed.ring.is_zero(closed.M[0][0])
@@ -274,7 +273,7 @@ def chain(n: int, turned: int = -1) -> Scene:
             replace(joint, parent=f"b{i - 1}") if i else replace(joint, parent=shoulder.parent, origin=shoulder.origin)
         )
         up = -1 if i == turned else 1
-        joints.append(joint.shaped(axis=(number(0), number(0), number(up))))
+        joints.append(joint.shaped(axis=(Quantity.number(0), Quantity.number(0), Quantity.number(up))))
         bodies.append(replace(scene.bodies[0], name=f"b{i}"))
     return replace(scene, bodies=tuple(bodies), joints=tuple(joints), points=())
 

@@ -20,8 +20,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, JointMotion
 from symdyn.scene.joints.start import resting
-from symdyn.scene.values import Body, Joint, Pose, folding, number
-from symdyn.scene.values.quantity import symbol
+from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.spatial import Transform, Vec, add, cross, dot, scale, sub, zero_vector
 from symdyn.verdict import PROVED
 from symdyn.verify.equality import prove
@@ -54,7 +53,9 @@ def with_rotor(one: Scene, inertia: Quantity) -> Scene:
     return replace(one, name=f"{one.name}_rotor", joints=(*one.joints[:-1], replace(one.joints[-1], armature=inertia)))
 
 
-ROTORS = [with_rotor(jointed("revolute", "spherical", orientation=o), symbol("L")) for o in ("quaternion", "zxz")]
+ROTORS = [
+    with_rotor(jointed("revolute", "spherical", orientation=o), Quantity.symbol("L")) for o in ("quaternion", "zxz")
+]
 
 
 def by_name(one: Scene) -> str:
@@ -91,7 +92,7 @@ def test_every_law_holds(one: Scene) -> None:
 
 @pytest.mark.parametrize("orientation", ["quaternion", "zyx", "zxz"])
 def test_a_rotor_at_a_ball_on_the_ground_is_inertia_of_the_body(orientation: str) -> None:
-    plain, rotor = jointed("spherical", orientation=orientation), number(Fraction(7, 10))
+    plain, rotor = jointed("spherical", orientation=orientation), Quantity.number(Fraction(7, 10))
     xx, yy, zz, *products = plain.bodies[0].inertia
     heavier = tuple(folding.add(x, rotor) for x in (xx, yy, zz))
     body = replace(plain.bodies[0], inertia=(*heavier, *products))
@@ -146,8 +147,8 @@ def test_what_a_joint_forbids(kind: str) -> None:
 def test_a_joint_that_is_held_is_where_its_motion_takes_it(kind: str) -> None:
     """`held` is the placement of `blocks` there; at zero, without rotation, if there are several coordinates."""
     joint, graph = jointed("revolute", kind).joints[1], Graph()
-    at = (number(Fraction(3, 10)),) if len(joint.coordinates) == 1 else resting(joint)
-    steps = JOINTS[kind].held(joint, at[0] if at else number(0))
+    at = (Quantity.number(Fraction(3, 10)),) if len(joint.coordinates) == 1 else resting(joint)
+    steps = JOINTS[kind].held(joint, at[0] if at else Quantity.number(0))
 
     held, moved = Pose(steps).transform(graph), joint_motion(joint, graph).placement
 
@@ -205,13 +206,13 @@ def test_residuals_change_as_the_wrenches_say(kind: str) -> None:
 
 def top(orientation: str) -> Scene:
     """Return a body with inertia diag(1, 2, 3) on a ball."""
-    body = Body("top", number(1), inertia=tuple(number(x) for x in (1, 2, 3, 0, 0, 0)))
+    body = Body("top", Quantity.number(1), inertia=tuple(Quantity.number(x) for x in (1, 2, 3, 0, 0, 0)))
     joint = Joint("ball", "spherical", "ground", "top", (("orientation", orientation),))
     units = JOINTS["spherical"].coordinates(joint)
     names = tuple(f"q{k + 1}" for k in range(len(units)))
     quasi = ("wx", "wy", "wz") if orientation == "quaternion" else ()
     return Scene("top", bodies=(body,), joints=(replace(joint, coordinates=names, velocities=quasi),)).with_gravity(
-        (number(0),) * 3
+        (Quantity.number(0),) * 3
     )
 
 

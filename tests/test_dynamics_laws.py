@@ -17,8 +17,7 @@ from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, road
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
-from symdyn.scene import Scene, body, prismatic, read_text, revolute, scene
-from symdyn.scene.values import number
+from symdyn.scene import Quantity, Scene, body, prismatic, read_text, revolute, scene
 from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
@@ -164,7 +163,7 @@ def dissipation(one, state):
     known = dict(zip((p.name for p in one.free_parameters), state["params"], strict=True))
     total = BIG.constant(Fraction(0))
     for joint in one.joints:
-        if joint.damping != number(0):
+        if joint.damping != Quantity.number(0):
             follows = joint.coupling
             rate = rates[follows.coordinate if follows else joint.coordinate]
             factor = known.get(follows.ratio.value) or BIG.constant(follows.ratio.value) if follows else 1
@@ -234,7 +233,7 @@ def test_a_horizontal_rod_begins_to_fall_with_three_halves_of_g_over_l(road):
 @pytest.mark.parametrize("road", roads_of("gravity_forces"))
 @pytest.mark.parametrize("one", TREES[:3], ids=by_name)
 def test_without_gravity_no_gravity_term_is_left_in_the_graph(one, road):
-    weightless = one.with_gravity((number(0),) * 3)
+    weightless = one.with_gravity((Quantity.number(0),) * 3)
     forces = derive(weightless, ["gravity_forces"], road)["gravity_forces"].entries
 
     assert all(entry.is_zero for entry in forces)

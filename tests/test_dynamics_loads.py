@@ -22,11 +22,11 @@ from symdyn.emit import emit
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
-from symdyn.scene import Scene, body, parse, prismatic, revolute, scene
+from symdyn.scene import Quantity, Scene, body, parse, prismatic, revolute, scene
 from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.spring import Spring
-from symdyn.scene.values import Body, Joint, Load, Parameter, Place, number
+from symdyn.scene.values import Body, Joint, Load, Parameter, Place
 from symdyn.verdict import PROVED
 from symdyn.verify import certify
 from symdyn.verify.equality import Claim, prove
@@ -76,7 +76,7 @@ def without_load(q, qdd):
 
 
 def test_spring_at_a_joint():
-    spring = Spring("s", "hinge", (), vec("k", 5), parse("s0"), number(2))
+    spring = Spring("s", "hinge", (), vec("k", 5), parse("s0"), Quantity.number(2))
     one, q = pendulum(elements=(spring,)), 0.8
     x = q - S0
 
@@ -131,9 +131,9 @@ def test_load_in_either_frame(frame):
 
 
 def test_stribeck_friction_smoothed_and_ideal():
-    rough = Friction("hinge", number(2), number(5), parse("0.1"), parse("0.01"))
+    rough = Friction("hinge", Quantity.number(2), Quantity.number(5), parse("0.1"), parse("0.01"))
     smooth = pendulum(dry=rough)
-    ideal = pendulum(dry=replace(rough, smoothing=number(0)))
+    ideal = pendulum(dry=replace(rough, smoothing=Quantity.number(0)))
 
     def friction(one, v):
         return inverse(one, 0.0, v, 0.0) - inverse(pendulum(), 0.0, v, 0.0)
@@ -211,9 +211,9 @@ def floating():
         ),
         Joint("ball", "spherical", "hull", "crane", coordinates=tuple("efgh"), velocities=("w4", "w5", "w6")),
     )
-    inertia = tuple(number(k) for k in (2, 3, 4, 0, 0, 0))
+    inertia = tuple(Quantity.number(k) for k in (2, 3, 4, 0, 0, 0))
     bodies = tuple(
-        Body(name, number(k), vec("0.1", 0, "0.2"), None, inertia) for k, name in ((2, "hull"), (1, "crane"))
+        Body(name, Quantity.number(k), vec("0.1", 0, "0.2"), None, inertia) for k, name in ((2, "hull"), (1, "crane"))
     )
     return with_loads(Scene("floating", (Parameter("gravity"),), vec(0, 0, "-gravity"), bodies, joints), 3)
 
@@ -260,7 +260,7 @@ def test_a_load_rides_the_recursion_and_costs_little():
 
 
 def test_ideal_friction_is_refused_in_forward_dynamics_with_the_reason_and_what_to_do():
-    one = pendulum(dry=Friction("hinge", number(1)))
+    one = pendulum(dry=Friction("hinge", Quantity.number(1)))
 
     for road in roads_of("forward_dynamics", one):
         with pytest.raises(DerivationError, match=r"joint hinge is an ideal sign .* at rest .* smoothing .* inverse"):
@@ -279,7 +279,7 @@ def linkage(**changes):
 
 def test_closed_scenes_refuse_ideal_friction_too():
     with pytest.raises(DerivationError, match=r"hinge is an ideal sign"):
-        derive(linkage(dry=Friction("hinge", number(1))), ["forward_dynamics"])
+        derive(linkage(dry=Friction("hinge", Quantity.number(1))), ["forward_dynamics"])
 
 
 # Prescribed motions
@@ -414,7 +414,10 @@ def test_a_long_scalar_function_hands_time_to_its_parts():
 @pytest.mark.runs
 def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
     spring, damper = Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")), Damper("d", "", (ABOVE, TIP), vec("c"))
-    load, dry = Load("w", TIP, vec("F*sin(t)", 0, 0)), Friction("hinge", number(1), None, number(1), parse("0.1"))
+    load, dry = (
+        Load("w", TIP, vec("F*sin(t)", 0, 0)),
+        Friction("hinge", Quantity.number(1), None, Quantity.number(1), parse("0.1")),
+    )
     found = certify(pendulum(elements=(spring, damper, load), dry=dry))
 
     assert found.passed
@@ -433,7 +436,7 @@ def test_every_load_is_printed():
     )
     load, dry = (
         Load("w", TIP, vec("F*sin(t)", 0, 0), frame="body"),
-        Friction("hinge", parse("F"), None, number(1), parse("c")),
+        Friction("hinge", parse("F"), None, Quantity.number(1), parse("c")),
     )
     across = Load("v", TIP, vec("F*sin(t)", 0, 0))
     one = pendulum(elements=(spring, twist, load, across), dry=dry, motion=parse("sin(t)"))

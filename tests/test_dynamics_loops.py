@@ -43,13 +43,12 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
-from symdyn.scene import Scene, read_text
+from symdyn.scene import Quantity, Scene, read_text
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Body, Joint, Pose, folding, number, symbol
+from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.scene.values.element import Contact, Place
-from symdyn.scene.values.quantity import ONE, ZERO
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Mat, Transform
 from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
@@ -79,21 +78,26 @@ def with_loops(seed: int) -> Scene:
     loops = []
     for kind in CLOSING:
         parent, child = rng.sample(names, 2)
-        axis = tuple(number(x) for x in rng.choice([(1, 2, 3), (0, 0, 1), (1, 0, 0)]))
+        axis = tuple(Quantity.number(x) for x in rng.choice([(1, 2, 3), (0, 0, 1), (1, 0, 0)]))
         loops.append(
             Joint(
                 f"c_{kind}", kind, parent, child, shape(
-                    kind, axis=axis, pitch=exact("1/5"), length=exact("3/2"), second_axis=(ONE, ONE, ZERO)
+                    kind, axis=axis, pitch=exact("1/5"), length=exact("3/2"),
+                    second_axis=(Quantity.ONE, Quantity.ONE, Quantity.ZERO)
                 ), pose(rng), pose(rng),
             )
         )  # fmt: skip
-    at = (exact("1/10"), ZERO, exact("1/5"))
+    at = (exact("1/10"), Quantity.ZERO, exact("1/5"))
     rows = (
-        Contact("blade", "knife_edge", Place("end", at), axis=(ONE, exact(2), ZERO)),
-        Formula("slow", folding.add(symbol("wx"), folding.mul(symbol("e1"), symbol("wy")))),
+        Contact("blade", "knife_edge", Place("end", at), axis=(Quantity.ONE, exact(2), Quantity.ZERO)),
+        Formula("slow", folding.add(Quantity.symbol("wx"), folding.mul(Quantity.symbol("e1"), Quantity.symbol("wy")))),
     )
     return replace(
-        tree, bodies=(*tree.bodies, Body("end", ONE)), joints=(*tree.joints, ball), loops=tuple(loops), elements=rows
+        tree,
+        bodies=(*tree.bodies, Body("end", Quantity.ONE)),
+        joints=(*tree.joints, ball),
+        loops=tuple(loops),
+        elements=rows,
     )
 
 
@@ -120,15 +124,24 @@ def test_rows_of_every_joint_type_agree_on_both_roads(seed: int) -> None:
 
 def rolling(component: tuple[str, ...], lean: str = "Rx") -> Scene:
     """A disc of radius r with free place, yaw, lean and roll angles: its axis is y of the moved frame."""
-    steps = compose(("Tx", symbol("x")), ("Ty", symbol("y")), ("Tz", symbol("z")), ("Rz", symbol("psi")))
-    steps = compose(*steps.steps, (lean, symbol("theta")), ("Ry", symbol("phi")))
+    steps = compose(
+        ("Tx", Quantity.symbol("x")),
+        ("Ty", Quantity.symbol("y")),
+        ("Tz", Quantity.symbol("z")),
+        ("Rz", Quantity.symbol("psi")),
+    )
+    steps = compose(*steps.steps, (lean, Quantity.symbol("theta")), ("Ry", Quantity.symbol("phi")))
     names = ("x", "y", "z", "psi", "theta", "phi")
     free = Joint(
         "flight", "custom", "ground", "disc", shape("custom", steps=steps, units=("m",) * 3 + ("rad",) * 3),
         coordinates=names, drives=(None,) * 6,
     )  # fmt: skip
     row = Contact("wheel", "rolling", Place("disc"), radius=exact("1/2"), components=component)
-    disc = Body("disc", ONE, inertia=(exact("1/8"), exact("1/4"), exact("1/8"), ZERO, ZERO, ZERO))
+    disc = Body(
+        "disc",
+        Quantity.ONE,
+        inertia=(exact("1/8"), exact("1/4"), exact("1/8"), Quantity.ZERO, Quantity.ZERO, Quantity.ZERO),
+    )
     return Scene("disc", (), bodies=(disc,), joints=(free,), elements=(row,))
 
 
@@ -164,7 +177,9 @@ def test_an_upright_wheel_has_rows_without_a_root() -> None:
 
 
 def test_a_row_that_is_not_linear_in_the_velocities_is_refused() -> None:
-    scene = replace(random_tree(1), elements=(Formula("odd", folding.mul(symbol("x0_dot"), symbol("x0_dot"))),))
+    scene = replace(
+        random_tree(1), elements=(Formula("odd", folding.mul(Quantity.symbol("x0_dot"), Quantity.symbol("x0_dot"))),)
+    )
 
     with pytest.raises(DerivationError, match=r"rows\.odd: the formula is not linear in the velocities"):
         derive(scene, ("constraint_jacobian",))
@@ -267,7 +282,11 @@ def test_a_users_independent_coordinate_changes_no_acceleration() -> None:
 def test_an_independent_coordinate_that_determines_nothing_is_refused() -> None:
     scene = n_four_bar(1)
     free = replace(scene.joints[0], name="pendulum", child="bob", coordinates=("q_bob",))
-    scene = replace(scene, bodies=(*scene.bodies, Body("bob", ONE, (ONE, ZERO, ZERO))), joints=(*scene.joints, free))
+    scene = replace(
+        scene,
+        bodies=(*scene.bodies, Body("bob", Quantity.ONE, (Quantity.ONE, Quantity.ZERO, Quantity.ZERO))),
+        joints=(*scene.joints, free),
+    )
 
     with pytest.raises(DerivationError, match="q_A0, q_B1 do not determine the other velocities"):
         derive(scene, ("forward_dynamics",), closing=LoopChoices(independent=("q_A0", "q_B1")))
@@ -305,7 +324,9 @@ def test_planar_loops_on_oblique_axes_keep_two_rows_and_the_plane() -> None:
         replace(joint, origin=compose(*tilted.steps, *joint.origin.steps)) if joint.parent == "ground" else joint
         for joint in flat_one.joints
     )
-    turned = replace(flat_one, joints=joints, loops=(flat_one.loops[0].shaped(axis=(ZERO, ZERO, exact(2))),))
+    turned = replace(
+        flat_one, joints=joints, loops=(flat_one.loops[0].shaped(axis=(Quantity.ZERO, Quantity.ZERO, exact(2))),)
+    )
     state = assemble(turned)
 
     assert state.rank == 2
@@ -320,7 +341,7 @@ def test_positions_close_the_loop_through_a_full_turn_and_at_the_folds() -> None
 
     assert np.abs(residual(q)).max() < 1e-14
     assert positions([0.8]) == pytest.approx(assemble(scene).q)
-    rocking = four_bar(*(exact(x) for x in ("3", "1", "3/2", "4")), (ONE,) * 3, ("1/5", "1/2", "2"))  # type: ignore[arg-type]
+    rocking = four_bar(*(exact(x) for x in ("3", "1", "3/2", "4")), (Quantity.ONE,) * 3, ("1/5", "1/2", "2"))  # type: ignore[arg-type]
     fold = float(np.arccos((9 + 16 - 2.5**2) / 24))  # coupler and rocker in line
     near = fold - 1e-12
     q = lambdify(rocking, "positions")(np.array([near]))
@@ -335,7 +356,7 @@ def test_positions_close_a_planar_loop_whose_bodies_lie_in_planes_one_above_the_
         for joint in flat.joints
     )
     (loop,) = flat.loops
-    raised = replace(loop, tip=Pose((*loop.tip.steps, ("Tz", number(-1) * rise))))
+    raised = replace(loop, tip=Pose((*loop.tip.steps, ("Tz", Quantity.number(-1) * rise))))
     layered = replace(flat, joints=tree, loops=(raised,))
     q = np.linspace(-4, 4, 21)[:, None]
 
@@ -412,7 +433,11 @@ def test_over_driven_and_opposed_drives_have_their_own_messages() -> None:
         replace(twice.joints[2], drives=("t1",)),
         pendulum,
     )
-    opposed = replace(twice, bodies=(*twice.bodies, Body("bob", ONE, (ONE, ZERO, ZERO))), joints=joints)
+    opposed = replace(
+        twice,
+        bodies=(*twice.bodies, Body("bob", Quantity.ONE, (Quantity.ONE, Quantity.ZERO, Quantity.ZERO))),
+        joints=joints,
+    )
     with pytest.raises(DerivationError, match=r"the drives t0 of \w+, t1 of \w+ work against each other"):
         derive(opposed, ("inverse_dynamics",))
 
@@ -421,7 +446,7 @@ def led_five_bar() -> Scene:
     """Two freedoms: crank A follows a formula in t, crank E is driven; a spring and a damper act beside them."""
     flat_one = crank_rocker()
     a, b, d = flat_one.joints
-    wave = folding.function(Op.SIN, folding.mul(number(2), symbol("t")))
+    wave = folding.function(Op.SIN, folding.mul(Quantity.number(2), Quantity.symbol("t")))
     joints = (
         replace(a, motion=wave),
         b,
@@ -453,7 +478,7 @@ def test_a_prescribed_motion_in_a_loop_leads_and_takes_what_it_takes() -> None:
 def test_prescribed_motions_that_the_loops_do_not_allow_are_refused() -> None:
     scene = crank_rocker()
     a, b, d = scene.joints
-    both = replace(scene, joints=(replace(a, motion=symbol("t")), b, replace(d, motion=symbol("t"))))
+    both = replace(scene, joints=(replace(a, motion=Quantity.symbol("t")), b, replace(d, motion=Quantity.symbol("t"))))
 
     with pytest.raises(DerivationError, match="the loops do not let the joints A, D follow their prescribed motions"):
         derive(both, ("forward_dynamics",))

@@ -30,9 +30,9 @@ from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import candidates, cheapest
-from symdyn.scene import Scene, bind, read, read_text
+from symdyn.scene import Quantity, Scene, bind, read, read_text
 from symdyn.scene.starters import starter
-from symdyn.scene.values import acceleration_name, number, symbol
+from symdyn.scene.values import acceleration_name
 from symdyn.scene.values.model import Signal
 from symdyn.verdict import PROVED
 from symdyn.verify import certify, laws, prove
@@ -56,7 +56,7 @@ def request(name: str, one: Scene) -> str:
 
 def looked(name: str, one: Scene) -> Scene:
     """Return the scene, for rows about what a scene declares to look at with the first acceleration of it."""
-    seen = (Signal("seen", symbol(acceleration_name(one.velocities[0]))),)
+    seen = (Signal("seen", Quantity.symbol(acceleration_name(one.velocities[0]))),)
     return replace(one, outputs=seen) if name in SIGNALS else one
 
 
@@ -423,7 +423,7 @@ SAYING = [
 def trees_only(name: str, way: str, closed: bool) -> None:
     """What only trees have is no road of a scene with a prescribed motion, which it does not know."""
     led = read_text(MASSLESS.replace("[bodies.ghost]", "[bodies.ghost]\nmass = 1\ncom = [1, 0, 0]"), "led.toml")
-    led = replace(led, joints=tuple(replace(joint, motion=number(0)) for joint in led.joints))
+    led = replace(led, joints=tuple(replace(joint, motion=Quantity.number(0)) for joint in led.joints))
     assert way not in roads_of(name, led), way
 
 

@@ -20,12 +20,12 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.roads.unique_reactions import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
-from symdyn.scene import Scene, parse
+from symdyn.scene import Quantity, Scene, parse
 from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.toml import read_text
-from symdyn.scene.values import Load, Place, number
+from symdyn.scene.values import Load, Place
 from symdyn.teach import walkthrough
 from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
@@ -64,17 +64,22 @@ def loaded() -> Scene:
     moving = [joint.name for joint in tree.joints if joint.moves]
     ends = (Place("b0", vector("1/10", "1/5", "3/10")), Place("b3", vector("2/5", 0, "1/3")))
     hook = (Place("ground", vector(1, 2, 3)), Place("b2", vector("1/2", 0, 0)))
-    dry = Friction(moving[-1], number(2), smoothing=number(Fraction(1, 10)))
+    dry = Friction(moving[-1], Quantity.number(2), smoothing=Quantity.number(Fraction(1, 10)))
     return replace(
         tree,
         name="loaded",
         elements=(
-            Spring("coil", joint=moving[0], stiffness=vector(3, 1), free=number(1)),
-            Spring("tie", ends=ends, stiffness=vector(5), free=number(1), preload=number(2)),
+            Spring("coil", joint=moving[0], stiffness=vector(3, 1), free=Quantity.number(1)),
+            Spring("tie", ends=ends, stiffness=vector(5), free=Quantity.number(1), preload=Quantity.number(2)),
             Spring("hook", ends=hook, stiffness=vector(5)),
             Damper("pot", joint=moving[1], damping=vector(1, 2)),
             Damper("strut", ends=ends, damping=vector(2, 1)),
-            Load("push", Place("b3", vector(1, 0, 2)), (parse("2*t"), number(1), number(3)), vector(1, 2, 3)),
+            Load(
+                "push",
+                Place("b3", vector(1, 0, 2)),
+                (parse("2*t"), Quantity.number(1), Quantity.number(3)),
+                vector(1, 2, 3),
+            ),
             Load("jet", Place("b1"), vector(1, 2, 3), vector(3, 1, 2), "body"),
         ),
         joints=tuple(replace(j, dry=dry) if j.name == moving[-1] else j for j in tree.joints),
@@ -180,9 +185,13 @@ def test_a_fixed_joint_is_a_section():
     x = Fraction(3, 10)
 
     def bar(name, length):
-        third = number(3 * length**3 / 36)  # m l²/12, 3 kg/m
+        third = Quantity.number(3 * length**3 / 36)  # m l²/12, 3 kg/m
         return symdyn.scene.values.Body(
-            name, number(3 * length), vector(length / 2, 0, 0), None, (number(0), third, third, *(number(0),) * 3)
+            name,
+            Quantity.number(3 * length),
+            vector(length / 2, 0, 0),
+            None,
+            (Quantity.number(0), third, third, *(Quantity.number(0),) * 3),
         )
 
     one = Scene(
@@ -192,7 +201,7 @@ def test_a_fixed_joint_is_a_section():
         joints=(
             symdyn.scene.values.Joint("pin", "revolute", "ground", "near", coordinates=("q",)),
             symdyn.scene.values.Joint(
-                "section", "fixed", "near", "far", origin=symdyn.scene.values.Pose((("Tx", number(x)),))
+                "section", "fixed", "near", "far", origin=symdyn.scene.values.Pose((("Tx", Quantity.number(x)),))
             ),
         ),
     )

@@ -24,10 +24,10 @@ from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
 from symdyn.emit.print.printed_names import latex_symbols, latex_unit, print_name
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, parse, read
+from symdyn.scene import Quantity, Scene, parse, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
-from symdyn.scene.values import Parameter, number, symbol
+from symdyn.scene.values import Parameter
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]
@@ -58,7 +58,7 @@ def test_text_read_back_has_the_values_of_the_graph(name: str) -> None:
     printed = [line.split(" = ") for line in paragraphs(equations_text(scene, "text"))]
     assert len(printed) == len(scene.moving)
     for joint, (left, right), force in zip(scene.moving, printed, forces, strict=True):
-        drive = symbol(joint.drive) if joint.drive else number(0)
+        drive = Quantity.symbol(joint.drive) if joint.drive else Quantity.number(0)
         balance = parse(left).express(graph) - parse(right).express(graph) + drive.express(graph)
         shown, derived = float_values([balance, force])
         assert shown == pytest.approx(derived, rel=1e-9, abs=1e-9)
@@ -214,7 +214,7 @@ def test_short_notation_writes_sines_by_joint_number() -> None:
 
 def test_short_notation_does_not_take_the_name_of_a_parameter() -> None:
     scene = example("two_link")
-    named = replace(scene, parameters=(*scene.parameters, Parameter("c2", number(1))))
+    named = replace(scene, parameters=(*scene.parameters, Parameter("c2", Quantity.number(1))))
 
     assert "cos(q2)" in equations_text(named, "text", "coefficients", "short")
 

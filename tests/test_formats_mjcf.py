@@ -21,8 +21,7 @@ from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
 from symdyn.scene.joints.held_or_reversed import inverse as inverse_pose
 from symdyn.scene.values import Pose, spell, velocity_name
-from symdyn.scene.values.quantity import number
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.quantity import Quantity
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -81,8 +80,8 @@ class Peer:
                 continue
             there = self.model.joint(joint.name)
             position, dof, coupling = there.qposadr[0], there.dofadr[0], joint.coupling
-            ratio = value_of(coupling.ratio, {}) if coupling else 1
-            self.b[position] = value_of(coupling.offset, {}) if coupling else 0
+            ratio = coupling.ratio.at({}) if coupling else 1
+            self.b[position] = coupling.offset.at({}) if coupling else 0
             for k, name in enumerate([coupling.coordinate] if coupling else joint.coordinates):
                 self.A[position + k, scene.coordinates.index(name)] = ratio
             for k, name in enumerate([velocity_name(coupling.coordinate)] if coupling else joint.rates):
@@ -170,13 +169,13 @@ def test_joints_keep_what_resists_them_and_their_limits() -> None:
     scene = read("pendulum.xml").scene
     hinge = scene.joints[0]
     assert (hinge.damping, hinge.armature, hinge.friction) == tuple(
-        number(Fraction(text)) for text in ("0.05", "0.01", "0.02")
+        Quantity.number(Fraction(text)) for text in ("0.05", "0.01", "0.02")
     )
     assert (spell(hinge.limits.lower), spell(hinge.limits.upper)) == ("-2*pi/3", "pi/2")
     (spring,) = read("pendulum.xml").scene.elements
     assert (spring.joint, [spell(k) for k in spring.stiffness], spell(spring.free)) == ("hinge", ["1.5"], "pi/6")
     effort = read("arm.xml").scene.joints[2].limits.effort
-    assert effort == number(40)
+    assert effort == Quantity.number(40)
 
 
 def test_right_angles_are_exact_and_noted_and_doubles_without_snap() -> None:
@@ -200,7 +199,7 @@ def test_a_full_inertia_keeps_the_digits_of_the_file() -> None:
 def test_several_joints_on_one_body_hang_on_massless_bodies() -> None:
     scene = read("gimbal.xml").scene
     assert [body.name for body in scene.bodies] == ["ball_yaw", "ball_pitch", "ball_reach", "ball", "follower"]
-    assert [body.mass == number(0) for body in scene.bodies] == [True, True, True, False, False]
+    assert [body.mass == Quantity.number(0) for body in scene.bodies] == [True, True, True, False, False]
 
 
 def test_a_linear_equality_is_a_coupling() -> None:
@@ -223,7 +222,7 @@ def test_springs_and_dampers_are_off_when_the_file_says_so(tmp_path: Path) -> No
     joint = '<joint name="j" stiffness="2" damping="3"/>'
     path = world(tmp_path, body(joint), '<option><flag spring="disable" damper="disable"/></option>')
     found = mjcf.read(path, ReadOptions()).scene
-    assert (found.elements, found.joints[0].damping) == ((), number(0))
+    assert (found.elements, found.joints[0].damping) == ((), Quantity.number(0))
 
 
 def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) -> None:
@@ -457,7 +456,7 @@ def test_a_lopsided_force_range_is_noted(tmp_path):
     reading = mjcf.read(path, ReadOptions())
 
     assert any("actuatorfrcrange = -1 5 is kept as one largest force, 5" in note for note in reading.notes)
-    assert reading.scene.joints[0].limits.effort == number(5)
+    assert reading.scene.joints[0].limits.effort == Quantity.number(5)
 
 
 # A base that floats
@@ -471,7 +470,7 @@ def test_a_floating_base_is_the_free_joint_that_the_file_could_have(tmp_path: Pa
     still, free = base.format(arm), base.format('<freejoint name="trunk"/>' + arm)
     ours = mjcf.read(world(tmp_path, still), ReadOptions(floating_base="trunk")).scene
     theirs = mjcf.read(world(tmp_path, free), ReadOptions()).scene
-    unit = [number(1), number(2), number(3)]
+    unit = [Quantity.number(1), Quantity.number(2), Quantity.number(3)]
 
     assert list(ours.joints[0].start[:3]) == unit == list(theirs.joints[0].start[:3])
     assert ours.joints == tuple(
@@ -518,9 +517,9 @@ def test_a_mesh_beside_the_file_gives_its_inertia(tmp_path: Path, monkeypatch: p
     monkeypatch.chdir("/")  # the mesh lies beside the file, wherever the program runs
     brick = mjcf.read(path, ReadOptions()).scene.bodies[0]
 
-    assert float(value_of(brick.mass, {})) == pytest.approx(6, rel=1e-6)
-    assert [float(value_of(x, {})) for x in brick.com] == pytest.approx([0.5, 1, 1.5], rel=1e-6)
-    moments = [float(value_of(x, {})) for x in brick.inertia]
+    assert float(brick.mass.at({})) == pytest.approx(6, rel=1e-6)
+    assert [float(x.at({})) for x in brick.com] == pytest.approx([0.5, 1, 1.5], rel=1e-6)
+    moments = [float(x.at({})) for x in brick.inertia]
     assert moments == pytest.approx([6.5, 5, 2.5, 0, 0, 0], rel=1e-6, abs=1e-6)
 
 
@@ -567,9 +566,7 @@ def test_an_equality_of_fixed_tendons_is_the_coupling_that_mujoco_keeps(tmp_path
     for a in (-0.4, 0.3, 1.1):
         for joint in scene.joints:
             coupled = joint.coupling
-            value = (
-                a if coupled is None else float(value_of(coupled.ratio, {})) * a + float(value_of(coupled.offset, {}))
-            )
+            value = a if coupled is None else float(coupled.ratio.at({})) * a + float(coupled.offset.at({}))
             data.joint(joint.name).qpos[0] = value
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-15)

@@ -21,8 +21,7 @@ from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
 from symdyn.scene.values import Pose, spell
-from symdyn.scene.values.quantity import number, symbol
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.quantity import Quantity
 from symdyn.verdict import PROVED
 from symdyn.verify import Claim, prove
 
@@ -54,7 +53,7 @@ def elementary(kind: str, x: float) -> np.ndarray:
 def placed(steps: object, values: dict[str, Fraction] | None = None) -> np.ndarray:
     T = np.eye(4)
     for kind, amount in steps:  # type: ignore[attr-defined]
-        T = T @ elementary(kind, float(value_of(amount, values or {})))  # type: ignore[arg-type]
+        T = T @ elementary(kind, float(amount.at(values or {})))  # type: ignore[arg-type]
     return T
 
 
@@ -98,11 +97,15 @@ def test_rx90_names_are_those_of_the_file() -> None:
     assert [p.name for p in robot.parameters[:3]] == ["IA1", "FV1", "FS1"]
     link = robot.bodies[2]
     assert (link.mass, link.first_moment, link.about) == (
-        symbol("M3"), (symbol("MX3"), symbol("MY3"), symbol("MZ3")), "frame",
+        Quantity.symbol("M3"), (Quantity.symbol("MX3"), Quantity.symbol("MY3"), Quantity.symbol("MZ3")), "frame",
     )  # fmt: skip
     assert [spell(x) for x in link.inertia] == ["XX3", "YY3", "ZZ3", "XY3", "XZ3", "YZ3"]
     third = robot.joints[2]
-    assert (third.armature, third.damping, third.friction) == (symbol("IA3"), symbol("FV3"), symbol("FS3"))
+    assert (third.armature, third.damping, third.friction) == (
+        Quantity.symbol("IA3"),
+        Quantity.symbol("FV3"),
+        Quantity.symbol("FS3"),
+    )
 
 
 def test_a_link_let_go_falls_along_g() -> None:
@@ -137,16 +140,16 @@ def test_decimals_of_pi_are_snapped_with_a_note_and_only_if_wanted() -> None:
     }
     plain = par.read(DATA / "tree.par", ReadOptions(snap=False))
     assert [note.partition(": ")[2] for note in plain.notes] == [data + advice]
-    assert plain.scene.joints[2].origin.steps[0] == ("Rz", number(Fraction("-1.5707963")))
+    assert plain.scene.joints[2].origin.steps[0] == ("Rz", Quantity.number(Fraction("-1.5707963")))
 
 
 def test_words_of_both_programs_are_understood() -> None:
     text = SMALL.replace("ZZ = {1}", "ZZ = {2*Cos[Pi/3]*Sqrt[1/4]^2 + (1 + 1)/2*3/4}")
     assert par.read_text(text, "small.par").scene.bodies[0].inertia[2] is not None
-    value = value_of(par.read_text(text, "small.par").scene.bodies[0].inertia[2], {})
+    value = par.read_text(text, "small.par").scene.bodies[0].inertia[2].at({})
     assert float(value) == pytest.approx(1)  # type: ignore[arg-type]
     text = SMALL.replace("ZZ = {1}", "ZZ = {atan2(1, 1)*4/pi}")
-    assert float(value_of(par.read_text(text, "s.par").scene.bodies[0].inertia[2], {})) == 1  # type: ignore[arg-type]
+    assert float(par.read_text(text, "s.par").scene.bodies[0].inertia[2].at({})) == 1  # type: ignore[arg-type]
 
 
 def test_symbols_that_cannot_be_printed_are_renamed_with_a_note() -> None:
@@ -280,12 +283,12 @@ def test_an_oblique_axis_is_written_with_its_arctangents() -> None:
 
 def test_rows_multiply_to_the_placement() -> None:
     rng = random.Random(5)
-    angles = [number(0), *(number(Fraction(rng.randint(-20, 20), 7)) for _ in range(3))]
-    right = [par_writer.towards((number(x), number(0), number(0)))[0][1] for x in (1, -1)]
+    angles = [Quantity.number(0), *(Quantity.number(Fraction(rng.randint(-20, 20), 7)) for _ in range(3))]
+    right = [par_writer.towards((Quantity.number(x), Quantity.number(0), Quantity.number(0)))[0][1] for x in (1, -1)]
     for _ in range(300):
         pool = right if rng.random() < 0.5 else [*angles, *right]
         steps = [
-            (kind, rng.choice(pool) if kind[0] == "R" else number(Fraction(rng.randint(-3, 3), 4)))
+            (kind, rng.choice(pool) if kind[0] == "R" else Quantity.number(Fraction(rng.randint(-3, 3), 4)))
             for kind in rng.choices(("Tx", "Ty", "Tz", "Rx", "Ry", "Rz"), k=rng.randint(0, 6))
         ]
         found = rows(steps)
@@ -296,12 +299,12 @@ def test_rows_multiply_to_the_placement() -> None:
 
 
 def test_right_angled_placements_need_one_row() -> None:
-    half = par_writer.towards((number(1), number(0), number(0)))[0][1]
+    half = par_writer.towards((Quantity.number(1), Quantity.number(0), Quantity.number(0)))[0][1]
     for steps in (
-        [("Tx", symbol("a")), ("Ty", symbol("b")), ("Tz", symbol("c")), ("Rx", half)],
-        [("Ty", symbol("b")), ("Tz", symbol("c")), ("Ry", half)],
-        [("Tx", symbol("a")), ("Tz", symbol("c"))],
-        [("Ty", symbol("b")), ("Rz", half)],
+        [("Tx", Quantity.symbol("a")), ("Ty", Quantity.symbol("b")), ("Tz", Quantity.symbol("c")), ("Rx", half)],
+        [("Ty", Quantity.symbol("b")), ("Tz", Quantity.symbol("c")), ("Ry", half)],
+        [("Tx", Quantity.symbol("a")), ("Tz", Quantity.symbol("c"))],
+        [("Ty", Quantity.symbol("b")), ("Rz", half)],
     ):
         assert len(rows(steps)) == 1
 
@@ -354,13 +357,15 @@ def test_inertias_move_to_the_link_frame_by_the_parallel_axis_theorem() -> None:
         "I2": Fraction(1),
         "I3": Fraction(4),
     }
-    assert value_of(again.inertia[2], values) == 4 + 3 * 7**2
+    assert again.inertia[2].at(values) == 4 + 3 * 7**2
     assert again.first_moment is not None
-    assert value_of(again.first_moment[0], values) == 3 * 7
+    assert again.first_moment[0].at(values) == 3 * 7
 
 
 def test_pose_without_steps_is_a_row_of_zeros() -> None:
-    assert row_steps(rows(Pose().steps)[0]) == [(kind, number(0)) for kind in ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")]
+    assert row_steps(rows(Pose().steps)[0]) == [
+        (kind, Quantity.number(0)) for kind in ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")
+    ]
 
 
 def test_a_decimal_angle_near_a_multiple_of_pi_stays_what_it_was():
@@ -426,8 +431,8 @@ def test_a_cut_joint_closes_a_loop():
 
     (loop,) = scene.loops
     assert (loop.name, loop.type, loop.parent, loop.child) == ("hinge", "revolute", "link2", "link3")
-    assert loop.origin == Pose((("Tx", number(3)), ("Rz", parse("pi/2"))))
-    assert loop.tip == Pose((("Tx", number(Fraction(-7, 2))),))
+    assert loop.origin == Pose((("Tx", Quantity.number(3)), ("Rz", parse("pi/2"))))
+    assert loop.tip == Pose((("Tx", Quantity.number(Fraction(-7, 2))),))
     assert scene.coordinates == ("t1", "t2", "t3")
     assert not scene.parameters
     assert mobility(scene).by_rank == 1

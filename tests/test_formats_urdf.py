@@ -11,17 +11,16 @@ import pytest
 from symdyn.build import lambdify
 from symdyn.cli import main
 from symdyn.errors import SceneError
-from symdyn.scene import parse, read
+from symdyn.scene import Quantity, parse, read
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import sdf
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.scene_files import read_noting
-from symdyn.scene.values import GROUND, number
+from symdyn.scene.values import GROUND
 from symdyn.scene.values.joint import Coupling, Limits
 from symdyn.scene.values.names import check_name
-from symdyn.scene.values.value import value_of
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"
 
@@ -65,19 +64,23 @@ def test_every_part_of_a_file_is_read_with_its_own_digits():
     assert [j.type for j in scene.joints] == ["revolute", "revolute", "fixed", "prismatic", "prismatic"]
     assert scene.coordinates == ("q1", "q2", "q3")
     assert shoulder.parent == GROUND
-    assert shoulder.origin.steps == (("Tz", number(Fraction(1, 2))), ("Rz", parse("-pi/4")), ("Rx", parse("pi/2")))
-    assert (shoulder.damping, shoulder.friction) == (number(Fraction(1, 2)), number(Fraction(1, 4)))
+    assert shoulder.origin.steps == (
+        ("Tz", Quantity.number(Fraction(1, 2))),
+        ("Rz", parse("-pi/4")),
+        ("Rx", parse("pi/2")),
+    )
+    assert (shoulder.damping, shoulder.friction) == (Quantity.number(Fraction(1, 2)), Quantity.number(Fraction(1, 4)))
     assert shoulder.limits == Limits()
-    assert elbow.axis == (number(1), number(0), number(1))
+    assert elbow.axis == (Quantity.number(1), Quantity.number(0), Quantity.number(1))
     assert elbow.limits == Limits(parse("-2.5"), parse("2.5"), parse("3"), parse("40"))
     assert wrist.origin.steps[-1] == ("Ry", parse("1.57"))  # three digits are not π/2
-    assert right.coupling == Coupling("q3", number(1), parse("0.001"))
+    assert right.coupling == Coupling("q3", Quantity.number(1), parse("0.001"))
     assert right.damping == parse("0.3")
     assert (left.coordinate, left.drive) == ("q3", "tau3")
     assert forearm.mass == parse("1.25")
     assert forearm.com == (parse("0.2"), parse("0.01"), parse("0"))
     assert upper.inertia == tuple(parse(x) for x in ("0.03", "0.02", "0.04", "-0.001", "0.003", "0.002"))
-    assert palm.mass == number(0)
+    assert palm.mass == Quantity.number(0)
 
 
 def test_what_was_changed_or_left_out_is_noted():
@@ -118,7 +121,7 @@ def test_a_rotated_inertia_is_r_i_r_transposed(rpy):
     xx, yy, zz, xy, xz, yz = entries
     expected = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
 
-    values = [float(value_of(x, {})) for x in found]
+    values = [float(x.at({})) for x in found]
     assert np.allclose(values, expected[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], rtol=0, atol=1e-15)
 
 
@@ -132,7 +135,7 @@ def turn(axis: int, angle: float) -> np.ndarray:
 
 
 def test_the_axis_is_x_when_it_is_left_out():
-    assert reading(pendulum()).scene.joints[0].axis == (number(1), number(0), number(0))
+    assert reading(pendulum()).scene.joints[0].axis == (Quantity.number(1), Quantity.number(0), Quantity.number(0))
 
 
 def test_the_root_is_the_ground_and_a_mass_of_its_own_is_noted():
@@ -148,14 +151,14 @@ def test_the_root_is_the_ground_and_a_mass_of_its_own_is_noted():
 def test_a_limit_without_bound_is_no_limit():
     inside = '<limit lower="-1e16" upper="inf" effort="1e9" velocity="3"/>'
 
-    assert reading(pendulum(inside)).scene.joints[0].limits == Limits(velocity=number(3))
+    assert reading(pendulum(inside)).scene.joints[0].limits == Limits(velocity=Quantity.number(3))
 
 
 def test_a_fixed_joint_drops_what_only_motion_gives_a_meaning():
     extra = '<dynamics damping="1" friction="2"/><mimic joint="hinge"/><axis xyz="0 0 0"/>'
     result = reading(pendulum() + LINK.format("tool") + joint("weld", "bob", "tool", extra, "fixed"))
 
-    assert result.scene.joints[1].damping == number(0)
+    assert result.scene.joints[1].damping == Quantity.number(0)
     assert result.notes == (
         "r.urdf: damping of a fixed joint is left out (weld)",
         "r.urdf: friction of a fixed joint is left out (weld)",
@@ -171,8 +174,8 @@ def test_a_joint_that_follows_a_follower_follows_the_first():
 
     assert couplings == {
         "j1": None,
-        "j2": Coupling("q1", number(-3), parse("1/2")),
-        "j3": Coupling("q1", number(-6), parse("2.5708")),
+        "j2": Coupling("q1", Quantity.number(-3), parse("1/2")),
+        "j3": Coupling("q1", Quantity.number(-6), parse("2.5708")),
     }
 
 
@@ -192,7 +195,7 @@ def test_floating_and_planar_joints_have_several_coordinates_and_no_drive():
 
     sea, air = result.scene.joints[1:]
     assert (sea.type, sea.coordinates, sea.drives) == ("planar", ("q2", "q3", "q4"), (None,) * 3)
-    assert (sea.axis, sea.damping) == ((number(0), number(0), number(1)), number(2))
+    assert (sea.axis, sea.damping) == ((Quantity.number(0), Quantity.number(0), Quantity.number(1)), Quantity.number(2))
     assert (air.type, dict(air.shape)["orientation"], air.rates[3:]) == (
         "free",
         "quaternion",

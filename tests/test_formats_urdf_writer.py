@@ -17,18 +17,16 @@ from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.program import lower
-from symdyn.scene import Scene, parse, read, read_text
+from symdyn.scene import Quantity, Scene, parse, read, read_text
 from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par_writer
 from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.urdf_writer import write_text
 from symdyn.scene.formats.xml import XmlElement
-from symdyn.scene.values import Pose, number
+from symdyn.scene.values import Pose
 from symdyn.scene.values.joint import Limits
 from symdyn.scene.values.model import STANDARD_GRAVITY
-from symdyn.scene.values.quantity import ZERO
-from symdyn.scene.values.value import value_of
 from symdyn.verdict import DIFFERENT, PROVED
 from symdyn.verify.equality import Claim, prove
 
@@ -80,7 +78,7 @@ def entries(scene: Scene, output: str):
 
 def bare(scene: Scene) -> Scene:
     """Return a scene with all that URDF has no word for taken out, parameters with values put in."""
-    joints = [replace(joint, forces=(), armature=ZERO) for joint in scene.joints]
+    joints = [replace(joint, forces=(), armature=Quantity.ZERO) for joint in scene.joints]
     return replace(scene, gravity=STANDARD_GRAVITY, joints=tuple(joints))
 
 
@@ -158,7 +156,7 @@ def test_limits_stay_and_a_prismatic_joint_without_them_gets_numbers_that_mean_n
     (limit,) = ElementTree.fromstring(text).iter("limit")
 
     assert limit.attrib == {"lower": "-0.1", "upper": "1000000000", "velocity": "1000000000", "effort": "5"}
-    assert again(read_text(EXACT)).joints[2].limits == Limits(lower=parse("-0.1"), effort=number(5))
+    assert again(read_text(EXACT)).joints[2].limits == Limits(lower=parse("-0.1"), effort=Quantity.number(5))
 
 
 def test_what_the_format_cannot_hold_is_listed():
@@ -301,14 +299,14 @@ def test_the_inertia_of_two_particles_is_written_as_one_that_a_body_has(tmp_path
         path = tmp_path / "rod.urdf"
         path.write_text(write_text(scene).text, encoding="utf-8")
         again = read(path)  # refused where a principal moment is larger than the sum of the others
-        values = [float(value_of(x, {})) for x in again.bodies[0].inertia]
+        values = [float(x.at({})) for x in again.bodies[0].inertia]
         exact = [float(x) for x in _about_centre(scene.bodies[0].particles)]
         assert np.max(np.abs(np.subtract(values, exact))) <= 1e-15 * max(exact)
 
 
 def _about_centre(particles) -> list[Fraction]:
-    mass = [value_of(p.mass, {}) for p in particles]
-    place = [[value_of(x, {}) for x in p.at] for p in particles]
+    mass = [p.mass.at({}) for p in particles]
+    place = [[x.at({}) for x in p.at] for p in particles]
     reduced = mass[0] * mass[1] / (mass[0] + mass[1])
     x, y, z = (a - b for a, b in zip(*place, strict=True))
     squares = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)

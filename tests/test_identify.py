@@ -18,7 +18,7 @@ from symdyn.identification.linear_model import TERMS, linear_model, with_terms
 from symdyn.identification.regression import Rows, solve
 from symdyn.scene import Scene, bind
 from symdyn.scene.values.joint import Limits
-from symdyn.scene.values.quantity import number
+from symdyn.scene.values.quantity import Quantity
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 pytestmark = [pytest.mark.runs("cc")]
@@ -247,7 +247,7 @@ def test_degrees_are_told_from_limits_and_thousandths_from_the_scene() -> None:
     scene = scara()
     data = log(scene)
     first, *others = scene.joints
-    limited = replace(scene, joints=(replace(first, limits=Limits(number(-2), number(2))), *others))
+    limited = replace(scene, joints=(replace(first, limits=Limits(Quantity.number(-2), Quantity.number(2))), *others))
     with pytest.raises(IdentifyError, match=r"q1 goes to 78\.\d+, its joint to 2 rad: it looks like deg"):
         symdyn.identify(limited, {**data, "q1": np.degrees(data["q1"])})
     off = symdyn.identify(scene, {**data, "tau1": 1000 * data["tau1"]})

@@ -24,8 +24,7 @@ from symdyn.identification.unknowns import unknowns
 from symdyn.identification.written_scene import written
 from symdyn.scene import bind
 from symdyn.scene.forces.friction import Friction
-from symdyn.scene.values.quantity import ZERO
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.quantity import Quantity
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -231,7 +230,9 @@ def with_dry(scene, path: Path):
     return replace(
         scene,
         joints=tuple(
-            replace(j, dry=Friction(j.name, symdyn.scene.values.formula.quantity(found[j.name])), friction=ZERO)
+            replace(
+                j, dry=Friction(j.name, symdyn.scene.values.formula.quantity(found[j.name])), friction=Quantity.ZERO
+            )
             if j.name in found
             else j
             for j in scene.joints
@@ -296,7 +297,7 @@ def test_base_parameters_are_the_same_by_both_ways_to_them(name: str, tmp_path: 
     scene = symdyn.read(path) if name in MIXED else symdyn.example(name)
     scene = bind(scene, {p.name: 0.7 + 0.1 * k for k, p in enumerate(scene.free_parameters)})
     known = unknowns(scene)
-    letters = {p.name: float(value_of(p.value, {}) or 0) for p in scene.parameters}
+    letters = {p.name: float(p.value.at({}) or 0) for p in scene.parameters}
     told = linear_parameters(scene, "base_regressor")
 
     values = [

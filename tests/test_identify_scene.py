@@ -21,8 +21,7 @@ from symdyn.identification.unknowns import TEN, ten_of_body, unknowns
 from symdyn.identification.written_scene import written
 from symdyn.scene.binding import bind
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.quantity import number
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.quantity import Quantity
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -204,7 +203,7 @@ def test_ten_numbers_become_a_body_and_come_back():
 
     np.testing.assert_allclose(again.ten(again.values)[1], ten, rtol=1e-9)
     mass, centre, moments, _ = ten_of_body(ten)
-    assert body.mass == number(quantity("19.14").value)
+    assert body.mass == Quantity.number(quantity("19.14").value)
     assert mass == pytest.approx(19.14)
     assert centre == pytest.approx([-0.3638, 0.006, 0.2275])
     assert moments == pytest.approx([1.1 * x for x in (0.13, 0.524, 0.539)])
@@ -265,7 +264,7 @@ def test_the_ending_says_what_is_written(arm, tmp_path, monkeypatch, capsys):
     told = capsys.readouterr()
     assert [f"wrote {file}" in told.err for file in files] == [True] * 4
     assert "symdyn identify arm.toml log.csv --total-mass 25" in Path("page.html").read_text()
-    assert sum(float(value_of(body.mass, {})) for body in symdyn.read("found.toml").bodies) == pytest.approx(25)
+    assert sum(float(body.mass.at({})) for body in symdyn.read("found.toml").bodies) == pytest.approx(25)
     assert Path("found.csv").read_text().startswith("parameter,before,after,standard error,from,to\n")
     before = Path("found.toml").read_text()
 

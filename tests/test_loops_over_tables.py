@@ -24,8 +24,7 @@ from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program import at_rest, formulate, in_lines, kept_in_lines, lower
-from symdyn.scene import Scene, body, revolute, scene as declared
-from symdyn.scene.values import number
+from symdyn.scene import Quantity, Scene, body, revolute, scene as declared
 from symdyn.verify.accuracy import measure
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.texts import files_of
@@ -54,7 +53,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> int:
 
 def with_rotors(scene: Scene) -> Scene:
     """Return a scene with a rotor at each joint that moves."""
-    moving = (replace(one, armature=number(Fraction(k + 1, 7))) for k, one in enumerate(scene.joints))
+    moving = (replace(one, armature=Quantity.number(Fraction(k + 1, 7))) for k, one in enumerate(scene.joints))
     return replace(scene, joints=tuple(a if a.moves else b for a, b in zip(moving, scene.joints, strict=True)))
 
 
@@ -70,7 +69,7 @@ def test_a_loop_over_the_table_is_what_the_other_roads_derive(seed: int, name: s
 
 
 def test_without_gravity_the_ground_stands_still() -> None:
-    scene = tree(1, 7).with_gravity((number(0),) * 3)
+    scene = tree(1, 7).with_gravity((Quantity.number(0),) * 3)
     w = Workspace(scene)
 
     _, (found,) = prove(
@@ -326,7 +325,7 @@ def test_a_certificate_holds_loop_and_lines_together(name: str, loop: str, lines
 @pytest.mark.long
 def test_why_a_large_mechanism_stays_lines_is_said(few: int) -> None:
     large = long_tree(few)
-    damped = replace(large, joints=(replace(large.joints[0], damping=number(1)), *large.joints[1:]))
+    damped = replace(large, joints=(replace(large.joints[0], damping=Quantity.number(1)), *large.joints[1:]))
 
     assert kept_in_lines(large, [ID]) == ""
     assert "damping" in kept_in_lines(damped, [ID, "pose:tool"])

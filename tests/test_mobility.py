@@ -11,7 +11,7 @@ from closed_mechanisms import along_x, bricard, crank_rocker, exact, hinge, n_fo
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.scene import Scene, read
 from symdyn.scene.values import Body, Joint
-from symdyn.scene.values.quantity import ONE, ZERO
+from symdyn.scene.values.quantity import Quantity
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,12 @@ def test_the_spin_of_an_rssr_coupler_is_idle_and_not_under_driven() -> None:
 
 def test_a_pendulum_beside_a_loop_is_no_idle_motion() -> None:
     scene = crank_rocker()
-    bob = hinge("P", "coupler", "bob", along_x(ONE))
-    more = replace(scene, bodies=(*scene.bodies, Body("bob", ONE, (ONE, ZERO, ZERO))), joints=(*scene.joints, bob))
+    bob = hinge("P", "coupler", "bob", along_x(Quantity.ONE))
+    more = replace(
+        scene,
+        bodies=(*scene.bodies, Body("bob", Quantity.ONE, (Quantity.ONE, Quantity.ZERO, Quantity.ZERO))),
+        joints=(*scene.joints, bob),
+    )
     found = mobility(more)
 
     assert found.by_rank == 2
@@ -98,13 +102,13 @@ def test_a_change_point_has_more_freedoms_itself_than_round_about() -> None:
 def test_a_triangle_of_bars_is_a_structure() -> None:
     scene = Scene(
         "triangle",
-        bodies=(rod("left", ONE, ONE), rod("right", ONE, ONE)),
+        bodies=(rod("left", Quantity.ONE, Quantity.ONE), rod("right", Quantity.ONE, Quantity.ONE)),
         joints=(
             hinge("A", "ground", "left", start=(exact(1),)),
-            hinge("B", "ground", "right", along_x(ONE), start=(exact(2),)),
+            hinge("B", "ground", "right", along_x(Quantity.ONE), start=(exact(2),)),
         ),
         loops=(
-            Joint("C", "revolute", "left", "right", (), along_x(ONE), tip=_back()),
+            Joint("C", "revolute", "left", "right", (), along_x(Quantity.ONE), tip=_back()),
         ),
     )  # fmt: skip
     found = mobility(scene)
@@ -114,7 +118,7 @@ def test_a_triangle_of_bars_is_a_structure() -> None:
 
 
 def _back() -> object:
-    return replace(along_x(ONE), steps=(("Tx", exact(-1)),))
+    return replace(along_x(Quantity.ONE), steps=(("Tx", exact(-1)),))
 
 
 def test_every_component_of_a_rolling_contact_is_counted() -> None:

@@ -18,8 +18,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, lower
 from symdyn.program.constants import constants
-from symdyn.scene import Scene, read_text
-from symdyn.scene.values import Parameter, number
+from symdyn.scene import Quantity, Scene, read_text
+from symdyn.scene.values import Parameter
 
 
 def values_of(source: Equations | Program, name: str, args: list[np.ndarray], **bound: float) -> list[np.ndarray]:
@@ -142,7 +142,7 @@ def test_a_constant_that_is_no_real_number_is_refused(bad):
 def test_a_bound_zero_below_a_fraction_is_refused():
     g = Graph()
     x, m = g.symbol("x"), g.symbol("m")
-    scene = Scene("hand", (Parameter("m", number(0)),))
+    scene = Scene("hand", (Parameter("m", Quantity.number(0)),))
     with pytest.raises(DerivationError, match="hand: with its parameters' values f would divide by zero"):
         lower(one([x / m], [x], scene))
 

@@ -13,16 +13,14 @@ from running import call
 from symdyn.dynamics import available, derive
 from symdyn.errors import SceneError
 from symdyn.program import formulate, lower
-from symdyn.scene import bind, body, read_bindings, revolute, scene
-from symdyn.scene.values import number
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene import Quantity, bind, body, read_bindings, revolute, scene
 
 
 def test_a_bound_parameter_has_its_value_and_the_others_stay_free():
     arm = bind(two_link(), {"m1": "2.5", "h1": 1})
 
     assert [p.name for p in arm.free_parameters] == ["m2", "h2", "g"]
-    assert arm.parameters[0].value == number(Fraction(5, 2))
+    assert arm.parameters[0].value == Quantity.number(Fraction(5, 2))
     assert two_link().parameters[0].value is None
 
 
@@ -111,7 +109,9 @@ def test_bindings_that_say_nothing_are_refused(text, message):
 
 def with_zero(name):
     """Return the two-link arm with a zero in its file."""
-    parameters = (replace(p, value=ZERO, positive=False) if p.name == name else p for p in two_link().parameters)
+    parameters = (
+        replace(p, value=Quantity.ZERO, positive=False) if p.name == name else p for p in two_link().parameters
+    )
     return replace(two_link(), parameters=tuple(parameters))
 
 

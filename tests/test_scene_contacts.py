@@ -58,9 +58,8 @@ def wheel(gravity: str = "[0, 0, -9.81]", g: str = "9.81", more: str = "") -> Sc
 
 
 def normal(one: Scene) -> tuple[float, ...]:
-    from symdyn.scene.values.value import value_of
 
-    return tuple(float(value_of(x, {}) or 0) for x in one.rows[0].plane.normal)
+    return tuple(float(x.at({}) or 0) for x in one.rows[0].plane.normal)
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,8 @@ from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.graph import substitute
-from symdyn.scene import body, dh_table, parse, read_text, revolute, scene
-from symdyn.scene.values import acceleration_name, number, velocity_name
+from symdyn.scene import Quantity, body, dh_table, parse, read_text, revolute, scene
+from symdyn.scene.values import acceleration_name, velocity_name
 from symdyn.scene.values.joint import Coupling
 from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
@@ -59,8 +59,8 @@ limits = { upper = "pi/2" }
 def test_a_chain_of_mimics_ends_at_its_coordinate_exactly():
     wrist, knuckle, tip = read_text(HAND).joints
 
-    assert wrist.coupling == Coupling("q1", number(2), parse("pi/4"))
-    assert knuckle.coupling == Coupling("q1", number(Fraction(2, 3)), parse("pi/12 + 1"))
+    assert wrist.coupling == Coupling("q1", Quantity.number(2), parse("pi/4"))
+    assert knuckle.coupling == Coupling("q1", Quantity.number(Fraction(2, 3)), parse("pi/12 + 1"))
     assert (tip.coordinate, tip.drive, tip.coupling) == ("q1", "tau1", None)
     assert read_text(HAND).coordinates == ("q1",)
 
@@ -69,7 +69,7 @@ def test_limits_and_losses_are_kept():
     wrist, _, tip = read_text(HAND).joints
 
     assert (wrist.armature, wrist.damping, wrist.friction) == (parse("0.1"), parse("0.2"), parse("0.3"))
-    assert (wrist.limits.lower, wrist.limits.effort) == (number(-1), number(3))
+    assert (wrist.limits.lower, wrist.limits.effort) == (Quantity.number(-1), Quantity.number(3))
     assert (tip.limits.lower, tip.limits.upper) == (None, parse("pi/2"))
 
 
@@ -88,8 +88,8 @@ def test_python_and_denavit_hartenberg_rows_say_the_same_as_toml():
     )
 
     assert arm == links
-    assert arm.joints[1].coupling == Coupling("q1", number(2))
-    assert arm.joints[1].limits.lower == number(-1)
+    assert arm.joints[1].coupling == Coupling("q1", Quantity.number(2))
+    assert arm.joints[1].limits.lower == Quantity.number(-1)
 
 
 EDITS = [
@@ -157,7 +157,7 @@ def test_a_long_chain_of_mimics_is_no_matter_of_depth():
         joints=[revolute(f"j{i}", f"b{i - 1}" if i else "ground", f"b{i}", mimic=follow[i]) for i in links],
     )
 
-    assert long.joints[0].coupling == Coupling("q1", number(-1))
+    assert long.joints[0].coupling == Coupling("q1", Quantity.number(-1))
 
 
 # The dynamics are those that a person would reduce by hand
@@ -226,7 +226,7 @@ def test_a_wrong_ratio_is_found_out():
     one = coupled_tree(1, n=4)
     k = next(k for k, joint in enumerate(one.joints) if joint.coupling)
     coupling = one.joints[k].coupling
-    wrong = replace(one.joints[k], coupling=replace(coupling, ratio=coupling.ratio + number(1)))
+    wrong = replace(one.joints[k], coupling=replace(coupling, ratio=coupling.ratio + Quantity.number(1)))
     w = Workspace(one)
     M = reduced(replace(one, joints=(*one.joints[:k], wrong, *one.joints[k + 1 :])), w)[0]
 

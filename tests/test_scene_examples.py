@@ -12,14 +12,11 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
-from symdyn.scene import Scene, read, read_text, with_symbolic_inertia
+from symdyn.scene import Quantity, Scene, read, read_text, with_symbolic_inertia
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.joints.start import start_of
 from symdyn.scene.starters import starter
-from symdyn.scene.values import number
-from symdyn.scene.values.quantity import symbol
-from symdyn.scene.values.value import value_of
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -73,7 +70,7 @@ def test_a_mechanism_has_the_freedoms_that_its_first_lines_say(path):
 
 def test_the_four_bar_starts_where_its_reactions_are_known():
     """Numbers of an independent program, at 60 digits; angles of coupler and rocker from the x axis."""
-    start = [float(value_of(x, {})) for x in start_of(read(ROOT / "examples" / "four_bar.toml")).position]
+    start = [float(x.at({})) for x in start_of(read(ROOT / "examples" / "four_bar.toml")).position]
 
     assert start == pytest.approx([0.8, 0.9420089234527959928 - 0.8, 2.0260131545490214846], rel=1e-15)
 
@@ -81,8 +78,8 @@ def test_the_four_bar_starts_where_its_reactions_are_known():
 def test_the_disc_begins_to_roll_without_slip():
     """v = r ω along the ground, and the lowest point of the leaning disc touches it."""
     disc = read(ROOT / "examples" / "rolling_disc.toml")
-    z, w, x = (value_of(entry, {"r": 0.3}) for entry in (*start_of(disc).position[2:3], *start_of(disc).position[3:5]))
-    v, _, _, _, turn, _ = (value_of(entry, {"r": 0.3}) for entry in start_of(disc).velocity)
+    z, w, x = (entry.at({"r": 0.3}) for entry in (*start_of(disc).position[2:3], *start_of(disc).position[3:5]))
+    v, _, _, _, turn, _ = (entry.at({"r": 0.3}) for entry in start_of(disc).velocity)
 
     assert z == pytest.approx(0.3 * (1 - 2 * x * x))
     assert w * w + x * x == pytest.approx(1)
@@ -121,11 +118,11 @@ def test_two_link_is_example_5_28():
 
     assert [p.name for p in two_link.free_parameters] == ["m1", "m2", "h1", "h2", "g"]
     assert all(p.positive and p.unit for p in two_link.parameters)
-    assert two_link.gravity == (number(0), -symbol("g"), number(0))
+    assert two_link.gravity == (Quantity.number(0), -Quantity.symbol("g"), Quantity.number(0))
     assert two_link.coordinates == ("q1", "q2")
     assert [j.drive for j in two_link.joints] == ["M1", "M2"]
-    assert [b.particles[0].mass for b in two_link.bodies] == [symbol("m1"), symbol("m2")]
-    assert [b.particles[0].at[1] for b in two_link.bodies] == [-symbol("h1"), -symbol("h2")]
+    assert [b.particles[0].mass for b in two_link.bodies] == [Quantity.symbol("m1"), Quantity.symbol("m2")]
+    assert [b.particles[0].at[1] for b in two_link.bodies] == [-Quantity.symbol("h1"), -Quantity.symbol("h2")]
 
 
 def test_puma_has_the_published_numbers():
@@ -133,12 +130,12 @@ def test_puma_has_the_published_numbers():
     assert len(puma.bodies) == len(PUMA["links"])
     for body, joint, row in zip(puma.bodies, puma.joints, PUMA["links"], strict=True):
         placed = dict(joint.origin.steps + joint.tip.steps)
-        assert body.mass == number(Fraction(row["m"]))
-        assert body.com == tuple(number(Fraction(x)) for x in row["r"])
-        xx, yy, zz, xy, yz, xz = (number(Fraction(x)) for x in row["I"])
+        assert body.mass == Quantity.number(Fraction(row["m"]))
+        assert body.com == tuple(Quantity.number(Fraction(x)) for x in row["r"])
+        xx, yy, zz, xy, yz, xz = (Quantity.number(Fraction(x)) for x in row["I"])
         assert body.inertia == (xx, yy, zz, xy, xz, yz)
-        assert placed.get("Tz", number(0)) == number(Fraction(row["d"]))
-        assert placed.get("Tx", number(0)) == number(Fraction(row["a"]))
+        assert placed.get("Tz", Quantity.number(0)) == Quantity.number(Fraction(row["d"]))
+        assert placed.get("Tx", Quantity.number(0)) == Quantity.number(Fraction(row["a"]))
         assert ("Rx" in placed) == (float(row["alpha"]) != 0)
 
 

@@ -13,8 +13,7 @@ from symdyn.dynamics import derive
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.program import lower
-from symdyn.scene import body, fixed, helical, lock, parse, prismatic, read_text, revolute, scene
-from symdyn.scene.values import number
+from symdyn.scene import Quantity, body, fixed, helical, lock, parse, prismatic, read_text, revolute, scene
 from symdyn.verdict import PROVED
 from symdyn.verify import certify
 
@@ -173,9 +172,9 @@ def numbers(scene, *state):
 
 def test_something_must_be_left_to_move():
     with pytest.raises(SceneError, match="nothing moves: every joint is locked; leave one free"):
-        lock(arm(), {f"j{i}": number(0) for i in range(3)})
+        lock(arm(), {f"j{i}": Quantity.number(0) for i in range(3)})
 
 
 def test_only_a_joint_with_a_coordinate_can_be_locked():
     with pytest.raises(SceneError, match=r"joints\.j7: only a joint with a coordinate of its own can be locked"):
-        lock(arm(), {"j7": number(0)})
+        lock(arm(), {"j7": Quantity.number(0)})

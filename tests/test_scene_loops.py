@@ -12,10 +12,10 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import ReadOptions, read_noting, read_text, write_text
+from symdyn.scene import Quantity, ReadOptions, read_noting, read_text, write_text
 from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.joints.held_or_reversed import inverse
-from symdyn.scene.values import Joint, Pose, number, symbol
+from symdyn.scene.values import Joint, Pose
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))
 
@@ -120,27 +120,27 @@ def test_a_lone_joint_that_points_towards_ground_is_turned_round(tmp_path):
         ("b", "crank", "coupler"),
         ("c", "coupler", "rocker"),
     ]
-    assert scene.joints[0].axis == (number(0), number(0), number(-1))
+    assert scene.joints[0].axis == (Quantity.number(0), Quantity.number(0), Quantity.number(-1))
 
 
 SEVERAL = [
-    ("universal", {"second_axis": (number(0), number(1), number(1))}, ("x", "y")),
+    ("universal", {"second_axis": (Quantity.number(0), Quantity.number(1), Quantity.number(1))}, ("x", "y")),
     ("cylindrical", {}, ("x", "y")),
-    ("helical", {"pitch": number(Fraction(1, 3))}, ("x",)),
+    ("helical", {"pitch": Quantity.number(Fraction(1, 3))}, ("x",)),
     ("revolute", {}, ("x",)),
     ("prismatic", {}, ("x",)),
     ("fixed", {}, ()),
-    ("custom", {"steps": Pose((("Rz", symbol("x")), ("Tx", symbol("y")), ("Ry", symbol("x")))),
-                "units": ("rad", "m")}, ("x", "y")),
+    ("custom", {"steps": Pose((("Rz", Quantity.symbol("x")), ("Tx", Quantity.symbol("y")),
+                               ("Ry", Quantity.symbol("x")))), "units": ("rad", "m")}, ("x", "y")),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("kind", "keys", "names"), SEVERAL, ids=[row[0] for row in SEVERAL])
 def test_a_joint_that_is_turned_round_moves_the_bodies_as_before(kind, keys, names):
     rng = random.Random(kind)
-    poses = [Pose(tuple((step, number(Fraction(rng.randint(-9, 9), 7))) for step in steps)) for steps in
+    poses = [Pose(tuple((step, Quantity.number(Fraction(rng.randint(-9, 9), 7))) for step in steps)) for steps in
              (("Tx", "Rz", "Ry"), ("Rx", "Ty", "Rz"))]  # fmt: skip
-    axis = tuple(number(x) for x in AXES[5])
+    axis = tuple(Quantity.number(x) for x in AXES[5])
     one = Joint("j", kind, "a", "b", shape(kind, axis=axis, **keys), *poses, names)
     graph = Graph()
 
@@ -156,11 +156,11 @@ def test_a_joint_that_is_turned_round_moves_the_bodies_as_before(kind, keys, nam
 
 def test_turning_round_twice_changes_nothing():
     for kind, _, names in SEVERAL:
-        own = shape(kind, axis=tuple(number(x) for x in AXES[5]))
-        one = Joint("j", kind, "a", "b", own, Pose((("Tx", symbol("l")),)), Pose(), names)
+        own = shape(kind, axis=tuple(Quantity.number(x) for x in AXES[5]))
+        one = Joint("j", kind, "a", "b", own, Pose((("Tx", Quantity.symbol("l")),)), Pose(), names)
         assert turned(turned(one)) == one
-    assert inverse(inverse(Pose((("Tx", symbol("l")), ("Rz", number(2)))))) == Pose(
-        (("Tx", symbol("l")), ("Rz", number(2)))
+    assert inverse(inverse(Pose((("Tx", Quantity.symbol("l")), ("Rz", Quantity.number(2)))))) == Pose(
+        (("Tx", Quantity.symbol("l")), ("Rz", Quantity.number(2)))
     )
 
 

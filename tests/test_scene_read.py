@@ -12,6 +12,7 @@ import pytest
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (
+    Quantity,
     body,
     dh_table,
     fixed,
@@ -28,7 +29,7 @@ from symdyn.scene import (
 )
 from symdyn.scene.starters import STARTERS, starter
 from symdyn.scene.ten_parameters import INERTIAL
-from symdyn.scene.values import GROUND, Pose, number, symbol
+from symdyn.scene.values import GROUND, Pose
 from symdyn.spatial import Transform
 
 PENDULUM = """
@@ -113,7 +114,7 @@ def test_toml_and_python_give_the_same_scene():
                 "hook",
                 axis=np.array([1.0, 1.0, 0.0]),
                 origin=[["Tz", -0.1], ["Rz", "90 deg"], ["Rx", "pi/6"]],
-                tip=Pose((("Tz", number(-1)),)),
+                tip=Pose((("Tz", Quantity.number(-1)),)),
                 drive=False,
             ),
             joint("rail", "prismatic", GROUND, "trolley", axis=[1, 0, 0], coordinate="x", drive="F", force="-b*x_dot"),
@@ -157,8 +158,13 @@ def test_the_name_of_a_scene_defaults_to_the_stem_of_its_file():
 def test_parameters_keep_order_value_and_assumptions():
     m, length, g = read_text(PENDULUM).parameters
 
-    assert (m.name, m.value) == ("m", number(1))
-    assert (length.value, length.unit, length.positive, length.latex) == (number(Fraction(1, 2)), "m", True, "\\ell")
+    assert (m.name, m.value) == ("m", Quantity.number(1))
+    assert (length.value, length.unit, length.positive, length.latex) == (
+        Quantity.number(Fraction(1, 2)),
+        "m",
+        True,
+        "\\ell",
+    )
     assert (g.name, g.value) == ("g", None)
     assert read_text(PENDULUM).free_parameters == (g,)
 
@@ -175,13 +181,13 @@ def test_parameters_keep_order_value_and_assumptions():
 def test_gravity_is_standard_none_or_given(text, gravity):
     rest = PENDULUM.replace('gravity = [0, "-g", 0]', "")
 
-    assert read_text(text + rest).gravity == tuple(number(x) for x in gravity)
+    assert read_text(text + rest).gravity == tuple(Quantity.number(x) for x in gravity)
 
 
 def test_digits_of_a_file_are_exact():
     text = PENDULUM.replace("m = 1.0", "m = 0.10000000000000000000001")
 
-    assert read_text(text).parameters[0].value == number(Fraction("0.10000000000000000000001"))
+    assert read_text(text).parameters[0].value == Quantity.number(Fraction("0.10000000000000000000001"))
 
 
 def test_roll_pitch_yaw_turn_about_fixed_axes():
@@ -219,7 +225,7 @@ def test_dh_rows_place_the_link_as_the_convention_says(convention, kind):
     row = {"type": kind, "theta": 0.3, "d": 0.7, "a": -0.2, "alpha": 1.1}
     built = scene("s", dh=dh_table(convention, [row, {"mass": 1}]))
     only, q = built.joints[0], 0.45
-    motion = Pose((("Rz" if kind == "revolute" else "Tz", number(Fraction("0.45"))),))
+    motion = Pose((("Rz" if kind == "revolute" else "Tz", Quantity.number(Fraction("0.45"))),))
     graph = Graph()
     place = Transform.unit(graph)
     for pose in (only.origin, motion, only.tip):
@@ -241,7 +247,7 @@ def test_dh_rows_place_the_link_as_the_convention_says(convention, kind):
 
     np.testing.assert_allclose(found[:3], expected[:3, :3], atol=1e-15)
     np.testing.assert_allclose(found[3], expected[:3, 3], atol=1e-15)
-    assert only.axis == (number(0), number(0), number(1))
+    assert only.axis == (Quantity.number(0), Quantity.number(0), Quantity.number(1))
     assert only.parent == GROUND
     assert built.joints[1].parent == "link1"
 
@@ -264,7 +270,7 @@ def test_symbolic_inertia_opens_ten_parameters_a_body():
 
     assert [p.name for p in opened.parameters][:2] == ["g", "m1"]
     assert [p.name for p in opened.parameters][2:] == [f"{kind}1" for kind, _, _ in INERTIAL[1:]]
-    assert opened.bodies[0].first_moment == (symbol("mx1"), symbol("my1"), symbol("mz1"))
+    assert opened.bodies[0].first_moment == (Quantity.symbol("mx1"), Quantity.symbol("my1"), Quantity.symbol("mz1"))
     assert (opened.bodies[0].com, opened.bodies[0].about, opened.bodies[0].particles) == (None, "frame", ())
     assert opened.joints == read_text(PENDULUM).joints
 

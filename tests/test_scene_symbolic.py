@@ -18,8 +18,8 @@ from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.program import lower
-from symdyn.scene import body, parse, prismatic, read, read_text, revolute, scene, with_symbols, write_text
-from symdyn.scene.values import Parameter, number, spell, symbol
+from symdyn.scene import Quantity, body, parse, prismatic, read, read_text, revolute, scene, with_symbols, write_text
+from symdyn.scene.values import Parameter, spell
 from symdyn.verdict import PROVED
 from symdyn.verify.equality import Claim, prove
 
@@ -52,7 +52,7 @@ def test_with_its_values_bound_every_function_is_the_same(one, what):
 
 def test_a_changed_value_changes_the_function():
     one, named = SCENES[1], with_symbols(SCENES[1], "inertia")
-    heavier = tuple(replace(p, value=number(10)) if p.name == "m2" else p for p in named.parameters)
+    heavier = tuple(replace(p, value=Quantity.number(10)) if p.name == "m2" else p for p in named.parameters)
     pair = [derive(s, ["mass_matrix"]) for s in (one, replace(named, parameters=heavier))]
     left, right = (lower(equations).routines[0].function.entries for equations in pair)
 
@@ -73,10 +73,10 @@ def test_no_number_is_left_where_a_name_should_stand(one):
     for joint in named.joints:
         for kind, amount in (*joint.origin.steps, *joint.tip.steps):
             assert amount.symbols or (kind.startswith("R") and re.fullmatch(r"-?(\d+\*)?pi(/2)?", spell(amount)))
-        assert joint.armature == number(0) or joint.armature.symbols
+        assert joint.armature == Quantity.number(0) or joint.armature.symbols
     for carried in named.bodies:
         for entry in (carried.mass, *(carried.com or carried.first_moment), *carried.inertia):
-            assert entry.symbols or entry == number(0)
+            assert entry.symbols or entry == Quantity.number(0)
     assert read_text(write_text(named, "toml").text) == named
 
 
@@ -95,15 +95,16 @@ def test_names_are_those_of_robotics():
     named = with_symbols(arm, "all")
 
     assert {p.name: p.value for p in named.parameters} == {
-        "m1": number(2), "mz1": number(1), "Ixx1": parse("0.5"), "Iyy1": parse("0.5"),
-        "m2": number(1), "mx2": parse("0.2"), "Iyy2": parse("0.07"), "Izz2": parse("0.07"),
+        "m1": Quantity.number(2), "mz1": Quantity.number(1), "Ixx1": parse("0.5"), "Iyy1": parse("0.5"),
+        "m2": Quantity.number(1), "mx2": parse("0.2"), "Iyy2": parse("0.07"), "Izz2": parse("0.07"),
         "Ia1": parse("0.4"), "d2": parse("0.3"), "beta2": parse("pi/6"), "d2_2": parse("0.1"),
         "fv1": parse("0.1"), "g": parse("9.81"),
     }  # fmt: skip
     assert named.joints[1].origin.steps == (
-        ("Tz", symbol("d2")), ("Rx", parse("pi/2")), ("Ry", symbol("beta2")), ("Tz", -symbol("d2_2"))
+        ("Tz", Quantity.symbol("d2")), ("Rx", parse("pi/2")), ("Ry", Quantity.symbol("beta2")),
+        ("Tz", -Quantity.symbol("d2_2"))
     )  # fmt: skip
-    assert named.gravity == (number(0), number(0), -symbol("g"))
+    assert named.gravity == (Quantity.number(0), Quantity.number(0), -Quantity.symbol("g"))
     assert [p.name for p in named.parameters if p.positive] == ["m1", "m2", "Ia1", "d2", "d2_2", "fv1", "g"]
     assert {p.unit for p in named.parameters if p.name in ("Ia1", "fv1")} == {"kg", "N s/m"}
 
@@ -129,10 +130,11 @@ def test_a_body_with_formulas_keeps_its_form():
     values = {p.name: p.value for p in named.parameters}
 
     assert values == {
-        "m": None, "m1": number(2), "x1": parse("-1/2"), "Iyy1": number(3), "Izz1": number(3), "x1_2": number(1)
+        "m": None, "m1": Quantity.number(2), "x1": parse("-1/2"), "Iyy1": Quantity.number(3),
+        "Izz1": Quantity.number(3), "x1_2": Quantity.number(1)
     }  # fmt: skip
-    assert named.bodies[0].com == (symbol("x1"), number(0), parse("3*m"))
-    assert named.bodies[0].particles[0].mass == symbol("m1")
+    assert named.bodies[0].com == (Quantity.symbol("x1"), Quantity.number(0), parse("3*m"))
+    assert named.bodies[0].particles[0].mass == Quantity.symbol("m1")
     assert named.parameters[2].text == "inertia about the centre of mass, entry yy of rod"
 
 
@@ -146,7 +148,7 @@ def test_names_that_are_in_use_are_avoided():
     named = with_symbols(taken, "inertia")
 
     assert [p.name for p in named.parameters] == ["m1", "m1_b_b"]  # m1_b is a coordinate
-    assert named.bodies[0].mass == symbol("m1_b_b")
+    assert named.bodies[0].mass == Quantity.symbol("m1_b_b")
     assert named.bodies[0].particles == taken.bodies[0].particles
 
 
@@ -160,8 +162,8 @@ def test_particles_of_numbers_are_taken_into_the_ten():
 
     assert named.bodies[0].particles == ()
     assert {p.name: p.value for p in named.parameters} == {
-        "m1": number(5), "mz1": number(1), "Ixx1": parse("1/2"), "Iyy1": parse("9/2"), "Izz1": number(4),
-        "Ixz1": number(1),
+        "m1": Quantity.number(5), "mz1": Quantity.number(1), "Ixx1": parse("1/2"), "Iyy1": parse("9/2"), 
+        "Izz1": Quantity.number(4), "Ixz1": Quantity.number(1),
     }  # fmt: skip
 
 
@@ -195,8 +197,8 @@ def test_an_unknown_kind_is_named():
 
 
 def test_gravity_in_two_directions_gets_two_names():
-    tilted = replace(SCENES[1], gravity=(number(1), number(0), number(Fraction("-9.81"))))
+    tilted = replace(SCENES[1], gravity=(Quantity.number(1), Quantity.number(0), Quantity.number(Fraction("-9.81"))))
     added = with_symbols(tilted, "all").parameters[-2:]
 
-    assert [(p.name, p.value) for p in added] == [("gx", number(1)), ("gz", parse("9.81"))]
+    assert [(p.name, p.value) for p in added] == [("gx", Quantity.number(1)), ("gz", parse("9.81"))]
     assert isinstance(added[0], Parameter)

@@ -13,9 +13,20 @@ from hypothesis import given, strategies as st
 from mechanisms import coupled_tree, random_tree
 
 from symdyn.errors import SceneError
-from symdyn.scene import body, parameter, parse, read, read_text, revolute, scene, with_symbolic_inertia, write_text
+from symdyn.scene import (
+    Quantity,
+    body,
+    parameter,
+    parse,
+    read,
+    read_text,
+    revolute,
+    scene,
+    with_symbolic_inertia,
+    write_text,
+)
 from symdyn.scene.formats.toml_writer import decimal
-from symdyn.scene.values import Parameter, Pose, number
+from symdyn.scene.values import Parameter, Pose
 from symdyn.scene.values.body import Particle
 from symdyn.scene.values.joint import Limits
 
@@ -55,7 +66,11 @@ def test_all_that_a_scene_can_say_reads_back():
         bodies=[
             body("a", mass="m", first_moment=[0, 0, "bare"], inertia={"xx": "plain", "yz": "1e-30"}, about="frame"),
             body("b", mass=1, com=[1, 2, 3], inertia=[1, 1, 1], about="frame", allow_invalid_inertia=True),
-            body("c", particles=[Particle(number(2), (number(1), number(0), parse("-m/2")))], about="frame"),
+            body(
+                "c",
+                particles=[Particle(Quantity.number(2), (Quantity.number(1), Quantity.number(0), parse("-m/2")))],
+                about="frame",
+            ),
         ],
         joints=[
             revolute("j", "ground", "a", coordinate="phi", drive="M", force="-3*m*phi_dot", axis=[1, 2, 3]),
@@ -89,7 +104,7 @@ def test_the_text_is_short_and_says_only_what_is_not_usual():
 def test_a_scene_out_of_normal_form_is_written_in_it():
     """A step that does nothing and a weld's axis say nothing, so they do not come back."""
     one = random_tree(3)
-    idle = replace(one.joints[0], origin=Pose((("Tx", number(0)), *one.joints[0].origin.steps)))
+    idle = replace(one.joints[0], origin=Pose((("Tx", Quantity.number(0)), *one.joints[0].origin.steps)))
 
     assert there_and_back(replace(one, joints=(idle, *one.joints[1:]))) == one
 
@@ -120,9 +135,9 @@ def test_decimals(value, text):
     st.fractions(max_denominator=10**12) | st.decimals(allow_nan=False, allow_infinity=False, places=30).map(Fraction)
 )
 def test_every_number_comes_back_exactly(value):
-    one = replace(SCENES[0], parameters=(*SCENES[0].parameters, Parameter("extra", number(value))))
+    one = replace(SCENES[0], parameters=(*SCENES[0].parameters, Parameter("extra", Quantity.number(value))))
 
-    assert there_and_back(one).parameters[-1].value == number(value)
+    assert there_and_back(one).parameters[-1].value == Quantity.number(value)
 
 
 @pytest.mark.long
@@ -134,7 +149,9 @@ def test_every_printable_text_comes_back(text):
 
 
 def test_integers_fit_into_what_toml_promises():
-    one = replace(SCENES[0], parameters=(*SCENES[0].parameters, Parameter("extra", number(12345678901234567890123))))
+    one = replace(
+        SCENES[0], parameters=(*SCENES[0].parameters, Parameter("extra", Quantity.number(12345678901234567890123)))
+    )
 
     value = tomllib.loads(write_text(one, "toml").text)["parameters"]["extra"]
     assert value == "12345678901234567890123"

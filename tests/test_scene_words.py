@@ -30,7 +30,7 @@ from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.velocity_row import linear_parts
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import start_of
-from symdyn.scene.values import Place, number
+from symdyn.scene.values import Place
 from symdyn.scene.values.mapping import quantities_in
 
 WIDE = everything()
@@ -74,36 +74,47 @@ def test_the_start_of_a_quaternion_is_no_rotation():
     by_name = dict(zip(WIDE.coordinates, start_of(WIDE).position, strict=True))
     rates = dict(zip(WIDE.velocities, start_of(WIDE).velocity, strict=True))
 
-    assert [by_name[name] for name in named("joints", "f1").coordinates] == [number(x) for x in (0, 0, 0, 1, 0, 0, 0)]
-    assert [by_name[f"q{k}"] for k in range(8, 12)] == [number(Fraction(1, 2))] * 4
+    assert [by_name[name] for name in named("joints", "f1").coordinates] == [
+        Quantity.number(x) for x in (0, 0, 0, 1, 0, 0, 0)
+    ]
+    assert [by_name[f"q{k}"] for k in range(8, 12)] == [Quantity.number(Fraction(1, 2))] * 4
     assert by_name["q3"] == parse("pi/3")
-    assert (by_name["x"], by_name["e0"], by_name["e1x"]) == (number(0), number(1), number(0))
-    assert (rates["f1_wx"], rates["f1_vx"], rates["q3_dot"]) == (number(1), number(0), number(2))
+    assert (by_name["x"], by_name["e0"], by_name["e1x"]) == (Quantity.number(0), Quantity.number(1), Quantity.number(0))
+    assert (rates["f1_wx"], rates["f1_vx"], rates["q3_dot"]) == (
+        Quantity.number(1),
+        Quantity.number(0),
+        Quantity.number(2),
+    )
 
 
 def test_a_rotor_behind_a_gear_is_seen_with_the_square_of_its_ratio():
-    assert named("joints", "r1").armature == number(Fraction(5, 2))
+    assert named("joints", "r1").armature == Quantity.number(Fraction(5, 2))
 
 
 def test_friction_as_a_number_is_data_and_as_a_table_enters_the_equations():
     one = named("joints", "p1")
 
-    assert one.dry == Friction("p1", number(1), number(2), number(Fraction(1, 5)), number(Fraction(1, 100)))
-    assert one.friction == number(0)
-    assert (named("joints", "gear").friction, named("joints", "gear").dry) == (number(3), None)
+    assert one.dry == Friction(
+        "p1", Quantity.number(1), Quantity.number(2), Quantity.number(Fraction(1, 5)), Quantity.number(Fraction(1, 100))
+    )
+    assert one.friction == Quantity.number(0)
+    assert (named("joints", "gear").friction, named("joints", "gear").dry) == (Quantity.number(3), None)
 
 
 def test_an_end_is_a_body_a_named_point_or_a_place():
     assert named("elements", "s_line").ends == (
-        Place("b", (number(0), parse("r"), number(0))),
-        Place("l", (number(0), parse("r"), number(0))),
+        Place("b", (Quantity.number(0), parse("r"), Quantity.number(0))),
+        Place("l", (Quantity.number(0), parse("r"), Quantity.number(0))),
     )
-    assert named("elements", "d_line").ends == (Place("ground"), Place("c", tuple(number(k) for k in (1, 2, 3))))
+    assert named("elements", "d_line").ends == (
+        Place("ground"),
+        Place("c", tuple(Quantity.number(k) for k in (1, 2, 3))),
+    )
 
 
 def test_a_joint_may_follow_one_coordinate_of_several():
     assert named("joints", "gear").coupling.coordinate == "alpha"
-    assert named("joints", "gear").coupling.ratio == number(-2)
+    assert named("joints", "gear").coupling.ratio == Quantity.number(-2)
 
 
 def test_the_checks_look_at_every_quantity():
@@ -130,9 +141,9 @@ def test_names_for_numbers_leave_the_values_as_they_are():
 
     assert back == one
     assert all(quantity.symbols or quantity.express(graph).is_zero for quantity in numbers)
-    assert values["Fz2"] == number(9)
+    assert values["Fz2"] == Quantity.number(9)
     assert named("loops", "ring4", one).shape[1][1].symbols == ("h_o4",)
-    assert values["h_o4"] == number(Fraction(1, 50))
+    assert values["h_o4"] == Quantity.number(Fraction(1, 50))
 
 
 def test_symbolic_inertia_keeps_the_parameters_that_anything_else_uses():
@@ -145,9 +156,9 @@ def test_symbolic_inertia_keeps_the_parameters_that_anything_else_uses():
 def test_what_is_bound_to_zero_is_zero_everywhere():
     one = bind(WIDE, {"k": 0})
 
-    assert named("elements", "s_joint", one).stiffness == (number(0),) * 3
-    assert named("elements", "wind", one).force[0] == number(0)
-    assert named("elements", "d_line", one).damping == (number(0),)
+    assert named("elements", "s_joint", one).stiffness == (Quantity.number(0),) * 3
+    assert named("elements", "wind", one).force[0] == Quantity.number(0)
+    assert named("elements", "d_line", one).damping == (Quantity.number(0),)
     assert "k" not in {name for q in quantities_in(replace(one, parameters=())) for name in q.symbols}
 
 
@@ -157,7 +168,16 @@ def test_a_rod_bound_to_no_length_is_refused():
 
 
 def test_locked_joints_take_their_springs_with_them():
-    one = lock(WIDE, {"r1": number(0), "s1": number(0), "rod1": number(0), "cam": parse("pi/2"), "h1": parse("pi")})
+    one = lock(
+        WIDE,
+        {
+            "r1": Quantity.number(0),
+            "s1": Quantity.number(0),
+            "rod1": Quantity.number(0),
+            "cam": parse("pi/2"),
+            "h1": parse("pi"),
+        },
+    )
 
     assert [one.name for one in one.struts if one.kind == "spring"] == ["s_line", "constant"]
     assert named("joints", "rod1", one).origin.steps == (("Tz", parse("r")),)
@@ -171,7 +191,7 @@ def test_locked_joints_take_their_springs_with_them():
 
 def test_a_joint_of_several_coordinates_is_locked_at_zero_only():
     with pytest.raises(SceneError, match=r"joints\.u1: has 2 coordinates and is locked at zero only"):
-        lock(WIDE, {"u1": number(1)})
+        lock(WIDE, {"u1": Quantity.number(1)})
 
 
 ROWS = [
@@ -287,7 +307,7 @@ def test_what_a_joint_cannot_mean_is_refused(kind, keys, expected):
 def test_ideal_friction_may_be_declared(friction):
     one = read_text(BASE.replace("TYPE", "revolute").replace("KEYS", f"friction = {friction}"))
 
-    assert one.joints[1].dry == Friction(one.joints[1].name, number(1))
+    assert one.joints[1].dry == Friction(one.joints[1].name, Quantity.number(1))
 
 
 MORE = BASE.replace("TYPE", "cylindrical").replace("KEYS", "")

@@ -18,9 +18,8 @@ from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, parse, read
+from symdyn.scene import Quantity, Scene, parse, read
 from symdyn.scene.toml import read_text
-from symdyn.scene.values import number, symbol
 
 DATA = Path(__file__).parent / "data"
 FILES = {"sp": DATA / "findings" / "sp.toml", "car": DATA / "findings" / "car.toml", "struts": DATA / "struts.toml"}
@@ -49,7 +48,7 @@ def floats(nodes: list[Expr]) -> list[float]:
 
 def needed(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the drives, zero where there is none, less what Lagrange's road says that the motion needs."""
-    drives = [(symbol(x) if x else number(0)).express(graph) for x in scene.drives]
+    drives = [(Quantity.symbol(x) if x else Quantity.number(0)).express(graph) for x in scene.drives]
     return [drive - force for drive, force in zip(drives, Energies.of(scene, graph).driving_forces(), strict=True)]
 
 

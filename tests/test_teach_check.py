@@ -19,8 +19,7 @@ from symdyn.emit.print.formula_text import Latex, text_of
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op
-from symdyn.scene import Scene, read, read_text
-from symdyn.scene.values import number
+from symdyn.scene import Quantity, Scene, read, read_text
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.student.answers import in_words
 from symdyn.teach.student.derivation_check import check_derivation
@@ -298,7 +297,7 @@ def test_a_mistake_in_a_row_is_named(text: str, words: str, four_bar: Scene) -> 
 @pytest.mark.long
 def test_equal_lengths_are_no_equal_symbols() -> None:
     scene = read(EXAMPLES / "four_bar.toml")
-    alike = tuple(replace(p, value=number(3)) if p.name == "c" else p for p in scene.parameters)
+    alike = tuple(replace(p, value=Quantity.number(3)) if p.name == "c" else p for p in scene.parameters)
     same = replace(scene, parameters=alike)  # b = c = 3
     assert check_derivation("a*sin(phi) + b*sin(phi+psi) = c*sin(chi)", same)[0].right
     assert "b in place of c" in told("a*sin(phi) + c*sin(phi+psi) = c*sin(chi)", same)

@@ -21,7 +21,6 @@ from symdyn.program import lower
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.forces import elastic
 from symdyn.scene.joints.start import start_of
-from symdyn.scene.values.value import value_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import absence, interactive, interactive_page, live
 from symdyn.teach.languages import language_of, languages
@@ -594,7 +593,7 @@ def test_a_closed_mechanism_with_a_prescribed_motion_is_moved_by_hand(browser: A
 @pytest.mark.parametrize("name", ["heavy_top", "free_body"])
 def test_a_page_begins_with_the_velocities_of_the_scene(browser: Any, tmp_path: Path, name: str) -> None:
     scene = scene_of(name)
-    given = [float(value_of(x, {}) or 0) for x in start_of(scene).velocity]
+    given = [float(x.at({}) or 0) for x in start_of(scene).velocity]
     with opened(browser, saved(scene, tmp_path)) as page:
         shown = page.eval_on_selector_all("input[type=number][data-group=qd]", "all => all.map(x => Number(x.value))")
         ranges = page.eval_on_selector_all(

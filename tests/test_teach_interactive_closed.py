@@ -20,7 +20,6 @@ from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.emit import emit
 from symdyn.program import lower
 from symdyn.scene import Scene, read
-from symdyn.scene.values.value import value_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import Live, interactive_page, live
 from symdyn.teach.render.html import html_page
@@ -83,7 +82,7 @@ class Truth:
 
     def __init__(self, scene: Scene, params: Array) -> None:
         free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
-        given = {p.name: float(value_of(p.value, {}) or 0) for p in scene.parameters if p.value is not None}
+        given = {p.name: float(p.value.at({}) or 0) for p in scene.parameters if p.value is not None}
         closing, self.params = LoopChoices(parameters=tuple(given.items())), [params] if len(params) else []
         roads = dict.fromkeys(self.FUNCTIONS, "lagrange") | dict.fromkeys(self.ROWS, "differentiation")
         derived = {name: derive(free, [name], road, closing) for name, road in roads.items()}

@@ -18,7 +18,7 @@ from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text, write_text
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.quantity import Quantity
 from symdyn.teach import rendered, walkthrough
 from symdyn.teach.document import Room
 from symdyn.teach.practice.exercises import with_exercises
@@ -72,7 +72,7 @@ def test_what_is_said_of_masses_and_lengths_is_true(name: str) -> None:
 
     heavier, said = single(scene, "variant.mass")
     (before,), (after,) = (values(Energies.of(one, Graph()).K) for one in (scene, heavier))
-    gone = {"mass": ZERO, "inertia": (ZERO,) * 6, "particles": ()}
+    gone = {"mass": Quantity.ZERO, "inertia": (Quantity.ZERO,) * 6, "particles": ()}
     bodies = (replace(one, **gone) if one.name == said.places["body"] else one for one in scene.bodies)  # type: ignore[arg-type]
     light = replace(scene, bodies=tuple(bodies))
     (without,) = values(Energies.of(light, Graph()).K)

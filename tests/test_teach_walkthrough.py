@@ -22,11 +22,10 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
-from symdyn.scene import Scene, read
+from symdyn.scene import Quantity, Scene, read
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
-from symdyn.scene.values import number
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Step, Values, Words
 from symdyn.teach.languages import PLACE, language_of, languages
@@ -638,7 +637,7 @@ def test_a_lesson_takes_the_road_that_fits_its_scene(name: str, road: str) -> No
 
 
 def test_without_gravity_every_position_is_an_equilibrium() -> None:
-    zero = number(0)
+    zero = Quantity.number(0)
     still = walkthrough(replace(scene("two_link"), gravity=(zero, zero, zero)))
     step = step_of(still, "equilibria")
     (said,) = step.blocks

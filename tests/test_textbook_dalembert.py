@@ -22,8 +22,9 @@ from symdyn.dynamics.reactions.bivectors import inertia_bivector, shift, turned
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
+from symdyn.scene import Quantity
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Body, number
+from symdyn.scene.values import Body
 from symdyn.scene.values.body import Particle
 from symdyn.spatial import Mat, add, cross, neg, scale, sub
 from symdyn.verdict import DIFFERENT, PROVED
@@ -221,7 +222,9 @@ def test_equation_5_14_inertia_moment_about_a_point_that_is_not_the_centre_of_ma
 
 def test_equation_5_15_products_of_inertia_enter_with_a_minus():
     """D = ∫ xy dm, hand-made: two particles; the matrix has -D off its diagonal."""
-    pair = Body("pair", particles=(Particle(number(2), exact(1, 3, 0)), Particle(number(5), exact(0, 2, -1))))
+    pair = Body(
+        "pair", particles=(Particle(Quantity.number(2), exact(1, 3, 0)), Particle(Quantity.number(5), exact(0, 2, -1)))
+    )
     I = body_inertia(pair, Graph()).I  # noqa: E741
     Dxy, Dyz, Dxz = 2 * 1 * 3, 5 * 2 * -1, 0
     expected = [[2 * 9 + 5 * 5, -Dxy, -Dxz], [-Dxy, 2 * 1 + 5 * 1, -Dyz], [-Dxz, -Dyz, 2 * 10 + 5 * 4]]

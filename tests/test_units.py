@@ -251,8 +251,7 @@ RATES = {"deg/s": 1, "deg/ms": 1000, "deg/min": Fraction(1, 60)}
 
 
 def test_deg_is_a_factor_before_every_letter_that_is_called_like_a_unit() -> None:
-    from symdyn.scene import parse
-    from symdyn.scene.values import symbol
+    from symdyn.scene import Quantity, parse
     from symdyn.scene.values.folding import FormulaError, div, mul
     from symdyn.scene.values.names import check_name
     from symdyn.scene.values.unit import units
@@ -265,7 +264,7 @@ def test_deg_is_a_factor_before_every_letter_that_is_called_like_a_unit() -> Non
             if sign == "/" and f"deg/{name}" in RATES:
                 assert parse(text) == mul(parse(f"{RATES[f'deg/{name}']}"), parse("pi/60")), text
             elif letter:
-                assert parse(text) == apply[sign](parse("deg(3)"), symbol(name)), text
+                assert parse(text) == apply[sign](parse("deg(3)"), Quantity.symbol(name)), text
                 assert parse(text.replace(" deg", "deg")) == parse(text), text
                 assert not parse(text).unit, text
             elif name in ("1", "deg"):

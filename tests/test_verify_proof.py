@@ -11,7 +11,7 @@ from arms import spatial_arm, two_link
 from symdyn.algebra.finite_field import Needs
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Graph, Op, reachable, substitute, tangents
-from symdyn.scene.values import number
+from symdyn.scene import Quantity
 from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 
@@ -300,7 +300,7 @@ def mutants(entries):
 
 def leaning():
     """Return the arm with gravity along no axis, so that no part of its gravity forces is zero."""
-    return spatial_arm().with_gravity((number(1), number(-2), number(Fraction("-9.81"))))
+    return spatial_arm().with_gravity((Quantity.number(1), Quantity.number(-2), Quantity.number(Fraction("-9.81"))))
 
 
 @pytest.mark.parametrize(

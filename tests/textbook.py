@@ -17,13 +17,13 @@ from arms import two_link
 
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Expr, gradient, substitute, tangents
-from symdyn.scene import Scene, parse
-from symdyn.scene.values import Parameter, Point, Pose, symbol, velocity_name
+from symdyn.scene import Quantity, Scene, parse
+from symdyn.scene.values import Parameter, Point, Pose, velocity_name
 from symdyn.verify.equality import Claim, prove
 
 ENDS = (
-    Point("end1", "link1", Pose((("Ty", -symbol("h1")),))),
-    Point("end2", "link2", Pose((("Ty", -symbol("h2")),))),
+    Point("end1", "link1", Pose((("Ty", -Quantity.symbol("h1")),))),
+    Point("end2", "link2", Pose((("Ty", -Quantity.symbol("h2")),))),
 )
 
 

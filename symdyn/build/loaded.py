@@ -26,7 +26,7 @@ from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
 from symdyn.program import Program, formulate, identifier, looped, lower, prepare as prepare_program
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import suggestion, value_of
+from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
 
 MOST_SHOWN = 4
@@ -142,7 +142,7 @@ def values_of(scene: Scene, free: Sequence[str]) -> dict[str, float]:
     faults = [f'free: "{name}" is not a parameter; {suggestion(name, known)}' for name in free if name not in known]
     if faults:
         raise SceneError(faults)
-    numbers = {name: value_of(value, {}) for name in free if (value := known[name]) is not None}
+    numbers = {name: value.at({}) for name in free if (value := known[name]) is not None}
     return {name: float(number) for name, number in numbers.items() if number is not None}
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from symdyn.dynamics import Function
 from symdyn.errors import ArgumentError
 from symdyn.scene import Scene
-from symdyn.scene.values import listed, spell, suggestion, value_of
+from symdyn.scene.values import listed, spell, suggestion
 from symdyn.shown import Shown
 
 WORDS = frozenset({"out", "axes", "casting", "dtype", "order", "signature", "subok"})
@@ -199,7 +199,7 @@ def numeric_function(
         Operand(one.name, tuple(str(x.value) for x in one.symbols), one.scalar) for one in function.arguments
     )
     free = {entry for one in operands for entry in one.entries}
-    usual = {**{one.name: float(value_of(one.value, {}) or 0) for one in scene.inputs}, **usual}
+    usual = {**{one.name: float(one.value.at({}) or 0) for one in scene.inputs}, **usual}
     fixed = {p.name: spell(p.value) for p in scene.parameters if p.value is not None and p.name not in free}
     return NumericFunction(name, call, operands, signature(name, function), usual, fixed, again)
 

@@ -18,7 +18,7 @@ from symdyn.cli.talk import Waiting, print_paths, print_text, say
 from symdyn.draw import check_picture, free_body, picture, pose
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneUnits, parse
-from symdyn.scene.values import FormulaError, Unit, fits, split_commas, value_of
+from symdyn.scene.values import FormulaError, Unit, fits, split_commas
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -122,7 +122,7 @@ def _at(text: str, scene: Scene | None = None) -> dict[str, float]:
             raise DrawError(f"--at: {name} gets two values; give one of them")
         try:
             fits(found := parse(formula), Unit.read(units[name]) if units.get(name) else None)
-            value = value_of(found, {})
+            value = found.at({})
         except FormulaError as fault:
             raise DrawError(f"--at: the value of {name} {fault}") from fault
         if value is None or not math.isfinite(value):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from symdyn.errors import IdentifyError
 from symdyn.identification import Payload
 from symdyn.scene import parse
-from symdyn.scene.values import FormulaError, Unit, UnitError, choice, fits, split_commas, value_of
+from symdyn.scene.values import FormulaError, Unit, UnitError, choice, fits, split_commas
 
 FORM = "FILE:BODY:mass=KG[,com=[X,Y,Z][,inertia=[XX,YY,ZZ]]]"
 
@@ -72,7 +72,7 @@ def _numbers(text: str, unit: str) -> tuple[float, ...] | None:
         quantities = [parse(one) for one in inside]
         for one in quantities:
             fits(one, Unit.read(unit))
-        values = [value_of(one, {}) for one in quantities]
+        values = [one.at({}) for one in quantities]
     except UnitError:
         raise
     except FormulaError:

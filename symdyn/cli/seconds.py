@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.scene import parse
-from symdyn.scene.values import FormulaError, Unit, fits, value_of
+from symdyn.scene.values import FormulaError, Unit, fits
 
 
 def seconds(text: str) -> float:
@@ -24,7 +24,7 @@ def seconds(text: str) -> float:
     try:
         formula = parse(text)
         fits(formula, Unit.read("s"))
-        value = value_of(formula, {})
+        value = formula.at({})
     except FormulaError as error:
         reason = f"{text} {error}" if str(error).startswith(("is ", "divides ")) else str(error)
         raise argparse.ArgumentTypeError(f"{reason}; give seconds, as 0.5, or a unit too, as 500ms") from None

@@ -14,7 +14,7 @@ from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import Joint, suggestion, value_of, velocity_name
+from symdyn.scene.values import Joint, suggestion, velocity_name
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
 CURL = 4.2  # rad: what all of them may add up to
@@ -34,7 +34,7 @@ def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> di
             raise DrawError(f'{scene.name}: "{name}" is not a parameter; {suggestion(name, names)}')
     values = {}
     for parameter in scene.parameters:
-        declared = None if parameter.value is None else value_of(parameter.value, {})
+        declared = None if parameter.value is None else parameter.value.at({})
         values[parameter.name] = float(1.0 if declared is None else declared)
     return values | {name: _finite(scene, name, value) for name, value in given.items()}
 
@@ -97,7 +97,7 @@ def _closed(
 
 def _start(scene: Scene, values: Mapping[str, float]) -> Array:
     known = {name: Fraction(value) for name, value in values.items()}
-    return np.array([float(value_of(one, known) or 0) for one in start_of(scene).position], dtype=np.float64)
+    return np.array([float(one.at(known) or 0) for one in start_of(scene).position], dtype=np.float64)
 
 
 def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:
@@ -125,5 +125,5 @@ def _within(joint: Joint, at: float, values: Mapping[str, float]) -> float:
 def limits_of(joint: Joint, values: Mapping[str, Fraction | float]) -> tuple[float, float]:
     """Return the limits of a joint's coordinate, infinite where it has none; a joint of several has none."""
     given = (joint.limits.lower, joint.limits.upper) if len(joint.coordinates) == 1 else (None, None)
-    low, high = (None if x is None else value_of(x, values) for x in given)
+    low, high = (None if x is None else x.at(values) for x in given)
     return -math.inf if low is None else float(low), math.inf if high is None else float(high)

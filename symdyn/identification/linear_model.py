@@ -22,7 +22,7 @@ from symdyn.identification.unknowns import TEN
 from symdyn.scene import Quantity, Scene, bind
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import ZERO, Joint, Parameter, choice, force_unit, number, symbol, value_of, velocity_name
+from symdyn.scene.values import Joint, Parameter, choice, force_unit, velocity_name
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def _rubbed(joint: Joint, coulomb: Quantity) -> Joint:
 
 
 def _pushed(joint: Joint, offset: Quantity) -> Joint:
-    own = joint.forces or (ZERO,)
+    own = joint.forces or (Quantity.ZERO,)
     return replace(joint, forces=(own[0] + -offset, *own[1:]))
 
 
@@ -85,7 +85,7 @@ TERMS: dict[str, Term] = {
         "fv",
         ("N m s/rad", "N s/m"),
         "viscous friction of {}",
-        lambda joint: joint.damping == ZERO,
+        lambda joint: joint.damping == Quantity.ZERO,
         lambda joint, x: replace(joint, damping=x),
     ),
     "coulomb": Term("fc", FORCE, "dry friction of {}", lambda joint: joint.dry is None, _rubbed),
@@ -94,7 +94,7 @@ TERMS: dict[str, Term] = {
         "Ia",
         ("kg m^2", "kg"),
         "rotor inertia at {}",
-        lambda joint: joint.armature == ZERO,
+        lambda joint: joint.armature == Quantity.ZERO,
         lambda joint, x: replace(joint, armature=x),
     ),
 }
@@ -123,8 +123,8 @@ def with_terms(scene: Scene, terms: Sequence[str]) -> Scene:
                         name += "_b"
                     taken.add(name)
                     text = term.text.format(joint.name)
-                    added.append(Parameter(name, number(0), unit=term.unit[slides], text=text))
-                    one = term.given(one, symbol(name))
+                    added.append(Parameter(name, Quantity.number(0), unit=term.unit[slides], text=text))
+                    one = term.given(one, Quantity.symbol(name))
         joints.append(one)
     return replace(scene, joints=tuple(joints), parameters=(*scene.parameters, *added)) if added else scene
 
@@ -170,7 +170,7 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
             f"{scene.name}: {', '.join(lacking)} {'has' if len(lacking) == 1 else 'have'} no value, and it is geometry "
             f"or gravity, which is not identified; give it, as in --bind {told_how}"
         )
-    known = {p.name: float(value_of(p.value, {}) or 0) for p in augmented.parameters if p.value is not None}
+    known = {p.name: float(p.value.at({}) or 0) for p in augmented.parameters if p.value is not None}
     prior = np.array([_number(value, known) for _, value in told])
     bound = bind(scene, dict.fromkeys(free, 1)) if free else scene
     call = load(bound, ["base_regressor"]).base_regressor

@@ -19,8 +19,8 @@ from symdyn.dynamics import linear_parameters
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.identification.by_name import places_of
 from symdyn.identification.unknowns import never_negative, without_values
-from symdyn.scene import Scene
-from symdyn.scene.values import ZERO, quantities_in, value_of
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import quantities_in
 
 WEAK = 1e-3
 """One over the standard deviation of the prior, in sizes of a parameter."""
@@ -133,13 +133,14 @@ def fit_names(
     )  # fmt: skip
 
 
-def _number(value: object) -> float:
-    return float(value_of(value, {}) or 0)  # type: ignore[arg-type]
+def _number(value: Quantity) -> float:
+    return float(value.at({}) or 0)
 
 
 def _geometry(scene: Scene) -> Scene:
     """Return the scene without what acts and what is heavy."""
     joints = tuple(
-        replace(joint, armature=ZERO, damping=ZERO, friction=ZERO, dry=None, forces=()) for joint in scene.joints
+        replace(joint, armature=Quantity.ZERO, damping=Quantity.ZERO, friction=Quantity.ZERO, dry=None, forces=())
+        for joint in scene.joints
     )
     return replace(scene, bodies=(), elements=(), joints=joints, parameters=(), outputs=())

@@ -22,7 +22,7 @@ from symdyn.identification.physical import SPREAD, Physical, nearest_physical
 from symdyn.identification.unknowns import TEN, unknowns
 from symdyn.scene import Quantity, Scene, bind, with_force_parameters
 from symdyn.scene.formats import possible
-from symdyn.scene.values import Body, choice, listed, number, value_of
+from symdyn.scene.values import Body, choice, listed
 from symdyn.shown import Shown
 
 DIGITS = 10
@@ -184,14 +184,14 @@ def body_of_ten(body: Body, ten: Sequence[float]) -> Body:
     h = np.array([x, y, z])
     if m == 0:
         told = tuple(_exact(e, scale) for e, scale in zip((*h, *_six(inertia)), (*[1.0] * 9,), strict=True))
-        return Body(body.name, number(0), None, told[:3], told[3:], "frame", (), True, body.shape)  # type: ignore[arg-type]
+        return Body(body.name, Quantity.number(0), None, told[:3], told[3:], "frame", (), True, body.shape)  # type: ignore[arg-type]
     centre = h / m
     reach = float(np.abs(centre).max())
     com = [_like(_exact(float(one), reach), *(body.com or ())) for one in centre]
     central = inertia - (h @ h * np.eye(3) - np.outer(h, h)) / m
     largest = float(np.abs(central).max())
     entries = possible([_exact(e, largest).value for e in _six(central)])  # type: ignore[misc]
-    six = tuple(_like(number(Fraction(e)), *body.inertia) for e in entries)
+    six = tuple(_like(Quantity.number(Fraction(e)), *body.inertia) for e in entries)
     return Body(body.name, _like(_exact(float(m)), body.mass), tuple(com), None, six, "com", (), False, body.shape)  # type: ignore[arg-type]
 
 
@@ -208,8 +208,8 @@ def _like(found: Quantity, *declared: Quantity) -> Quantity:
 def _exact(value: float, scale: float = 0.0) -> Quantity:
     """Return a number of `DIGITS` digits, zero beside what is much larger."""
     if abs(value) <= NOTHING * scale:
-        return number(0)
-    return number(Fraction(f"{value:.{DIGITS}g}"))
+        return Quantity.number(0)
+    return Quantity.number(Fraction(f"{value:.{DIGITS}g}"))
 
 
 def _places(changed: Sequence[int], bodies: int, count: int) -> list[int]:
@@ -251,7 +251,7 @@ def _named_notes(scene: Scene, named: Named) -> list[str]:
 
 def _of(body: Body) -> list[Quantity]:
     entries = (body.mass, *(body.com or ()), *(body.first_moment or ()), *body.inertia)
-    return [q for q in (*entries, *(p.mass for p in body.particles)) if q.symbols or value_of(q, {})]
+    return [q for q in (*entries, *(p.mass for p in body.particles)) if q.symbols or q.at({})]
 
 
 def _gain_notes(found: Identification) -> list[str]:

@@ -16,7 +16,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Faults, Unit, UnitError, choice, value_of
+from symdyn.scene.values import Faults, Unit, UnitError, choice
 from symdyn.simulation.prescribed import Columns
 
 GAINED = {"A": "A", "mA": "A", "V": "V", "mV": "V", "%": "%", "counts": "count"}
@@ -247,11 +247,11 @@ def _limits(scene: Scene) -> dict[int, tuple[float, float]]:
     """Return lower and upper limit of coordinates that have numbers for them."""
     found = {}
     places = {name: k for k, name in enumerate(scene.coordinates)}
-    values = {p.name: known for p in scene.parameters if p.value is not None and (known := value_of(p.value, {}))}
+    values = {p.name: known for p in scene.parameters if p.value is not None and (known := p.value.at({}))}
     for joint in scene.joints:
         low, high = joint.limits.lower, joint.limits.upper
         if len(joint.coordinates) == 1 and low is not None and high is not None:
-            ends = [value_of(one, values) for one in (low, high)]
+            ends = [one.at(values) for one in (low, high)]
             if ends[0] is not None and ends[1] is not None:
                 found[places[joint.coordinates[0]]] = (float(ends[0]), float(ends[1]))
     return found

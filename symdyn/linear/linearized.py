@@ -17,7 +17,6 @@ from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
 from symdyn.rounding import in_digits
 from symdyn.scene import SceneLike, SceneUnits, scene_of, with_values
-from symdyn.scene.values import value_of
 from symdyn.simulation import Forces, Start, Trajectory, read_start
 
 
@@ -110,7 +109,7 @@ def along(asked: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
     """Return the systems along a run; see `linearize_along`."""
     fed, n = [*asked.forces.formulas, *asked.functions.w.prescribed.place], len(asked.scene.velocities)
     usual = [
-        0.0 if k in asked.forces.outside else float(value_of(one.value, {}) or 0)
+        0.0 if k in asked.forces.outside else float(one.value.at({}) or 0)
         for k, one in enumerate(asked.scene.inputs, n)
     ]
     found: list[Linearization] = []

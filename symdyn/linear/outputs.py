@@ -13,7 +13,7 @@ from symdyn.dynamics.roads import Moving, expressed
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import LETTERS, Faults, split_commas, symbol
+from symdyn.scene.values import LETTERS, Faults, split_commas
 from symdyn.simulation import unit_of
 from symdyn.simulation.prescribed import close, read_seen
 
@@ -42,7 +42,7 @@ def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
     texts = tuple(split_commas(texts) if isinstance(texts, str) else texts) or tuple(declared)
     if not texts:
         units = tuple(scene.shown_unit(unit) for unit in SceneUnits(scene).coordinates)
-        return Outputs(scene.coordinates, tuple(map(symbol, scene.coordinates)), units)
+        return Outputs(scene.coordinates, tuple(map(Quantity.symbol, scene.coordinates)), units)
     faults = Faults("")
     formulas = [read_seen(scene, text, "outputs", faults) for text in texts]
     for text in dict.fromkeys(text for text in texts if texts.count(text) > 1):

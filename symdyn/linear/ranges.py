@@ -10,7 +10,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import LinearizeError
 from symdyn.scene import Scene, parse
-from symdyn.scene.values import FormulaError, Parameter, Unit, fits, question, split_commas, value_of
+from symdyn.scene.values import FormulaError, Parameter, Unit, fits, question, split_commas
 
 MOST = 20_000
 """Values of a parameter at most."""
@@ -68,7 +68,7 @@ def number_in(text: str, letter: Parameter | None = None) -> float:
             raise FormulaError(asked)
     if formula.symbols:
         raise FormulaError(f"{text} is no number; it names {', '.join(formula.symbols)}")
-    value = value_of(formula, {})
+    value = formula.at({})
     assert value is not None, "a formula without names has a value, or raises"
     return float(value)
 

@@ -25,12 +25,12 @@ from symdyn.graph import Graph, reachable
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import ZERO, Body, Pose, number
+from symdyn.scene.values import Body, Pose
 
-SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))
+SLANTING = (Quantity.number(Fraction(7, 2)), Quantity.number(Fraction(5, 3)), Quantity.number(-9))
 
-ODD = number(Fraction(31, 37))
-TILT = (("Rx", number(Fraction(2, 7))), ("Ry", number(Fraction(3, 11))))
+ODD = Quantity.number(Fraction(31, 37))
+TILT = (("Rx", Quantity.number(Fraction(2, 7))), ("Ry", Quantity.number(Fraction(3, 11))))
 
 Savings = dict[str, Counts]
 
@@ -126,9 +126,9 @@ def _tilted(scene: Scene, coordinates: Sequence[str]) -> Scene:
 
 def _filled(body: Body) -> Body:
     """Return a rigid body without zeros in inertia and centre of mass, which no symmetry makes equal to others."""
-    if body.mass == ZERO:
+    if body.mass == Quantity.ZERO:
         return body
-    odd = (number(Fraction(k, 1009)) for k in (3, 5, 7, 11, 13, 17, 19, 23, 29))
+    odd = (Quantity.number(Fraction(k, 1009)) for k in (3, 5, 7, 11, 13, 17, 19, 23, 29))
 
     def fill(entries: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
         return tuple(other if _vanishes(entry) else entry for entry, other in zip(entries, odd, strict=False))

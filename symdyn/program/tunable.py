@@ -15,7 +15,6 @@ from symdyn.program.formulation import formulate
 from symdyn.program.lower import lower
 from symdyn.program.routine import Program
 from symdyn.scene import Scene
-from symdyn.scene.values import value_of
 
 
 def tunable(
@@ -43,6 +42,6 @@ def tunable(
                 f"{scene.name}: {', '.join(names)} {'has' if len(names) == 1 else 'have'} no value, at which the loops "
                 f"are looked at; give --bind {','.join(f'{name}=1' for name in names)}, or what they are"
             )
-        known = ((one.name, value_of(one.value, {})) for one in scene.parameters if one.value is not None)
+        known = ((one.name, one.value.at({})) for one in scene.parameters if one.value is not None)
         closing = replace(closing, parameters=tuple((name, float(value or 0)) for name, value in known))
     return replace(lower(formulate(free, outputs, road, closing)), scene=scene)

@@ -35,14 +35,14 @@ from symdyn.scene.values.key import Key
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import PI, ZERO, Vector, number
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.table import compose
 
 KINDS = ("inertia", "geometry", "all")
 
 STEPS = {"Tx": "a", "Ty": "b", "Tz": "d", "Rx": "alpha", "Ry": "beta", "Rz": "gamma"}
 
-RIGHT_ANGLES = tuple(mul(number(Fraction(k, 2)), PI) for k in range(-8, 9))
+RIGHT_ANGLES = tuple(mul(Quantity.number(Fraction(k, 2)), Quantity.PI) for k in range(-8, 9))
 
 
 def with_symbols(scene: Scene, what: str) -> Scene:
@@ -166,7 +166,7 @@ def _pose(pose: Pose, place: str, of: str, names: Names) -> Pose:
 
 
 def _gravity(gravity: Vector, names: Names) -> Vector:
-    several = sum(component != ZERO for component in gravity) > 1
+    several = sum(component != Quantity.ZERO for component in gravity) > 1
     text, unit = "acceleration of free fall", "m/s^2"
     x, y, z = (
         names.of(component, f"g{axis}" if several else "g", unit, f"{text}, along {axis}" if several else text, True)

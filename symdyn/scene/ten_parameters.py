@@ -15,7 +15,7 @@ from symdyn.scene.values.folding import add, mul, neg
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.mapping import quantities_in
 from symdyn.scene.values.model import Parameter, Scene
-from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector, symbol
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
 INERTIAL = (
     ("m", "kg", "mass"),
@@ -57,7 +57,7 @@ def with_symbolic_inertia(scene: Scene, avoid: Collection[str] = ()) -> Scene:
 
 
 def _open(body: Body, names: list[str]) -> Body:
-    mass, x, y, z, xx, yy, zz, xy, xz, yz = (symbol(name) for name in names)
+    mass, x, y, z, xx, yy, zz, xy, xz, yz = (Quantity.symbol(name) for name in names)
     return Body(body.name, mass, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame", shape=body.shape)
 
 
@@ -76,9 +76,9 @@ def named_body(body: Body, k: int, names: Names) -> Body:
     ten = _ten(body.mass, body.com, body.first_moment, body.inertia, body.about)
     for particle in body.particles:
         if particle not in apart:
-            more = _ten(particle.mass, particle.at, None, (ZERO,) * 6, "com")
+            more = _ten(particle.mass, particle.at, None, (Quantity.ZERO,) * 6, "com")
             ten = tuple(add(a, b) for a, b in zip(ten, more, strict=True))
-    if not any(x != ZERO for x in ten):
+    if not any(x != Quantity.ZERO for x in ten):
         return body
     m, x, y, z, xx, yy, zz, xy, xz, yz = (
         names.of(entry, f"{kind}{k}", unit, f"{text} of {body.name}", kind == "m")

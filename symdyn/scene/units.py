@@ -22,11 +22,11 @@ from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
 from symdyn.scene.values.mapping import quantities_in
 from symdyn.scene.values.model import Letter, Scene
-from symdyn.scene.values.quantity import PI, Quantity, number, symbol
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Faults
 from symdyn.scene.values.with_unit import with_unit
 
-PLAIN_NUMBERS = (number(2), number(Fraction(1, 2)), PI)
+PLAIN_NUMBERS = (Quantity.number(2), Quantity.number(Fraction(1, 2)), Quantity.PI)
 """Factors of areas, energies and circles, which carry no dimension where the unit of an output is told."""
 
 
@@ -163,7 +163,11 @@ class SceneUnits:
 def _unit_of(name: str, known: Analysis) -> str:
     """Return the unit of a letter that was told one: as its place says it, where it stands alone there."""
     place = known.origins[name].place
-    alone = place.unit and place.formula.symbols == (name,) and place.formula in (symbol(name), -symbol(name))
+    alone = (
+        place.unit
+        and place.formula.symbols == (name,)
+        and place.formula in (Quantity.symbol(name), -Quantity.symbol(name))
+    )
     return place.unit if alone else known.certain[name].text
 
 

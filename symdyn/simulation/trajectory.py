@@ -15,7 +15,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene import Scene
-from symdyn.scene.values import acceleration_name, listed, value_of
+from symdyn.scene.values import acceleration_name, listed
 from symdyn.shown import Shown
 from symdyn.simulation import tables
 from symdyn.simulation.columns import Column, columns, missing
@@ -155,7 +155,7 @@ class Trajectory(Shown):
     @property
     def inputs(self) -> Array:
         """What was given over time, shape (N, inputs); what no column tells is as the scene says."""
-        usual = {one.name: np.full(len(self.t), float(value_of(one.value, {}) or 0)) for one in self.scene.inputs}
+        usual = {one.name: np.full(len(self.t), float(one.value.at({}) or 0)) for one in self.scene.inputs}
         return np.array([self.extra.get(name, column) for name, column in usual.items()]).reshape(-1, len(self.t)).T
 
     def table(self) -> tuple[tuple[str, ...], Array]:

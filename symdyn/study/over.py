@@ -20,7 +20,6 @@ from symdyn.scene.values import (
     shorten,
     split_commas,
     suggestion,
-    value_of,
 )
 from symdyn.simulation.prescribed import number_of, read_formula
 from symdyn.study.distributions import DISTRIBUTIONS, Distribution
@@ -142,7 +141,7 @@ def _toleranced(scene: Scene, name: str, said: str, faults: Faults) -> Distribut
             else f"{name} has no {what}; give it one, as in --bind {name}=1",
         )
         return None
-    value = float(value_of(parameter.value, {}) or 0)
+    value = float(parameter.value.at({}) or 0)
     size, text = tolerance.size(value, parameter.unit), f"{TOLERANCE}({tolerance.text})"
     if size == 0:
         faults.add(where, f"{tolerance.text} of {name} = 0 is nothing; say how far it is off in its unit, such as 0.01")

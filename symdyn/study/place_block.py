@@ -18,7 +18,7 @@ from symdyn.build import Loaded, Operand, load
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import PREPARE
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import Faults, value_of
+from symdyn.scene.values import Faults
 from symdyn.simulation import Measure, fold_over, read_measure
 from symdyn.simulation.prescribed import drive_names
 from symdyn.study.found import Found, impossible
@@ -129,7 +129,7 @@ def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], f
         expressed[id(formula)] = formula.express(graph), {name: graph.symbol(name) for name in formula.symbols}
     named = {name for _, symbols in expressed.values() for name in symbols} - set(free)
     values = {p.name: p.value for p in scene.parameters if p.name in named and p.value is not None}
-    numbers = {name: np.asarray(float(value_of(value, {}) or 0.0)) for name, value in values.items()}
+    numbers = {name: np.asarray(float(value.at({}) or 0.0)) for name, value in values.items()}
     return Reading(measures, expressed, numbers)
 
 

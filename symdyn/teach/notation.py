@@ -7,9 +7,9 @@ import re
 from symdyn.algebra import Form, Symbol
 from symdyn.emit.print import value_text
 from symdyn.graph import Graph
-from symdyn.scene import Scene, SceneUnits
+from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import GROUND, ZERO, Joint
+from symdyn.scene.values import GROUND, Joint
 from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
 
@@ -44,11 +44,11 @@ def acting_steps(lesson: Prose) -> list[Step]:
             position = Form.of(joint.position(Graph()))
             said = lesson.say("acting.follows", joint=joint.name, leader=leader(scene, joint), position=position)
             rows.append((lesson.say("acting.coupling"), said))
-        if joint.damping != ZERO:
+        if joint.damping != Quantity.ZERO:
             rows.append((lesson.say("acting.damping"), where))
         if joint.dry is not None:
             rows.append((lesson.kind(joint.dry.kind, FORCES[joint.dry.kind].words), where))
-        if any(x != ZERO for x in joint.forces):
+        if any(x != Quantity.ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), where))
     for one in (*scene.struts, *scene.loads):
         ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in one.ends)

@@ -9,7 +9,7 @@ from symdyn.dynamics.mechanism import body_placements, joint_motion, vector
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import ZERO, Pose
+from symdyn.scene.values import Pose
 from symdyn.spatial import Transform, Vec, add, scale
 from symdyn.teach.shown_state import Chosen
 
@@ -47,7 +47,7 @@ def _lengths(scene: Scene, graph: Graph) -> Iterator[tuple[str, Vec]]:
     fixed += [(point.body, _shift(point.at)) for point in scene.points if point.body in placed]
     for body, at in fixed:
         named = [_letter(x) for x in at]
-        if sum(x != ZERO for x in at) == 1 and any(named):
+        if sum(x != Quantity.ZERO for x in at) == 1 and any(named):
             T = placed[body]
             yield next(filter(None, named)), _middle(T.p, T.point(vector(at, graph)))
 
@@ -64,8 +64,8 @@ def _shift(pose: Pose) -> tuple[Quantity, Quantity, Quantity]:
     """Return the shift of a pose without turns; zeros of any other."""
     shifts = dict(pose.steps)
     if len(shifts) < len(pose.steps) or any(kind[0] != "T" for kind in shifts):
-        return (ZERO, ZERO, ZERO)
-    return (shifts.get("Tx", ZERO), shifts.get("Ty", ZERO), shifts.get("Tz", ZERO))
+        return (Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
+    return (shifts.get("Tx", Quantity.ZERO), shifts.get("Ty", Quantity.ZERO), shifts.get("Tz", Quantity.ZERO))
 
 
 def _letter(amount: Quantity) -> str:

@@ -21,7 +21,6 @@ from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate, gradient
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.joints import start_of
-from symdyn.scene.values import value_of
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
 ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)
@@ -115,7 +114,7 @@ def idle_velocities(scene: Scene) -> list[int]:
 def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]:
     """Return the velocities at which a scene starts, zeros where it does not say; shape (nv,)."""
     known = {name: Fraction(value) for name, value in parameters.items()}
-    return [float(value_of(x, known) or 0) for x in start_of(scene).velocity]
+    return [float(x.at(known) or 0) for x in start_of(scene).velocity]
 
 
 def shown_state(scene: Scene) -> Chosen:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import mass, tree_placements
 from symdyn.graph import Expr, tangents
-from symdyn.scene.values import ZERO
+from symdyn.scene import Quantity
 from symdyn.spatial import Vec, add, cross, sub
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere
@@ -60,7 +60,7 @@ def _rate(w: Workspace) -> Claim:
 def _share_of_base(w: Workspace) -> Claim | None:
     base, tree = w.scene.joints[0], w.tree
     free = len(base.rates) == 6 and len(base.coordinates) == 7  # v and ω in the moved frame
-    if not free or base.armature != ZERO or tree.parent.count(0) > 1:
+    if not free or base.armature != Quantity.ZERO or tree.parent.count(0) > 1:
         return None
     carrier, here = tree.joint[base.name][1]
     T, C = tree_placements(tree)[carrier] @ here, entries(w, "centre_of_mass")

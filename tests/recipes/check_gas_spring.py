@@ -15,13 +15,13 @@ import symdyn
 from symdyn.cli.facts import acting
 from symdyn.draw import free_body, picture
 from symdyn.errors import SymdynError
-from symdyn.scene import lock, parse, read_text, with_symbols, write_text
+from symdyn.scene import Quantity, lock, parse, read_text, with_symbols, write_text
 from symdyn.scene.build import body, scene
 from symdyn.scene.build_joints import prismatic
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import ForceKind, Pull
 from symdyn.scene.forces.spring import Spring
-from symdyn.scene.values import Place, number
+from symdyn.scene.values import Place
 from symdyn.scene.values.table import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
@@ -98,7 +98,7 @@ def check_noun() -> None:
             charge=parse("n"),
             dead=parse("1/20"),
         ),
-        GasSpring("stop", joint="rail", charge=number(3)),
+        GasSpring("stop", joint="rail", charge=Quantity.number(3)),
     )
 
 
@@ -119,7 +119,7 @@ def check_parts() -> None:
     assert 'unknown key "charge"' in refusal(ARM.replace("[gas_springs.stop]", "[springs.stop]"))
     assert "to = " in refusal(ARM.replace('to = { body = "lid"', 'to = { body = "lad"'))
     assert 'joint = "rial" is not a joint of the tree; ' in refusal(ARM.replace('joint = "rail"', 'joint = "rial"'))
-    assert [one.name for one in lock(read_text(ARM), {"rail": number(0)}).elements] == ["strut"]
+    assert [one.name for one in lock(read_text(ARM), {"rail": Quantity.number(0)}).elements] == ["strut"]
     named = {p.name: (p.unit, p.text) for p in with_symbols(read_text(ARM), "all").parameters}
     assert named["pv2"] == ("J", "charge of stop")
     assert named["dl1"] == ("m", "dead length of strut")

@@ -14,7 +14,6 @@ from symdyn.scene.forces.attachments import Ends
 from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values import Strut, spell
 from symdyn.scene.values.key import Key, Stand
-from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.table import Table
 
 
@@ -22,8 +21,8 @@ from symdyn.scene.values.table import Table
 class GasSpring(Strut):
     """A gas spring; `charge` is its pressure times its volume, J, `dead` its length where no gas is left, m."""
 
-    charge: Quantity = ZERO
-    dead: Quantity = ZERO
+    charge: Quantity = Quantity.ZERO
+    dead: Quantity = Quantity.ZERO
 
     kind = "gas_spring"
 
@@ -55,14 +54,14 @@ FORCES["gas_spring"] = ForceKind(
         Key(
             "charge",
             Table.quantity,
-            ZERO,
+            Quantity.ZERO,
             above_zero="is that of no gas; give one above zero",
             letters=("pv",),
             unit="J",
             text="charge of {}",
             positive=True,
         ),
-        Key("dead", Table.quantity, ZERO, letters=("dl",), unit="m", text="dead length of {}"),
+        Key("dead", Table.quantity, Quantity.ZERO, letters=("dl",), unit="m", text="dead length of {}"),
     ),
     needs=("charge",),
     missing="charge is missing; write charge = 20, pressure times volume in joules",

@@ -11,7 +11,7 @@ from symdyn.scene.joints import JOINTS, Block, JointMotion, MarkPart
 from symdyn.scene.joints.forbidden import forces, leaning, moments, offsets
 from symdyn.scene.joints.joint_kind import Forbids, JointKind, Move
 from symdyn.scene.joints.joint_mark import JointMark
-from symdyn.scene.values import Joint, folding, number
+from symdyn.scene.values import Joint, folding
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Mat, Transform, Wrench, dot, scale
@@ -19,7 +19,7 @@ from symdyn.spatial import Mat, Transform, Wrench, dot, scale
 RADIUS = Key(
     "radius",
     Table.quantity,
-    number(0),
+    Quantity.number(0),
     example="radius = 0.1, that of the pitch circle in metres",
     above_zero="is that of no pinion; give that of the pitch circle",
     letters=("rp",),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.scene import Quantity, Scene, body, damper, joint, loop, point, scene, spring
-from symdyn.scene.values import Body, number
+from symdyn.scene.values import Body
 
 G = "9.81"
 
@@ -98,7 +98,7 @@ def heavier(one: Scene, factors: Sequence[Fraction | int]) -> Scene:
         inertia = None if part.inertia is None else tuple(x * factor for x in part.inertia)
         return replace(part, mass=part.mass * factor, inertia=inertia, particles=particles)  # type: ignore[arg-type]
 
-    return replace(one, bodies=tuple(scaled(b, number(f)) for b, f in zip(one.bodies, factors, strict=True)))
+    return replace(one, bodies=tuple(scaled(b, Quantity.number(f)) for b, f in zip(one.bodies, factors, strict=True)))
 
 
 def one_body(kind: str = "revolute") -> Scene:

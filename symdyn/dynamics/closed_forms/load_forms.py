@@ -27,9 +27,9 @@ from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
 from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.graph import Expr, Graph, Op, tangents
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic, resisting
-from symdyn.scene.values import ZERO, Load, Strut
+from symdyn.scene.values import Load, Strut
 from symdyn.spatial import Transform, dot
 
 WAY, RATE = " x", " v"
@@ -202,10 +202,14 @@ def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial]
     dR, dp = [[ring.derivative(x, q) for x in row] for row in R], [ring.derivative(x, q) for x in p]
     none, pairs = (ring.zero,) * 3, ((2, 1), (0, 2), (1, 0))
     if load.frame == "ground":
-        return tuple(dp), none if load.couple == (ZERO,) * 3 else tuple(ring.dot(dR[a], R[b]) for a, b in pairs)
+        return tuple(dp), none if load.couple == (Quantity.ZERO,) * 3 else tuple(
+            ring.dot(dR[a], R[b]) for a, b in pairs
+        )
     columns, rates = list(zip(*R, strict=True)), list(zip(*dR, strict=True))
-    moved = none if load.force == (ZERO,) * 3 else tuple(ring.dot(column, dp) for column in columns)
-    return moved, none if load.couple == (ZERO,) * 3 else tuple(ring.dot(columns[a], rates[b]) for a, b in pairs)
+    moved = none if load.force == (Quantity.ZERO,) * 3 else tuple(ring.dot(column, dp) for column in columns)
+    return moved, none if load.couple == (Quantity.ZERO,) * 3 else tuple(
+        ring.dot(columns[a], rates[b]) for a, b in pairs
+    )
 
 
 def _product(*parts: Form) -> Form:

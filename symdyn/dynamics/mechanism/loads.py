@@ -17,9 +17,9 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES, elastic, resisting
-from symdyn.scene.values import ZERO, Joint, Load, Place, Strut
+from symdyn.scene.values import Joint, Load, Place, Strut
 from symdyn.spatial import Transform, Vec, Wrench, dot, sub
 
 # Laws of force
@@ -165,7 +165,9 @@ def _oppose(forces: list[Expr], rate: Expr, force: Expr, state: State) -> None:
 
 def declared_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return the generalized forces that the joints declare, shape (nv,); N m or N."""
-    return [force.express(graph) for joint in scene.joints for force in joint.forces or (ZERO,) * len(joint.rates)]
+    return [
+        force.express(graph) for joint in scene.joints for force in joint.forces or (Quantity.ZERO,) * len(joint.rates)
+    ]
 
 
 def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.ldl import Singular, solve
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
-from symdyn.scene.values import value_of
 
 TIME = "t"
 """Name of time in formulas and on the graph, s."""
@@ -27,7 +26,7 @@ INPUTS = "inputs"
 
 def at_time(scene: Scene, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
     """Return the values of time and of inputs that nobody gives."""
-    values = {graph.symbol(one.name): float(value_of(one.value, {}) or 0) for one in scene.inputs}
+    values = {graph.symbol(one.name): float(one.value.at({}) or 0) for one in scene.inputs}
     return {graph.symbol(TIME): t} | values
 
 

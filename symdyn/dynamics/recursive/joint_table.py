@@ -16,8 +16,8 @@ from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.graph import Expr, Graph, substitute
-from symdyn.scene import Scene
-from symdyn.scene.values import ZERO, Joint
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, neg, zero_vector
 
 
@@ -81,7 +81,7 @@ def lacking(scene: Scene) -> str:
 
 
 def _resists(joint: Joint) -> bool:
-    return bool(joint.forces) or joint.dry is not None or joint.damping != ZERO
+    return bool(joint.forces) or joint.dry is not None or joint.damping != Quantity.ZERO
 
 
 def joint_table(tree: LeanTree, position: Sequence[Expr]) -> JointTable:

@@ -19,8 +19,8 @@ from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.linear_forces import Linear, driving, lagrange_driving, linear, parameters
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
-from symdyn.scene import INERTIAL, Scene
-from symdyn.scene.values import ZERO, Joint
+from symdyn.scene import INERTIAL, Quantity, Scene
+from symdyn.scene.values import Joint
 from symdyn.spatial import Mat, Transform, dot, zero_vector
 
 TURNING = ("mx", "my", "Jxx", "Jyy", "Jxy", "Jxz", "Jyz")
@@ -188,7 +188,7 @@ def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
 
 def _bare(scene: Scene) -> tuple[Joint, ...]:
     """Return the joints without damping and friction."""
-    return tuple(replace(joint, damping=ZERO, dry=None) for joint in scene.joints)
+    return tuple(replace(joint, damping=Quantity.ZERO, dry=None) for joint in scene.joints)
 
 
 def chosen(w: Workspace, slopes: Sequence[Sequence[Expr]]) -> list[Expr]:

@@ -17,7 +17,7 @@ from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity
-from symdyn.scene.values import spell, takes_exponent, value_of
+from symdyn.scene.values import spell, takes_exponent
 
 LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
@@ -62,7 +62,7 @@ def value_text(formula: Quantity) -> str:
     text, digits = spell(formula), digits_or(6)
     if len(text) <= max(LONGEST_VALUE, digits):
         return text
-    value = Fraction(value_of(formula, {}) or 0)
+    value = Fraction(formula.at({}) or 0)
     near = significant(abs(value), digits) if value else "0"
     return f"≈ {'-' if value < 0 else ''}{near}"
 

@@ -9,8 +9,8 @@ from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key, Stand
+from symdyn.scene.values.quantity import Value
 from symdyn.scene.values.table import Faults, shown
-from symdyn.scene.values.value import Value
 
 NOT_NEGATIVE = ("armature", "damping", "friction", "limits.velocity", "limits.effort")
 

@@ -21,9 +21,8 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import GROUND, Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.physical import central_inertia, impossible, inertia_fault
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import Quantity, Value
 from symdyn.scene.values.turns import circular
-from symdyn.scene.values.value import Value, value_of
 
 WELD = "fixed"
 """The type of a joint that holds two bodies together."""
@@ -161,7 +160,7 @@ def _parts(body: Body, values: Mapping[str, Value]) -> Iterator[tuple[float, Any
 
 
 def _known(quantity: Quantity, values: Mapping[str, Value]) -> float:
-    value = value_of(quantity, values)
+    value = quantity.at(values)
     if value is None:
         raise FormulaError(f"depends on {', '.join(quantity.symbols)} without a value")
     return float(value)

@@ -13,10 +13,9 @@ from symdyn.scene.checks.topology import check_loops, check_tree
 from symdyn.scene.checks.welded import judge
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import mass_faults
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import Quantity, Value
 from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.unit import Unit, UnitError
-from symdyn.scene.values.value import Value, value_of
 from symdyn.scene.values.with_unit import fits, with_unit
 
 
@@ -62,7 +61,7 @@ def _constant(where: str, value: Quantity, faults: Faults) -> Value | None:
         return None
     try:
         value.express(Graph())  # sees that sin(pi) is zero, which a float does not
-        found = value_of(value, {})
+        found = value.at({})
     except (FormulaError, ZeroDivisionError) as error:
         why = error if isinstance(error, FormulaError) else "divides by zero"
         faults.add(where, f"value = {shown(value)} {why}; give a finite number")
@@ -79,7 +78,7 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
             continue
         try:
             use.quantity.express(graph)
-            value_of(use.quantity, values)
+            use.quantity.at(values)
         except ZeroDivisionError:
             faults.add(use.where, f"{use.key} = {shown(use.quantity)} divides by zero; check the denominator")
         except FormulaError as error:

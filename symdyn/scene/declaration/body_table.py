@@ -12,7 +12,7 @@ from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.outline import OUTLINES
-from symdyn.scene.values.quantity import NULL, ZERO, Quantity
+from symdyn.scene.values.quantity import NULL, Quantity
 from symdyn.scene.values.table import Entry, Faults, Table, plain, show, shown, vector
 
 MOST_PARTICLES = BOUNDS["particles of a body"]
@@ -51,7 +51,7 @@ def read_body(entry: Entry, faults: Faults) -> Body:
 
 def _inertia(table: Table) -> tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]:
     """Return (xx, yy, zz, xy, xz, yz) from a diagonal, a table of entries or a symmetric matrix."""
-    nothing = (ZERO,) * 6
+    nothing = (Quantity.ZERO,) * 6
     raw = plain(table.raw.get("inertia", (0, 0, 0)))
     try:
         if isinstance(raw, Mapping):
@@ -63,7 +63,7 @@ def _inertia(table: Table) -> tuple[Quantity, Quantity, Quantity, Quantity, Quan
         if not isinstance(raw, (list, tuple)) or len(raw) != 3:
             raise FormulaError("is neither [xx, yy, zz] nor a table { xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0 }")
         if not any(isinstance(row, (list, tuple)) for row in raw):
-            return (*vector(raw), ZERO, ZERO, ZERO)
+            return (*vector(raw), Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
         rows = [vector(row) for row in raw]
         if any(rows[i][j] != rows[j][i] for i in range(3) for j in range(i)):
             raise FormulaError("is not symmetric; entry [i][j] must equal entry [j][i]")
@@ -91,7 +91,7 @@ def _shape(table: Table, faults: Faults) -> Outline | None:
     for size, length in sizes:
         if isinstance(length.value, Fraction) and length.value <= 0:
             row.fault(f"{size} = {shown(length)} is no length; give one above zero")
-    bare = all(entry == ZERO for entry in _inertia(table)) or table.quantity("mass") == ZERO
+    bare = all(entry == Quantity.ZERO for entry in _inertia(table)) or table.quantity("mass") == Quantity.ZERO
     if bare and len(sizes) < len(kind.sizes):
         row.fault(f"{' and '.join(kind.sizes)} missing, which no inertia tells; write them beside type")
     axis = row.vector("axis") if "axis" in row else None

@@ -13,7 +13,7 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.joint import Coupling, Joint, velocity_name
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Table
 from symdyn.scene.values.with_unit import fits_place
 
@@ -33,8 +33,8 @@ class Mimic:
     """
 
     leader: str
-    ratio: Quantity = ONE
-    offset: Quantity = ZERO
+    ratio: Quantity = Quantity.ONE
+    offset: Quantity = Quantity.ZERO
     coordinate: str = ""
 
 
@@ -49,7 +49,7 @@ def read_mimic(table: Table) -> Mimic | None:
     leader = "" if "coordinate" in inner else inner.required("joint", ADVICE)
     if not (coordinate or leader):
         table.faults.nameless(table.entry.where, "mimic", "")
-    return Mimic(leader, inner.quantity("ratio", ONE), inner.quantity("offset"), coordinate)
+    return Mimic(leader, inner.quantity("ratio", Quantity.ONE), inner.quantity("offset"), coordinate)
 
 
 def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[Table]) -> tuple[Joint, ...]:

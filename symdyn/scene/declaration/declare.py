@@ -19,7 +19,7 @@ from symdyn.scene.declaration.value_in_unit import read_coherent, read_valued
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.forces.force_table import read_elements
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
-from symdyn.scene.values.quantity import NULL, ZERO, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.table import Entry, Faults, Table, show
 
 LANGUAGE = re.compile("[a-z]{2}")
@@ -146,7 +146,7 @@ def assemble(
 
 def _note_friction(scene: Scene, faults: Faults) -> None:
     """Note the joints whose friction is a plain number, which does not act."""
-    names = [joint.name for joint in scene.joints if joint.friction != ZERO]
+    names = [joint.name for joint in scene.joints if joint.friction != Quantity.ZERO]
     if names:
         found = f"friction is kept as data and enters no equation ({', '.join(names)})"
         faults.note("", f"{found}; a scene says friction = {{ coulomb = 0.5, smoothing = 0.01 }} to have it act")
@@ -197,7 +197,7 @@ def _input(entry: Entry, faults: Faults) -> Input:
     said = read_valued(table)
     return Input(
         name=entry.name,
-        value=said.value or ZERO,
+        value=said.value or Quantity.ZERO,
         unit=said.unit,
         written=said.written,
         latex=table.text("latex") if "latex" in table else None,

@@ -19,7 +19,7 @@ from symdyn.scene.values.folding import FormulaError, mul
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint, Limits, velocity_name
 from symdyn.scene.values.names import choice
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Faults, Table, as_list, plain, show
 from symdyn.scene.values.with_unit import fits_place
@@ -238,7 +238,7 @@ def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, .
 def _forces(table: Table, kind: str, speeds: Sequence[str]) -> tuple[Quantity, ...]:
     key = _either(table, "force", "forces")
     forces = _numbers(table, key, len(speeds), f"a {kind} joint has {len(speeds)} velocities")
-    return forces if any(force != ZERO for force in forces) else ()
+    return forces if any(force != Quantity.ZERO for force in forces) else ()
 
 
 def _numbers(table: Table, key: str, n: int, why: str) -> tuple[Quantity, ...]:
@@ -267,19 +267,19 @@ def _armature(table: Table) -> Quantity:
     inner = table.inner("rotor", ("inertia", "gear"), advice)
     if "inertia" not in inner:
         inner.fault(f"inertia is missing; {advice}")
-    inertia, gear = inner.quantity("inertia"), inner.quantity("gear", ONE)
+    inertia, gear = inner.quantity("inertia"), inner.quantity("gear", Quantity.ONE)
     fits_place(inner, "inertia", inertia, ("kg m^2", "kg"))
     fits_place(inner, "gear", gear, ("1", "rad/m"))
-    if gear == ZERO:
+    if gear == Quantity.ZERO:
         inner.fault(f"gear = 0 turns no rotor; {advice}")
     if isinstance(inertia.value, Fraction) and inertia.value < 0:
         inner.fault(f"inertia = {spell(inertia)} is negative; give an inertia of zero or more")
-        return ZERO
+        return Quantity.ZERO
     try:
         return mul(inertia, mul(gear, gear))
     except FormulaError as error:
         table.refuse("rotor", error)
-        return ZERO
+        return Quantity.ZERO
 
 
 def acts(friction: object) -> TypeGuard[Mapping[str, object]]:
@@ -295,7 +295,7 @@ def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Element | None
     if n != 1:
         table.fault(f"friction is a table, which has no meaning for a {kind} joint; give loads instead")
     entry = Entry(table.entry.name, raw, f"{table.entry.where}: friction")
-    return ZERO, read_rubbing(entry, "friction", table.faults)
+    return Quantity.ZERO, read_rubbing(entry, "friction", table.faults)
 
 
 def _limits(table: Table) -> Limits:

@@ -25,9 +25,9 @@ from symdyn.scene.values.element import Strut
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint, acceleration_name
-from symdyn.scene.values.mapping import map_quantities, substituted
+from symdyn.scene.values.mapping import map_quantities
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity, number
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Entry, Faults, show
 from symdyn.scene.values.unit import Unit, UnitError
 from symdyn.scene.values.with_unit import fits, with_unit
@@ -78,13 +78,13 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
             fits(position, Unit.read(JOINTS[joint.type].coordinates(joint)[0]))
         except UnitError as error:
             faults.add(where, f'position = "{with_unit(position, position.unit)}" {error}')
-        if len(joint.coordinates) > 1 and position != ZERO:
+        if len(joint.coordinates) > 1 and position != Quantity.ZERO:
             faults.add(
                 where, f"has {len(joint.coordinates)} coordinates and is locked at zero only; place it by origin"
             )
         at = (position,) if joint.coordinate else resting(joint)
-        known |= dict(zip(joint.coordinates, at, strict=True)) | dict.fromkeys(joint.rates, ZERO)
-        known |= dict.fromkeys(map(acceleration_name, joint.rates), ZERO)
+        known |= dict(zip(joint.coordinates, at, strict=True)) | dict.fromkeys(joint.rates, Quantity.ZERO)
+        known |= dict.fromkeys(map(acceleration_name, joint.rates), Quantity.ZERO)
     unknown = [name for name in positions if name not in {joint.name for joint in scene.moving}]
     for name in unknown:
         faults.add(f"joints.{name}", "only a joint with a coordinate of its own can be locked")
@@ -96,7 +96,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
             joints=joints,
             elements=tuple(one for one in scene.elements if not (isinstance(one, Strut) and one.joint in still)),
         )
-        locked = map_quantities(locked, lambda one: substituted(one, known))
+        locked = map_quantities(locked, lambda one: one.substituted(known))
     except FormulaError as error:
         faults.add("", f"with locked joints a formula has no value: {error}")
     faults.close()
@@ -113,7 +113,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
 
 def _measured(locked: Scene, known: Mapping[str, Quantity], faults: Faults) -> Scene:
     """Return the scene without dimensions where a position of one, of 1 m, is a factor that is seen no more."""
-    ones = [name for name, x in known.items() if x in (ONE, number(-1))]
+    ones = [name for name, x in known.items() if x in (Quantity.ONE, Quantity.number(-1))]
     if not ones or locked.dimensionless or not analysed(locked, uses(draft_of(locked))).wrong:
         return locked
     faults.note("", f"{ones[0]} = {known[ones[0]].value} drops out of products, so that dimensions are not checked")

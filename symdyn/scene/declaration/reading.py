@@ -13,7 +13,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError
 from symdyn.scene.forces.force_table import FORCES, place_of
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 
 _ENCODING = re.compile(r"""\A(\ufeff?\s*<\?xml\s[^>]{0,200}?)\sencoding\s*=\s*(?:"[^"]*"|'[^']*')""")
@@ -155,14 +155,14 @@ def lost_words(scene: Scene) -> Iterator[str]:
             yield f"bodies.{body.name}: shape = {body.shape.type}: what it looks like"
     for joint in scene.joints:
         where = f"joints.{joint.name}"
-        if any(force != ZERO for force in joint.forces):
+        if any(force != Quantity.ZERO for force in joint.forces):
             shown = ", ".join(spell(force) for force in joint.forces)
             yield f"{where}: force = {shown}: there are no forces in formulas"
         if joint.dry is not None:
             yield f"{where}: {FORCES[joint.dry.kind].lost}"
         if joint.motion is not None:
             yield f"{where}: motion = {spell(joint.motion)}"
-        if any(x != ZERO for x in (*joint.start, *joint.start_rates)):
+        if any(x != Quantity.ZERO for x in (*joint.start, *joint.start_rates)):
             yield f"{where}: where it starts"
     yield from (f"inputs.{one.name}: the file has no letters that are given over time" for one in scene.inputs)
     yield from (f"outputs.{one.name} = {spell(one.formula)}: nothing is looked at" for one in scene.outputs)

@@ -24,13 +24,13 @@ from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.element import Contact, Plane
 from symdyn.scene.values.key import Key, always_said
-from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.shapes import VECTOR, choice_of, several
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
 from symdyn.spatial import Transform, Vec, Wrench, cross, dot, scale, sub
 
-ACROSS: Vector = (ZERO, ONE, ZERO)
+ACROSS: Vector = (Quantity.ZERO, Quantity.ONE, Quantity.ZERO)
 
 COMPONENTS = ("along", "across", "normal")
 
@@ -169,7 +169,7 @@ ROLLING = ForceKind(
         Key(
             "radius",
             Table.quantity,
-            ZERO,
+            Quantity.ZERO,
             above_zero="is that of no wheel; give one above zero",
             letters=("r",),
             unit="m",

@@ -12,7 +12,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Rub
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.key import Key, Stand, always_said
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.shapes import NUMBER
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table
@@ -33,8 +33,8 @@ class Friction(Element):
 
     coulomb: Quantity
     static: Quantity | None = None
-    stribeck: Quantity = ONE
-    smoothing: Quantity = ZERO
+    stribeck: Quantity = Quantity.ONE
+    smoothing: Quantity = Quantity.ZERO
 
     kind = "friction"
 
@@ -58,7 +58,7 @@ def _force(dry: Friction, rate: Expr) -> Expr:
 def _says(dry: Friction) -> str:
     law = [f"Coulomb {spell(dry.coulomb)}"]
     law += [f"static {spell(dry.static)}, Stribeck {spell(dry.stribeck)}"] if dry.static is not None else []
-    return ", ".join([*law, f"smoothing {spell(dry.smoothing)}" if dry.smoothing != ZERO else "ideal sign"])
+    return ", ".join([*law, f"smoothing {spell(dry.smoothing)}" if dry.smoothing != Quantity.ZERO else "ideal sign"])
 
 
 def _check(dry: Friction, stand: Stand) -> None:
@@ -82,7 +82,7 @@ FRICTION = ForceKind(
         Key(
             "coulomb",
             Table.quantity,
-            ZERO,
+            Quantity.ZERO,
             silent=always_said,
             letters=("fc",),
             unit=FORCE_UNITS,
@@ -99,11 +99,19 @@ FRICTION = ForceKind(
             positive=True,
             shape=NUMBER,
         ),
-        Key("stribeck", Table.quantity, ONE, letters=("vs",), unit=RATE, text="Stribeck rate of {}", positive=True),
+        Key(
+            "stribeck",
+            Table.quantity,
+            Quantity.ONE,
+            letters=("vs",),
+            unit=RATE,
+            text="Stribeck rate of {}",
+            positive=True,
+        ),
         Key(
             "smoothing",
             Table.quantity,
-            ZERO,
+            Quantity.ZERO,
             letters=("ve",),
             unit=RATE,
             text="smoothing of the friction of {}",
@@ -112,7 +120,7 @@ FRICTION = ForceKind(
     ),
     needs=("coulomb",),
     missing="coulomb is missing; write friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }",
-    law=Rub(_force, jumps=lambda dry: dry.smoothing == ZERO),
+    law=Rub(_force, jumps=lambda dry: dry.smoothing == Quantity.ZERO),
     says=_says,
     words={"en": "dry friction, smoothed", "sk": "suché trenie, vyhladené"},
     lost="friction that enters the equations",

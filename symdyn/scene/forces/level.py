@@ -7,11 +7,9 @@ import random
 from collections.abc import Mapping, Sequence
 
 from symdyn.scene.values.folding import FormulaError, neg
-from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.model import Parameter
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity, Vector, number
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.value import value_of
 
 DRAWS, SAME = 6, 1e-12
 """Random values of free parameters at which a direction is looked at, and what it may differ by."""
@@ -34,10 +32,10 @@ def level_normal(gravity: Vector, parameters: Sequence[Parameter]) -> Vector | s
         return f"the direction of {text} depends on {', '.join(names)}, which may be negative"
     lengths = [k for k in range(3) if abs(directions[0][k]) > SAME]
     if len(lengths) == 1:
-        up = ONE if directions[0][lengths[0]] < 0 else neg(ONE)
-        x, y, z = (up if k == lengths[0] else ZERO for k in range(3))
+        up = Quantity.ONE if directions[0][lengths[0]] < 0 else neg(Quantity.ONE)
+        x, y, z = (up if k == lengths[0] else Quantity.ZERO for k in range(3))
     else:
-        x, y, z = (neg(substituted(entry, draws[0])) for entry in gravity)
+        x, y, z = (neg(entry.substituted(draws[0])) for entry in gravity)
     return (x, y, z)
 
 
@@ -47,7 +45,7 @@ def _drawn(free: Sequence[Parameter]) -> list[dict[str, Quantity]]:
     sizes = [[1] * len(free), [1] * len(free), *([rng.randint(1, 99) for _ in free] for _ in range(DRAWS))]
     signs = [1, -1, *(rng.choice((-1, 1)) for _ in range(DRAWS))]
     return [
-        {p.name: number(size if p.positive else sign * size) for p, size in zip(free, some, strict=True)}
+        {p.name: Quantity.number(size if p.positive else sign * size) for p, size in zip(free, some, strict=True)}
         for some, sign in zip(sizes, signs, strict=True)
     ]
 
@@ -55,7 +53,7 @@ def _drawn(free: Sequence[Parameter]) -> list[dict[str, Quantity]]:
 def _unit(vector: Vector, values: Mapping[str, Quantity]) -> tuple[float, ...] | None:
     """Return the direction of a vector at values of its symbols; None where it has none."""
     try:
-        numbers = [float(value_of(substituted(x, values), {}) or 0) for x in vector]
+        numbers = [float(x.substituted(values).at({}) or 0) for x in vector]
     except (FormulaError, ZeroDivisionError):
         return None  # reported as a formula without a value
     length = math.hypot(*numbers)

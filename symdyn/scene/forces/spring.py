@@ -14,7 +14,7 @@ from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.dimension import FORCE_UNITS
 from symdyn.scene.values.element import Strut
 from symdyn.scene.values.key import Key, coefficients
-from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Number, Table, entry
 
@@ -33,8 +33,8 @@ class Spring(Strut):
     """
 
     stiffness: tuple[Quantity, ...] = ()
-    free: Quantity = ZERO
-    preload: Quantity = ZERO
+    free: Quantity = Quantity.ZERO
+    preload: Quantity = Quantity.ZERO
 
     kind = "spring"
 
@@ -130,12 +130,12 @@ SPRING = ForceKind(
             text="stiffness of {}",
             positive=True,
         ),
-        Key("free", Table.quantity, ZERO, letters=("s",), unit=("rad", "m"), text="free position of {}"),
+        Key("free", Table.quantity, Quantity.ZERO, letters=("s",), unit=("rad", "m"), text="free position of {}"),
         Key(
             "preload",
             Table.quantity,
-            ZERO,
-            silent=lambda spring: spring.preload == ZERO and spring.stiffness,
+            Quantity.ZERO,
+            silent=lambda spring: spring.preload == Quantity.ZERO and spring.stiffness,
             letters=("p",),
             unit=FORCE_UNITS,
             text="preload of {}",
@@ -152,7 +152,7 @@ SPRING = ForceKind(
         curl=((1.5, 0.0), (2.5, 4 * pi), 1.4),
         side=0.7,
         page="spring",
-        has_length=lambda spring: spring.free != ZERO,
+        has_length=lambda spring: spring.free != Quantity.ZERO,
     ),
 )
 

@@ -18,7 +18,7 @@ from symdyn.scene.values.element import Row
 from symdyn.scene.values.folding import FormulaError, add, div, mul, neg, sub
 from symdyn.scene.values.key import MOTION, Key, Stand, always_said
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Table, entry, show, shown
@@ -74,7 +74,7 @@ def _check(row: Formula, stand: Stand) -> None:
         return  # reported as a formula without a value
     if alone:
         stand.fault(f"{text} holds {shown(rest)}, which no velocity multiplies; a row is a sum of velocities")
-    elif not slopes and row.formula != ZERO:
+    elif not slopes and row.formula != Quantity.ZERO:
         stand.fault(f"{text} holds no velocity; write one such as x_dot - r*phi_dot")
     elif not row.acts_in and sorted(_units(stand.scene, slopes)) == ["m", "rad"]:
         stand.faults.note(
@@ -99,7 +99,7 @@ def linear_parts(formula: Quantity, velocities: Sequence[str]) -> tuple[dict[str
     if not set(formula.symbols) & set(velocities):
         return {}, formula
     if formula.op is Op.SYMBOL:
-        return {str(formula.value): ONE}, ZERO
+        return {str(formula.value): Quantity.ONE}, Quantity.ZERO
     parts = [linear_parts(arg, velocities) for arg in formula.args]
     (slopes, rest), (more, other) = parts[0], parts[-1]
     if formula.op is Op.NEG:
@@ -107,7 +107,9 @@ def linear_parts(formula: Quantity, velocities: Sequence[str]) -> tuple[dict[str
     if formula.op in (Op.ADD, Op.SUB):
         combine = add if formula.op is Op.ADD else sub
         names = dict.fromkeys([*slopes, *more])
-        return {k: combine(slopes.get(k, ZERO), more.get(k, ZERO)) for k in names}, combine(rest, other)
+        return {k: combine(slopes.get(k, Quantity.ZERO), more.get(k, Quantity.ZERO)) for k in names}, combine(
+            rest, other
+        )
     if formula.op is Op.MUL and slopes and more:
         raise FormulaError(f"{shown(formula)} multiplies velocities")
     if formula.op is Op.MUL:
@@ -123,7 +125,7 @@ FORMULA = ForceKind(
     noun=Formula,
     letter="r",
     parts=(
-        Key("formula", Table.quantity, ZERO, silent=always_said, names=MOTION),
+        Key("formula", Table.quantity, Quantity.ZERO, silent=always_said, names=MOTION),
         Key("acts_in", _acts_in, "", shape={"description": "where its force acts", **choice_of(IN_JOINTS)}),
     ),
     needs=("formula",),

@@ -9,7 +9,7 @@ from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Faults, show
 
@@ -31,12 +31,12 @@ class Attributes:
             self.faults.add(where, f"<{element.tag}> has no {key}; {advice}")
         return value
 
-    def number(self, where: str, element: XmlElement, key: str, default: Quantity | None = ZERO) -> Quantity:
+    def number(self, where: str, element: XmlElement, key: str, default: Quantity | None = Quantity.ZERO) -> Quantity:
         """Return a number; one that must be given has no default."""
         if key not in element.attributes:
             if default is None:
                 self.faults.add(where, f'<{element.tag}> has no {key}; give a number such as {key}="1.0"')
-            return default or ZERO
+            return default or Quantity.ZERO
         return self._read(where, element, key, element.attributes[key].strip())
 
     def angle(self, where: str, element: XmlElement, key: str) -> Quantity:
@@ -89,10 +89,10 @@ class Attributes:
             reason = str(error)
             verb = "" if reason.startswith("is ") else "cannot be used: "
             self.faults.add(where, f"<{element.tag}> {key}={show(text)} {verb}{reason}")
-            return ZERO
+            return Quantity.ZERO
 
     def _snap(self, where: str, place: str, text: str, value: Quantity) -> Quantity:
-        snapped = snap_angle(text) if self.snap and value != ZERO else None
+        snapped = snap_angle(text) if self.snap and value != Quantity.ZERO else None
         if snapped is None:
             return value
         places = self._snapped.setdefault((text.strip(), snapped), [])

@@ -15,7 +15,7 @@ from fractions import Fraction
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.values import folding
 from symdyn.scene.values.formula import DEGREE, quantity
-from symdyn.scene.values.quantity import ZERO, Quantity, Vector, number
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step, turns
 
 ROUNDING = 1e-15
@@ -39,7 +39,7 @@ class Doubles:
     def vector(self, values: Sequence[float]) -> Vector:
         """Return three lengths or moments; what is rounding beside the largest is zero."""
         least = ROUNDING * max(abs(float(x)) for x in values) if self.snap else 0.0
-        x, y, z = (ZERO if abs(v) <= least else quantity(float(v)) for v in values)
+        x, y, z = (Quantity.ZERO if abs(v) <= least else quantity(float(v)) for v in values)
         return x, y, z
 
     def angle(self, value: float, where: str) -> Quantity:
@@ -47,7 +47,7 @@ class Doubles:
         exact = _exact_angle(float(value)) if self.snap else None
         if exact is None:
             return quantity(float(value))
-        if exact != ZERO and turns(exact) is not None:
+        if exact != Quantity.ZERO and turns(exact) is not None:
             self.turned[where] = None
         return exact
 
@@ -60,7 +60,7 @@ class Doubles:
             whole = [int(ratio * shared) for ratio in ratios]
             norm, length = math.hypot(*whole), math.hypot(*map(float, values))
             if all(abs(a / norm - float(b) / length) <= ROUNDING for a, b in zip(whole, values, strict=True)):
-                return number(whole[0]), number(whole[1]), number(whole[2])
+                return Quantity.number(whole[0]), Quantity.number(whole[1]), Quantity.number(whole[2])
         return self.vector(values)
 
     def rotation(self, quaternion: Sequence[float], where: str) -> tuple[Step, ...]:
@@ -73,7 +73,7 @@ class Doubles:
             steps = [(f"R{axis}", angle) for axis, angle in zip(sequence, exact, strict=True) if angle]
             plain = [(step, _float(angle)) for step, angle in steps]
             if _distance(matrix, plain) <= 4 * ROUNDING:
-                snapped = [(step, _resnapped(angle)) for step, angle in steps if angle != ZERO]
+                snapped = [(step, _resnapped(angle)) for step, angle in steps if angle != Quantity.ZERO]
                 if any(turns(angle) is not None for _, angle in snapped):
                     self.turned[where] = None
                 return tuple(snapped)
@@ -102,7 +102,7 @@ def _exact_angle(value: float) -> Quantity | None:
     """Return a short decimal of degrees (as a multiple of π) or of radians, None for any other angle."""
     slack = ROUNDING * max(1.0, abs(value))
     if abs(value) <= slack:
-        return ZERO
+        return Quantity.ZERO
     degrees = round(math.degrees(value), DECIMALS_OF_DEGREES)
     if abs(math.radians(degrees) - value) <= slack:
         return folding.mul(quantity(degrees), DEGREE)

@@ -11,9 +11,8 @@ from symdyn.scene.formats.placing import decimal_text
 from symdyn.scene.values import folding
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.physical import impossible
-from symdyn.scene.values.quantity import Quantity, Vector, number
+from symdyn.scene.values.quantity import Quantity, Value, Vector
 from symdyn.scene.values.turns import circular
-from symdyn.scene.values.value import Value
 
 Entries = tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
 
@@ -53,7 +52,7 @@ def _turned_about(axis: int, angle: Quantity, old: dict[tuple[int, int], Quantit
         return (a, b) if a <= b else (b, a)
 
     jj, kk, jk = old[at(j, j)], old[at(k, k)], old[at(j, k)]
-    twice = folding.mul(number(2), folding.mul(cs, jk))
+    twice = folding.mul(Quantity.number(2), folding.mul(cs, jk))
     new = {
         at(i, i): old[at(i, i)],
         at(j, j): folding.add(folding.add(folding.mul(cc, jj), folding.neg(twice)), folding.mul(ss, kk)),

@@ -14,7 +14,7 @@ from symdyn.scene.values.body import Pose
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import GROUND
-from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.table import Entry, Faults, compose
 from symdyn.scene.values.turns import Step, inverse, plus
 
@@ -197,7 +197,7 @@ class Joints:
     def spring(self, j: int) -> None:
         """Collect the spring of a joint."""
         stiffness = quantity(float(self.model.jnt_stiffness[j]))
-        if stiffness == ZERO or self.off("SPRING"):
+        if stiffness == Quantity.ZERO or self.off("SPRING"):
             return
         rest = self.position(j, float(self.model.qpos_spring[self.model.jnt_qposadr[j]]), "springref")
         name = self.names[j]
@@ -256,7 +256,7 @@ def merged(*steps: Step) -> Pose:
     """Return steps as a pose; translations in a row become one, and so do turns about one axis."""
     found: list[Step] = []
     for kind, amount in steps:
-        if amount == ZERO:
+        if amount == Quantity.ZERO:
             continue
         run = len(found)
         while run and kind[0] == "T" and found[run - 1][0][0] == "T":

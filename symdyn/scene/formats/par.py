@@ -41,7 +41,7 @@ from symdyn.scene.values.folding import FormulaError, neg
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import FORMULA_NAMES
-from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Faults, compose, shorten, show
 
@@ -155,7 +155,7 @@ class _Reader:
     def variable(self, frame: _Frame) -> tuple[str, Quantity]:
         """Return the coordinate of a frame and its offset; ("", ZERO) for a fixed frame."""
         if frame.sigma == FIXED:
-            return "", ZERO
+            return "", Quantity.ZERO
         key = "theta" if frame.sigma == REVOLUTE else "r"
         raw = self.value(key, frame.j - 1, declare=False)
         found = _split(raw)
@@ -163,7 +163,7 @@ class _Reader:
             example = "th1" if frame.sigma == REVOLUTE else "r1"
             advice = f"name the coordinate, such as {example}, alone or with a constant added to it"
             self.faults.add(f"frame {frame.j}", f"{key} = {spell(raw)} is no coordinate; {advice}")
-            return "", ZERO
+            return "", Quantity.ZERO
         name, offset = found
         if name in self.coordinates:
             advice = "a joint that follows another one is not part of parameter files; give it a symbol of its own"
@@ -185,7 +185,7 @@ class _Reader:
             "origin": self.placement(j, theta, r),
         }
         if frame.sigma == FIXED:
-            idle = [key.upper() for key in ("ia", "fv", "fs") if self.value(key, j) != ZERO]
+            idle = [key.upper() for key in ("ia", "fv", "fs") if self.value(key, j) != Quantity.ZERO]
             if idle:
                 self.faults.note(
                     f"frame {frame.j}", f"{', '.join(idle)} of a fixed frame: left out, nothing moves there"
@@ -194,7 +194,7 @@ class _Reader:
         table |= {"coordinate": coordinate, "drive": self.drive(frame)}
         for key, word in (("ia", "armature"), ("fv", "damping"), ("fs", "friction")):
             value = self.value(key, j)
-            if value != ZERO:
+            if value != Quantity.ZERO:
                 table[word] = value
         return table
 
@@ -267,7 +267,7 @@ class _Reader:
     def value(self, key: str, j: int, declare: bool = True) -> Quantity:
         """Return a value of the file, 0 if it is not given; its symbols become parameters."""
         if key not in self.sheet.values:
-            return ZERO
+            return Quantity.ZERO
         text = self.sheet.values[key][j]
         where = f"frame {j + 1}" if key != "g" else ""
         if key in ANGLES and self.options.snap and (snapped := snap_angle(text)):
@@ -277,7 +277,7 @@ class _Reader:
             found = parse(_WORD.sub(lambda word: self.symbols.get(word[0], word[0]), text))
         except FormulaError as error:
             self.faults.add(where, f"{key} = {error}")
-            return ZERO
+            return Quantity.ZERO
         if declare:
             self.parameters.update(dict.fromkeys(found.symbols))
         return found
@@ -293,7 +293,7 @@ def _words(sheet: Sheet) -> list[str]:
 def _split(value: Quantity) -> tuple[str, Quantity] | None:
     """Return the symbol and the constant of symbol, symbol ± constant or constant + symbol, None for anything else."""
     if value.op is Op.SYMBOL:
-        return str(value.value), ZERO
+        return str(value.value), Quantity.ZERO
     if value.op in (Op.ADD, Op.SUB):
         first, second = value.args
         if first.op is Op.SYMBOL and not second.symbols:

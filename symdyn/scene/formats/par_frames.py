@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import groupby, permutations, product
 
 from symdyn.scene.values import folding
-from symdyn.scene.values.quantity import PI, ZERO, Quantity, number
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.turns import RIGHT, Step, plus, quarter_turns, turns
 
 SLOTS = ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")
@@ -26,12 +26,12 @@ MOST_ORDERS = 720
 class Row:
     """The six parameters of a frame, rad and m."""
 
-    gamma: Quantity = ZERO
-    b: Quantity = ZERO
-    alpha: Quantity = ZERO
-    d: Quantity = ZERO
-    theta: Quantity = ZERO
-    r: Quantity = ZERO
+    gamma: Quantity = Quantity.ZERO
+    b: Quantity = Quantity.ZERO
+    alpha: Quantity = Quantity.ZERO
+    d: Quantity = Quantity.ZERO
+    theta: Quantity = Quantity.ZERO
+    r: Quantity = Quantity.ZERO
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class Screw:
     """A turn about an axis "x" or "z" with a shift along it."""
 
     axis: str
-    angle: Quantity = ZERO
-    shift: Quantity = ZERO
+    angle: Quantity = Quantity.ZERO
+    shift: Quantity = Quantity.ZERO
 
 
 def rows(steps: Sequence[Step]) -> list[Row]:
@@ -56,7 +56,7 @@ def rows(steps: Sequence[Step]) -> list[Row]:
 
 def _direct(steps: Sequence[Step]) -> Row | None:
     """Return the row whose steps are exactly these, the last slots taken first."""
-    amounts = [ZERO] * 6
+    amounts = [Quantity.ZERO] * 6
     slot = 5
     for kind, amount in reversed(steps):
         while slot >= 0 and SLOTS[slot] != kind:
@@ -78,7 +78,7 @@ def _orders(steps: Sequence[Step]) -> Iterator[list[Step]]:
             continue
         sums: dict[str, Quantity] = {}
         for kind, amount in run:
-            sums[kind] = folding.add(sums.get(kind, ZERO), amount)
+            sums[kind] = folding.add(sums.get(kind, Quantity.ZERO), amount)
         orders = list(permutations(sums.items()))
         count *= len(orders)
         runs.append(orders if count <= MOST_ORDERS else orders[:1])
@@ -91,7 +91,9 @@ def _screws(steps: Sequence[Step]) -> list[Screw]:
     found: list[Screw] = []
     for kind, amount in steps:
         axis = kind[1]
-        screw = Screw("z" if axis == "z" else "x", *((amount, ZERO) if kind[0] == "R" else (ZERO, amount)))
+        screw = Screw(
+            "z" if axis == "z" else "x", *((amount, Quantity.ZERO) if kind[0] == "R" else (Quantity.ZERO, amount))
+        )
         around = (Screw("z", RIGHT), screw, Screw("z", folding.neg(RIGHT))) if axis == "y" else (screw,)
         for part in around:
             _append(found, part)
@@ -102,7 +104,7 @@ def _append(screws: list[Screw], screw: Screw) -> None:
     if screws and screws[-1].axis == screw.axis:
         last = screws.pop()
         screw = Screw(screw.axis, _plus(last.angle, screw.angle), folding.add(last.shift, screw.shift))
-    if screw.angle != ZERO or screw.shift != ZERO:
+    if screw.angle != Quantity.ZERO or screw.shift != Quantity.ZERO:
         screws.append(screw)
 
 
@@ -113,7 +115,7 @@ def _plus(a: Quantity, b: Quantity) -> Quantity:
     if whole is None:
         return total
     rest = (whole + 1) % 2 - 1
-    return folding.mul(number(1 if rest == -1 else rest), PI)
+    return folding.mul(Quantity.number(1 if rest == -1 else rest), Quantity.PI)
 
 
 def _chop(screws: Sequence[Screw]) -> list[Row]:
@@ -144,24 +146,24 @@ def _right_angled(steps: Sequence[Step]) -> Row | None:
         if a in (1, 3):
             r = folding.neg(across) if a == 1 else across
             return Row(_quarters(g), up, _quarters(a), d, _quarters(t), r)
-        if across == ZERO:
+        if across == Quantity.ZERO:
             return Row(_quarters(g), up, _quarters(a), d, _quarters(t))
     return None
 
 
 def _quarters(k: int) -> Quantity:
-    return (ZERO, RIGHT, PI, folding.neg(RIGHT))[k]
+    return (Quantity.ZERO, RIGHT, Quantity.PI, folding.neg(RIGHT))[k]
 
 
 def _frame(steps: Sequence[Step]) -> tuple[list[list[int]], tuple[Quantity, Quantity, Quantity]]:
     """Return rotation and origin of a placement with right angles only."""
     matrix = [[int(i == j) for j in range(3)] for i in range(3)]
-    place = [ZERO, ZERO, ZERO]
+    place = [Quantity.ZERO, Quantity.ZERO, Quantity.ZERO]
     for kind, amount in steps:
         k = "xyz".index(kind[1])
         if kind[0] == "T":
             for i in range(3):
-                moved = folding.mul(number(matrix[i][k]), amount)
+                moved = folding.mul(Quantity.number(matrix[i][k]), amount)
                 place[i] = folding.add(place[i], moved)
             continue
         u, v = (k + 1) % 3, (k + 2) % 3

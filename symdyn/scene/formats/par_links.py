@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Body
-from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.turns import Step, cosine_and_sine
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
@@ -24,16 +24,16 @@ Matrix = list[list[Quantity]]
 class Link:
     """Inertial parameters as a parameter file names them; kg, kg m, kg m^2."""
 
-    XX: Quantity = ZERO
-    XY: Quantity = ZERO
-    XZ: Quantity = ZERO
-    YY: Quantity = ZERO
-    YZ: Quantity = ZERO
-    ZZ: Quantity = ZERO
-    MX: Quantity = ZERO
-    MY: Quantity = ZERO
-    MZ: Quantity = ZERO
-    M: Quantity = ZERO
+    XX: Quantity = Quantity.ZERO
+    XY: Quantity = Quantity.ZERO
+    XZ: Quantity = Quantity.ZERO
+    YY: Quantity = Quantity.ZERO
+    YZ: Quantity = Quantity.ZERO
+    ZZ: Quantity = Quantity.ZERO
+    MX: Quantity = Quantity.ZERO
+    MY: Quantity = Quantity.ZERO
+    MZ: Quantity = Quantity.ZERO
+    M: Quantity = Quantity.ZERO
 
 
 NOTHING = Link()
@@ -90,7 +90,7 @@ def _turned(axis: int, angle: Quantity, moment: Vector, inertia: Matrix) -> tupl
 def _rotation(axis: int, angle: Quantity) -> Matrix:
     c, s = cosine_and_sine(angle)
     j, k = (axis + 1) % 3, (axis + 2) % 3
-    matrix = [[ONE if a == b else ZERO for b in range(3)] for a in range(3)]
+    matrix = [[Quantity.ONE if a == b else Quantity.ZERO for b in range(3)] for a in range(3)]
     matrix[j][j], matrix[j][k], matrix[k][j], matrix[k][k] = c, folding.neg(s), s, c
     return matrix
 
@@ -115,11 +115,12 @@ def _coupled(place: Vector, moment: Vector) -> Matrix:
     """Return 2 (p·h) 1 - p hᵀ - h pᵀ."""
     outer = [[folding.mul(a, b) for b in moment] for a in place]
     half = folding.add(folding.add(outer[0][0], outer[1][1]), outer[2][2])
-    double = folding.mul(number(2), half)
+    double = folding.mul(Quantity.number(2), half)
     return [
         [
             folding.sub(
-                double if i == j else ZERO, folding.add(outer[min(i, j)][max(i, j)], outer[max(i, j)][min(i, j)])
+                double if i == j else Quantity.ZERO,
+                folding.add(outer[min(i, j)][max(i, j)], outer[max(i, j)][min(i, j)]),
             )
             for j in range(3)
         ]
@@ -128,7 +129,7 @@ def _coupled(place: Vector, moment: Vector) -> Matrix:
 
 
 def _along(axis: int, amount: Quantity) -> Vector:
-    x, y, z = (amount if k == axis else ZERO for k in range(3))
+    x, y, z = (amount if k == axis else Quantity.ZERO for k in range(3))
     return x, y, z
 
 
@@ -154,7 +155,7 @@ def _times(a: Matrix, b: Matrix) -> Matrix:
 
 
 def _dot(a: Sequence[Quantity], b: Sequence[Quantity]) -> Quantity:
-    total = ZERO
+    total = Quantity.ZERO
     for x, y in zip(a, b, strict=True):
         total = folding.add(total, folding.mul(x, y))
     return total

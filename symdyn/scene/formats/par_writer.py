@@ -22,7 +22,7 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint, Limits
 from symdyn.scene.values.model import GROUND, Parameter, Scene
-from symdyn.scene.values.quantity import ZERO, symbol
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.turns import Step, inverse, towards
 
@@ -154,7 +154,7 @@ def _page(scene: Scene, frames: Sequence[Frame]) -> str:
     lines += ["", "(* Dynamic parameters and external forces *)"]
     lines += [_list(key, [spell(getattr(frame.inertial, key)) for frame in frames]) for key in INERTIAL]
     for key, name in (("IA", "armature"), ("FV", "damping"), ("FS", "friction")):
-        lines.append(_list(key, [spell(getattr(frame.carrier, name, ZERO)) for frame in frames]))
+        lines.append(_list(key, [spell(getattr(frame.carrier, name, Quantity.ZERO)) for frame in frames]))
     lines += [_list(key, ["0"] * n) for key in ("FX", "FY", "FZ", "CX", "CY", "CZ")]
     lines += ["", "(* Joint parameters *)"]
     lines += [_list(key, ["0"] * n) for key in ("eta", "k")]
@@ -187,7 +187,7 @@ def _parameter(key: str, frame: Frame) -> str:
     moving = {"0": "theta", "1": "r"}.get(frame.sigma)
     if key != moving or frame.carrier is None:
         return spell(value)
-    q = symbol(frame.carrier.coordinate)
+    q = Quantity.symbol(frame.carrier.coordinate)
     return spell(folding.sub(q, folding.neg(value)) if spell(value).startswith("-") else folding.add(q, value))
 
 

@@ -16,9 +16,8 @@ from symdyn.graph import Graph, Op
 from symdyn.scene.formats.snap import PI_50, snap_angle
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import Quantity, Value
 from symdyn.scene.values.turns import circular
-from symdyn.scene.values.value import Value, value_of
 
 MOST_DIGITS = 40
 """A decimal longer than this is written as the nearest double, or as a fraction."""
@@ -91,7 +90,7 @@ def known(quantity: Quantity, values: Mapping[str, Value]) -> Value:
     Raises:
         FormulaError: one of its symbols has no value.
     """
-    value = value_of(quantity, values)
+    value = quantity.at(values)
     if value is None:
         raise FormulaError(f"depends on {', '.join(quantity.symbols)} without a value")
     return value

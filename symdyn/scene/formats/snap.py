@@ -17,7 +17,7 @@ from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 
 from symdyn.scene.values import folding
-from symdyn.scene.values.quantity import PI, Quantity, number
+from symdyn.scene.values.quantity import Quantity
 
 DENOMINATORS = (1, 2, 3, 4, 5, 6, 8, 9, 10, 12)
 DEGREES = 180
@@ -47,7 +47,7 @@ def snap_angle(text: str) -> Quantity | None:
     for denominator in (*DENOMINATORS, DEGREES):
         turns = Fraction(round(Fraction(text) * denominator / PI_50), denominator)
         if turns and abs(turns) <= 2 and is_rounding(text, turns * PI_50):
-            return folding.mul(number(turns), PI)
+            return folding.mul(Quantity.number(turns), Quantity.PI)
     return None
 
 

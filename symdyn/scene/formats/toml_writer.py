@@ -21,7 +21,7 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Coupling, Joint
 from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
-from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import compose
 from symdyn.scene.values.tolerance import Tolerance
@@ -85,7 +85,7 @@ def _valued(letter: Parameter | Input) -> Iterator[tuple[str, str]]:
         there = None if value is None else out_of_si(value, chosen)
         if there is None or in_si(there, chosen) == value:
             value, unit = there, letter.written
-    if value is not None and not (isinstance(letter, Input) and value == ZERO):
+    if value is not None and not (isinstance(letter, Input) and value == Quantity.ZERO):
         yield "value", _number(value)
     if unit:
         yield "unit", _text(unit)
@@ -117,13 +117,13 @@ def _described(one: Parameter | Input | Signal) -> list[tuple[str, str]]:
 
 
 def _body(body: Body) -> Iterator[tuple[str, str]]:
-    if body.mass != ZERO:
+    if body.mass != Quantity.ZERO:
         yield "mass", _number(body.mass)
     if body.first_moment is not None:
         yield "first_moment", _vector(body.first_moment)
     elif body.com is not None and body.com != NULL:
         yield "com", _vector(body.com)
-    if any(entry != ZERO for entry in body.inertia):
+    if any(entry != Quantity.ZERO for entry in body.inertia):
         yield "inertia", _inertia(body)
         yield "inertia_about", _text(body.about)
     elif body.about != ("com" if body.first_moment is None else "frame"):
@@ -139,10 +139,10 @@ def _body(body: Body) -> Iterator[tuple[str, str]]:
 
 
 def _inertia(body: Body) -> str:
-    if not any(entry != ZERO for entry in body.inertia[3:]):
+    if not any(entry != Quantity.ZERO for entry in body.inertia[3:]):
         return _vector(body.inertia[:3])
     entries = zip(INERTIA_KEYS, body.inertia, strict=True)
-    return _inline([(key, _number(entry)) for key, entry in entries if entry != ZERO])
+    return _inline([(key, _number(entry)) for key, entry in entries if entry != Quantity.ZERO])
 
 
 def _joint(joint: Joint, nq: int, nv: int, leaders: dict[str, str]) -> Iterator[tuple[str, str]]:
@@ -157,10 +157,10 @@ def _joint(joint: Joint, nq: int, nv: int, leaders: dict[str, str]) -> Iterator[
         yield from _drives(joint, nv)
     if joint.coupling is not None:
         yield "mimic", _mimic(joint.coupling, leaders)
-    if any(force != ZERO for force in joint.forces):
+    if any(force != Quantity.ZERO for force in joint.forces):
         yield from _one_or_more("force", "forces", [_number(force) for force in joint.forces])
     for key, amount in (("armature", joint.armature), ("damping", joint.damping), ("friction", joint.friction)):
-        if amount != ZERO:
+        if amount != Quantity.ZERO:
             yield key, _number(amount)
     if joint.dry is not None:
         yield "friction", _value(table_of(joint.dry, Scope({}, NULL, ())))
@@ -213,8 +213,8 @@ def _said(table: Mapping[str, object]) -> Iterator[tuple[str, str]]:
 def _mimic(coupling: Coupling, leaders: dict[str, str]) -> str:
     leader = leaders.get(coupling.coordinate)
     pairs = [("joint", _text(leader)) if leader else ("coordinate", _text(coupling.coordinate))]
-    pairs += [("ratio", _number(coupling.ratio))] if coupling.ratio != ONE else []
-    pairs += [("offset", _number(coupling.offset))] if coupling.offset != ZERO else []
+    pairs += [("ratio", _number(coupling.ratio))] if coupling.ratio != Quantity.ONE else []
+    pairs += [("offset", _number(coupling.offset))] if coupling.offset != Quantity.ZERO else []
     return _inline(pairs)
 
 

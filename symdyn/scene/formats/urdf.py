@@ -32,7 +32,7 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import listed, suggestion
-from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Faults, show
 
@@ -48,7 +48,7 @@ TYPES = {
 SEVERAL = ("floating", "planar")
 """Joints of several coordinates, which nothing drives."""
 
-X_AXIS: Vector = (ONE, ZERO, ZERO)
+X_AXIS: Vector = (Quantity.ONE, Quantity.ZERO, Quantity.ZERO)
 
 UNLIMITED = 10**9
 """A limit of this size or more is none: the format demands numbers, and files write 1e9 or 1e16 for "no limit"."""
@@ -125,7 +125,7 @@ class _Robot:
             body = self._body(where, link)
             if name and self.body_name[name] != GROUND:
                 entries.append(Entry(self.body_name[name], body, where))
-            elif name and body.get("mass", ZERO) != ZERO:
+            elif name and body.get("mass", Quantity.ZERO) != Quantity.ZERO:
                 found = f"is the root and does not move; its mass ({spell(body['mass'])} kg) enters no equation"
                 self.faults.note(where, f"{found}, and the potential energy is that of the moving links")
         return entries
@@ -225,7 +225,7 @@ class _Robot:
             losses = {key: self.attributes.number(where, dynamics, key) for key in ("damping", "friction")}
         if not freedoms(Entry(name, table, where)):
             for key in ("damping", "friction"):
-                if losses.get(key, ZERO) != ZERO:
+                if losses.get(key, Quantity.ZERO) != Quantity.ZERO:
                     self._note(f"{key} of a fixed joint is left out", name)
             if joint.first("mimic") is not None:
                 self._note("mimic of a fixed joint is left out", name)
@@ -238,7 +238,7 @@ class _Robot:
                     self._note(f"{tag} of a joint with several coordinates is left out", name)
             return table | losses | {"drive": False}
         table.update(losses)
-        if losses.get("damping", ZERO) != ZERO:
+        if losses.get("damping", Quantity.ZERO) != Quantity.ZERO:
             self._note("damping enters the equations as -damping * rate", name)
         table["limits"] = self._limits(where, joint)
         mimic = joint.first("mimic")
@@ -272,7 +272,7 @@ class _Robot:
                 advice = f'give <limit lower="-1" upper="1" effort="10" velocity="1"/>{other}'
                 self.faults.add(where, f"<limit> is missing; {advice}")
             return {}
-        defaults = {} if kind == "continuous" else {"lower": ZERO, "upper": ZERO}
+        defaults = {} if kind == "continuous" else {"lower": Quantity.ZERO, "upper": Quantity.ZERO}
         limits = {}
         for key in (*defaults, "velocity", "effort"):
             if limit.attributes.get(key, "").strip().lstrip("+-").lower() in ("inf", "infinity"):
@@ -294,7 +294,7 @@ class _Robot:
         read_offset = self.attributes.angle if turns else self.attributes.number
         return {
             "joint": self.joint_name.get(leader, leader),
-            "ratio": self.attributes.number(where, mimic, "multiplier", ONE),
+            "ratio": self.attributes.number(where, mimic, "multiplier", Quantity.ONE),
             "offset": read_offset(where, mimic, "offset"),
         }
 

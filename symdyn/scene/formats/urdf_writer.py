@@ -25,9 +25,8 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import GROUND, STANDARD_GRAVITY, Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.physical import central_inertia
-from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity, Value
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.value import Value, value_of
 
 KINDS = {ours: next(word for word in TYPES if TYPES[word] == ours) for ours in dict.fromkeys(TYPES.values())}
 
@@ -65,7 +64,7 @@ def _lost(scene: Scene) -> list[str]:
     if known := [parameter.name for parameter in scene.parameters if parameter.tolerance]:
         lost.append(f"tolerances: {listed(known)}")
     values = _values(scene)
-    if [value_of(x, values) for x in scene.gravity] != [value_of(x, values) for x in STANDARD_GRAVITY]:
+    if [x.at(values) for x in scene.gravity] != [x.at(values) for x in STANDARD_GRAVITY]:
         shown = ", ".join(spell(x) for x in scene.gravity)
         lost.append(f"gravity = [{shown}]: readers of URDF take [0, 0, -9.81]")
     renamed = [q for k, q in enumerate(scene.coordinates, start=1) if q != f"q{k}"]
@@ -82,7 +81,7 @@ def _lost(scene: Scene) -> list[str]:
             lost.append(f"{where}: drives: no floating or planar joint of a URDF is driven")
         if ORIENTATION.of(joint) != ORIENTATION.default:
             lost.append(f'{where}: orientation = "{ORIENTATION.of(joint)}": it is read as a quaternion')
-        if joint.armature != ZERO:
+        if joint.armature != Quantity.ZERO:
             lost.append(f"{where}: armature = {spell(joint.armature)}: there is no rotor inertia")
     lost += lost_words(scene)
     for body in scene.bodies:
@@ -92,7 +91,7 @@ def _lost(scene: Scene) -> list[str]:
 
 
 def _values(scene: Scene) -> dict[str, Value]:
-    found = {p.name: value_of(p.value, {}) for p in scene.parameters if p.value is not None}
+    found = {p.name: p.value.at({}) for p in scene.parameters if p.value is not None}
     return {name: value for name, value in found.items() if value is not None}
 
 
@@ -203,7 +202,7 @@ class _Writer:
 
     def dynamics(self, joint: Joint) -> list[str]:
         """Return damping and friction."""
-        if joint.damping == ZERO and joint.friction == ZERO:
+        if joint.damping == Quantity.ZERO and joint.friction == Quantity.ZERO:
             return []
         damping, friction = (decimal_text(self.value(x)) for x in (joint.damping, joint.friction))
         return [f'<dynamics damping="{damping}" friction="{friction}"/>']

@@ -11,7 +11,7 @@ from symdyn.scene.joints.pythagoras import as_number
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import ONE, PI, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.table import Table, show
 from symdyn.spatial import (
@@ -24,7 +24,11 @@ from symdyn.spatial import (
     zero_vector,
 )
 
-AXES: dict[str, Vector] = {"x": (ONE, ZERO, ZERO), "y": (ZERO, ONE, ZERO), "z": (ZERO, ZERO, ONE)}
+AXES: dict[str, Vector] = {
+    "x": (Quantity.ONE, Quantity.ZERO, Quantity.ZERO),
+    "y": (Quantity.ZERO, Quantity.ONE, Quantity.ZERO),
+    "z": (Quantity.ZERO, Quantity.ZERO, Quantity.ONE),
+}
 
 
 # Keys of more than one type
@@ -100,7 +104,7 @@ def screw(axis: Vector, pitch: Quantity) -> Block:
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still, z = Transform.unit(graph), unit(axis, graph)
-        rise = pitch.express(graph) / (2 * PI.express(graph))
+        rise = pitch.express(graph) / (2 * Quantity.PI.express(graph))
         moves = (Move(False, z, q[0], still, ((0, graph.one),)), Move(True, z, rise * q[0], still, ((0, rise),)))
         return JointMotion(moves, still, u)
 

@@ -12,9 +12,8 @@ from symdyn.scene.values import turns
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.quantity import ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step, towards
-from symdyn.scene.values.value import value_of
 
 Steps = tuple[Step, ...]
 
@@ -27,9 +26,9 @@ def held(joint: Joint, position: Quantity, motion: Callable[[Quantity], Steps]) 
         position: rad or m.
         motion: steps "R" about and "T" along the axis, of a position in the sense of the axis.
     """
-    if position == ZERO:
+    if position == Quantity.ZERO:
         return ()
-    along = [(k, value) for k, x in enumerate(joint.axis) if (value := value_of(x, {})) != 0]
+    along = [(k, value) for k, x in enumerate(joint.axis) if (value := x.at({})) != 0]
     there: Steps = ()
     if len(along) == 1:
         ((k, value),) = along

@@ -14,14 +14,14 @@ from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import PI, ZERO, Quantity, number
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
 PITCH = Key(
     "pitch",
     Table.quantity,
-    ZERO,
+    Quantity.ZERO,
     example="pitch = 0.01, the advance a turn in metres",
     letters=("h",),
     unit="m",
@@ -55,7 +55,7 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
 
 
 def _held(joint: Joint, angle: Quantity) -> Steps:
-    turn = folding.mul(number(2), PI)
+    turn = folding.mul(Quantity.number(2), Quantity.PI)
     return held(joint, angle, lambda x: (("R", x), ("T", folding.mul(PITCH.of(joint), folding.div(x, turn)))))
 
 

@@ -14,14 +14,14 @@ from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind
 from symdyn.scene.joints.joint_mark import LINE, JointMark, MarkPart
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
 LENGTH = Key(
     "length",
     Table.quantity,
-    ZERO,
+    Quantity.ZERO,
     example="length = 0.5, the distance of its ends in metres",
     above_zero="is that of no rod; give the distance of its ends, or write a spherical joint",
     letters=("l",),

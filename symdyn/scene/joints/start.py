@@ -7,7 +7,7 @@ from typing import NamedTuple
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 
 
 class Start(NamedTuple):
@@ -26,14 +26,14 @@ def start_of(scene: Scene) -> Start:
     """Return the state at the start."""
     return Start(
         tuple(x for joint in scene.joints for x in joint.start or resting(joint)),
-        tuple(x for joint in scene.joints for x in joint.start_rates or (ZERO,) * len(joint.rates)),
+        tuple(x for joint in scene.joints for x in joint.start_rates or (Quantity.ZERO,) * len(joint.rates)),
     )
 
 
 def resting(joint: Joint) -> tuple[Quantity, ...]:
     """Return the coordinates of a joint that does not say where it starts: zeros, and (1, 0, 0, 0) for a quaternion."""
-    values = [ZERO] * len(joint.coordinates)
+    values = [Quantity.ZERO] * len(joint.coordinates)
     first = JOINTS[joint.type].quaternion(joint)
     if first is not None:
-        values[first] = ONE
+        values[first] = Quantity.ONE
     return tuple(values)

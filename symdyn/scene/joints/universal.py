@@ -14,13 +14,14 @@ from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import ONE, ZERO, Vector
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table, shorten
-from symdyn.scene.values.value import value_of
 from symdyn.spatial import Mat, Transform, Wrench, cross, dot
 
-SECOND: Key[Vector] = Key("second_axis", Table.vector, (ONE, ZERO, ZERO), names=None, turned=True)
+SECOND: Key[Vector] = Key(
+    "second_axis", Table.vector, (Quantity.ONE, Quantity.ZERO, Quantity.ZERO), names=None, turned=True
+)
 
 ROUNDING = 1e-12
 """Sine of an angle between directions that are parallel."""
@@ -55,7 +56,7 @@ def _turned(joint: Joint) -> Joint:
 
 def _amiss(joint: Joint) -> str:
     try:
-        a, b = ([float(value_of(x, {}) or 0) for x in key.of(joint)] for key in (AXIS, SECOND))
+        a, b = ([float(x.at({}) or 0) for x in key.of(joint)] for key in (AXIS, SECOND))
     except FormulaError:
         return ""  # reported as a formula without a value
     across = [a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))]

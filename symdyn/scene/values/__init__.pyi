@@ -20,7 +20,7 @@ from .grammar import (
 )
 from .joint import Joint as Joint, acceleration_name as acceleration_name, velocity_name as velocity_name
 from .key import TIMED as TIMED
-from .mapping import quantities_in as quantities_in, substituted as substituted
+from .mapping import quantities_in as quantities_in
 from .model import GROUND as GROUND, Letter as Letter, Parameter as Parameter, Point as Point
 from .names import (
     LONGEST as LONGEST,
@@ -31,12 +31,10 @@ from .names import (
     suggestion as suggestion,
 )
 from .outline import OUTLINES as OUTLINES
-from .quantity import ZERO as ZERO, number as number, symbol as symbol
 from .signals import LETTERS as LETTERS
 from .spelling import spell as spell
 from .table import Faults as Faults, shorten as shorten, show as show
 from .texts import in_language as in_language
 from .tolerance import read_tolerance as read_tolerance
 from .unit import Unit as Unit, UnitError as UnitError
-from .value import known_value as known_value, value_of as value_of
 from .with_unit import fits as fits

@@ -9,10 +9,9 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError, fraction
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter
-from symdyn.scene.values.quantity import ONE, ZERO
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.unit import Unit, in_si
-from symdyn.scene.values.value import value_of
 from symdyn.scene.values.with_unit import with_unit
 
 
@@ -51,7 +50,7 @@ def in_si_here(letters: Iterable[Letter], given: Iterable[tuple[str, str]]) -> t
     told = []
     for name, text in given:
         try:
-            found = quantity(text) if name in chosen else ZERO
+            found = quantity(text) if name in chosen else Quantity.ZERO
         except FormulaError:
             continue
         if found.symbols and not found.unit:
@@ -64,8 +63,8 @@ def question(letter: Letter, text: str) -> str:
     if not letter.written or not _is_bare(text):
         return ""
     number = fraction(quantity(text))
-    size = ONE if number is None else folding.constant(number)
-    there = float(value_of(in_si(size, Unit.read(letter.written)), {}) or 0)
+    size = Quantity.ONE if number is None else folding.constant(number)
+    there = float(in_si(size, Unit.read(letter.written)).at({}) or 0)
     front = f"{letter.name} is given in {letter.written}: say {letter.name}="
     return f"{front}{spell(size)}{letter.written} or {letter.name}={there:.12g}{letter.unit}"
 
@@ -76,4 +75,4 @@ def _is_bare(text: str) -> bool:
         found = quantity(text)
     except FormulaError:
         return False
-    return not (found.unit or found.symbols or found == ZERO)
+    return not (found.unit or found.symbols or found == Quantity.ZERO)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.graph import Graph
-from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.spatial import Transform, Vec
 
 
@@ -74,10 +74,10 @@ class Body:
     """
 
     name: str
-    mass: Quantity = ZERO
+    mass: Quantity = Quantity.ZERO
     com: Vector | None = NULL
     first_moment: Vector | None = None
-    inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity] = (ZERO,) * 6
+    inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity] = (Quantity.ZERO,) * 6
     about: str = "com"
     particles: tuple[Particle, ...] = ()
     allow_invalid_inertia: bool = False

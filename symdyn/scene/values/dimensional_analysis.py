@@ -21,7 +21,7 @@ from typing import NamedTuple
 from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.dimension import NUMBER, Dimension, Exponent, product
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import shown
 
 Powers = tuple[tuple[str, Exponent], ...]
@@ -250,7 +250,7 @@ class Analysis:
         if op in (Op.NEG, Op.ABS):
             return self._measure(q.args[0], place)
         if op in (Op.MUL, Op.DIV):
-            above = Measure() if q.args[0] == ONE else self._measure(q.args[0], place)  # of 1/x as of x**-1
+            above = Measure() if q.args[0] == Quantity.ONE else self._measure(q.args[0], place)  # of 1/x as of x**-1
             return above.times(self._measure(q.args[1], place), 1 if op is Op.MUL else -1)
         if op is Op.SQRT:
             inner = self._measure(q.args[0], place)
@@ -264,7 +264,7 @@ class Analysis:
             self._measure(q.args[0], place)
             return Measure()
         parts = q.args if op is Op.ATAN2 else terms(q)
-        found = self._alike([part for part in parts if part != ZERO], place)
+        found = self._alike([part for part in parts if part != Quantity.ZERO], place)
         return Measure() if op is Op.ATAN2 else found
 
     def _alike(self, parts: Sequence[Quantity], place: Place | None) -> Measure:

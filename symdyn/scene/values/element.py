@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Plane:
 
     body: str = "ground"
     at: Vector = NULL
-    normal: Vector = (ZERO, ZERO, ONE)
+    normal: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ONE)
     declared: bool = False
 
 
@@ -125,8 +125,8 @@ class Contact(Row):
 
     type: str
     place: Place
-    axis: Vector | None = (ZERO, ONE, ZERO)
-    radius: Quantity = ZERO
+    axis: Vector | None = (Quantity.ZERO, Quantity.ONE, Quantity.ZERO)
+    radius: Quantity = Quantity.ZERO
     plane: Plane = Plane()
     components: tuple[str, ...] = ("along", "across")
 

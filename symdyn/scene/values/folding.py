@@ -11,8 +11,8 @@ from fractions import Fraction
 from math import isqrt
 
 from symdyn.errors import SceneError
-from symdyn.graph import Op
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity, number
+from symdyn.graph import Op, arithmetic
+from symdyn.scene.values.quantity import Quantity
 
 LARGEST = Fraction(sys.float_info.max)
 SMALLEST = Fraction(1, 2**1074)
@@ -35,7 +35,7 @@ def constant(value: Fraction) -> Quantity:
             raise FormulaError("a number is below the smallest double, 4.9e-324; write 0, or choose other units")
     if bits > LONGEST_BITS:
         raise FormulaError("an exact number has too many digits; round it, 17 digits are all that a double keeps")
-    return number(value)
+    return Quantity.number(value)
 
 
 def fraction(quantity: Quantity) -> Fraction | None:
@@ -68,7 +68,9 @@ def neg(a: Quantity) -> Quantity:
 def mul(a: Quantity, b: Quantity) -> Quantity:
     """Return a b."""
     (x, rest_a), (y, rest_b) = split(a), split(b)
-    rest = rest_b if rest_a == ONE else rest_a if rest_b == ONE else Quantity(Op.MUL, (rest_a, rest_b))
+    rest = (
+        rest_b if rest_a == Quantity.ONE else rest_a if rest_b == Quantity.ONE else Quantity(Op.MUL, (rest_a, rest_b))
+    )
     return _scaled(x * y, rest)
 
 
@@ -81,7 +83,7 @@ def div(a: Quantity, b: Quantity) -> Quantity:
     (x, rest_a), (y, rest_b) = split(a), split(b)
     if y == 0:
         raise FormulaError("it divides by zero; check the denominator")
-    return _scaled(x / y, rest_a if rest_b == ONE else Quantity(Op.DIV, (rest_a, rest_b)))
+    return _scaled(x / y, rest_a if rest_b == Quantity.ONE else Quantity(Op.DIV, (rest_a, rest_b)))
 
 
 def in_words(exponent: Fraction | None) -> str:
@@ -101,20 +103,20 @@ def power(base: Quantity, exponent: Fraction) -> Quantity:
     """
     if abs(exponent) == Fraction(1, 2):
         root = function(Op.SQRT, base)
-        return root if exponent > 0 else div(ONE, root)
+        return root if exponent > 0 else div(Quantity.ONE, root)
     if exponent.denominator != 1 or abs(exponent) > LARGEST_POWER:
         raise FormulaError(
             f"the exponent {exponent} is neither an integer up to {LARGEST_POWER} nor 1/2; {in_words(exponent)}"
         )
     n = int(exponent)
     if n < 0:
-        return div(ONE, power(base, Fraction(-n)))
+        return div(Quantity.ONE, power(base, Fraction(-n)))
     value = fraction(base)
     if value is not None:
         if max(value.numerator.bit_length(), value.denominator.bit_length()) * n > LONGEST_BITS:
             raise FormulaError("a power has too many digits; choose units that keep it smaller")
         return constant(value**n)
-    result, square = ONE, base
+    result, square = Quantity.ONE, base
     while n:
         if n & 1:
             result = mul(result, square)
@@ -138,17 +140,17 @@ def function(op: Op, *args: Quantity) -> Quantity:
             raise FormulaError(f"sqrt({x}) is not real; take the root of a number that is not negative")
         above, below = isqrt(x.numerator), isqrt(x.denominator)
         if above**2 == x.numerator and below**2 == x.denominator:
-            return number(Fraction(above, below))
+            return Quantity.number(Fraction(above, below))
     if op is Op.LOG and x <= 0:
         raise FormulaError(f"log({x}) is not real; take the logarithm of a positive number")
     if op is Op.ABS:
-        return number(abs(x))
+        return Quantity.number(abs(x))
     if op is Op.SIGN:
-        return number((x > 0) - (x < 0))
+        return Quantity.number((x > 0) - (x < 0))
     if x == 0 and op in (Op.SIN, Op.TANH):
-        return ZERO
+        return Quantity.ZERO
     if (x == 0 and op in (Op.COS, Op.EXP)) or (x == 1 and op is Op.LOG):
-        return ONE if op is not Op.LOG else ZERO
+        return Quantity.ONE if op is not Op.LOG else Quantity.ZERO
     return Quantity(op, args)
 
 
@@ -156,7 +158,7 @@ def split(a: Quantity) -> tuple[Fraction, Quantity]:
     """Return the constant in front of a product, and the rest (ONE for a constant)."""
     value = fraction(a)
     if value is not None:
-        return value, ONE
+        return value, Quantity.ONE
     if a.op is Op.NEG:
         factor, rest = split(a.args[0])
         return -factor, rest
@@ -168,8 +170,17 @@ def split(a: Quantity) -> tuple[Fraction, Quantity]:
 
 
 def _scaled(factor: Fraction, rest: Quantity) -> Quantity:
-    if rest == ONE or factor == 0:
+    if rest == Quantity.ONE or factor == 0:
         return constant(factor)
     if factor == 1:
         return rest
     return Quantity(Op.NEG, (rest,)) if factor == -1 else Quantity(Op.MUL, (constant(factor), rest))
+
+
+def folded(op: Op, args: tuple[Quantity, ...]) -> Quantity:
+    """Return an operation on quantities, folded."""
+    operation = _ARITHMETIC.get(op)
+    return operation(*args) if operation else function(op, *args)
+
+
+_ARITHMETIC = arithmetic(sys.modules[__name__])

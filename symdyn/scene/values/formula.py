@@ -31,7 +31,7 @@ from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.names import FORMULA_NAMES, nearest
-from symdyn.scene.values.quantity import PI, Quantity, number, symbol
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 
 __all__ = ["FormulaError", "parse", "quantity"]
@@ -42,9 +42,9 @@ DEEPEST = 150
 MOST_NODES = 2_000
 LARGEST_EXPONENT = 400
 
-DEGREE = folding.mul(number(Fraction(1, 180)), PI)
+DEGREE = folding.mul(Quantity.number(Fraction(1, 180)), Quantity.PI)
 
-CONSTANTS: Mapping[str, Quantity] = {"pi": PI, "deg": DEGREE}
+CONSTANTS: Mapping[str, Quantity] = {"pi": Quantity.PI, "deg": DEGREE}
 
 UNARY_FUNCTIONS: Mapping[str, Op] = {
     "sin": Op.SIN,
@@ -280,7 +280,7 @@ class _Reader:
             raise FormulaError(f"the function {name} needs an argument; write {name}(x)")
         if name.lower() in ("inf", "infinity", "nan"):
             raise FormulaError(f"{name} is not a finite number")
-        return symbol(name)
+        return Quantity.symbol(name)
 
     def binary(self, node: ast.BinOp, depth: int) -> Quantity:
         left, right = self.visit(node.left, depth + 1), self.visit(node.right, depth + 1)

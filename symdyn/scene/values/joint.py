@@ -8,7 +8,7 @@ from typing import Any
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene.values.body import UNMOVED, Pose
 from symdyn.scene.values.element import Element
-from symdyn.scene.values.quantity import ONE, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import Quantity, Vector
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Coupling:
     """
 
     coordinate: str
-    ratio: Quantity = ONE
-    offset: Quantity = ZERO
+    ratio: Quantity = Quantity.ONE
+    offset: Quantity = Quantity.ZERO
 
 
 @dataclass(frozen=True)
@@ -81,9 +81,9 @@ class Joint:
     drives: tuple[str | None, ...] = ()
     forces: tuple[Quantity, ...] = ()
     coupling: Coupling | None = None
-    armature: Quantity = ZERO
-    damping: Quantity = ZERO
-    friction: Quantity = ZERO
+    armature: Quantity = Quantity.ZERO
+    damping: Quantity = Quantity.ZERO
+    friction: Quantity = Quantity.ZERO
     dry: Element | None = None
     limits: Limits = Limits()
     start: tuple[Quantity, ...] = ()
@@ -98,7 +98,7 @@ class Joint:
     @property
     def axis(self) -> Vector:
         """Direction in the joint frame, any length but zero, free of symbols; z where its type takes none."""
-        found: Vector = dict(self.shape).get("axis", (ZERO, ZERO, ONE))
+        found: Vector = dict(self.shape).get("axis", (Quantity.ZERO, Quantity.ZERO, Quantity.ONE))
         return found
 
     @property
@@ -119,7 +119,7 @@ class Joint:
     @property
     def force(self) -> Quantity:
         """Generalized force beside the drive of a joint that has exactly one velocity; else zero."""
-        return self.forces[0] if len(self.forces) == 1 else ZERO
+        return self.forces[0] if len(self.forces) == 1 else Quantity.ZERO
 
     @property
     def rates(self) -> tuple[str, ...]:

@@ -14,11 +14,10 @@ from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed
-from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.quantity import Quantity, Value, Vector
 from symdyn.scene.values.shapes import ANYTHING, FLAG, NUMBER, NUMBERS, PLACEMENT, TEXT, VECTOR, Shape
 from symdyn.scene.values.table import Faults, Table, plain, shown
 from symdyn.scene.values.unit import Unit
-from symdyn.scene.values.value import Value, known_value, value_of
 
 T = TypeVar("T")
 
@@ -48,7 +47,7 @@ class Stand:
 
     def value(self, quantity: Quantity) -> Value | None:
         """Return a value as far as it is known; a formula without one is reported as such."""
-        return known_value(quantity, self.values)
+        return quantity.known_at(self.values)
 
     def direction(self, key: str, axis: Vector, tilt: str = "tilt by origin.rpy") -> bool:
         """Report a direction that has no length, or depends on symbols (`tilt` says what may); else return true."""
@@ -58,7 +57,7 @@ class Stand:
             self.fault(f"{text} depends on {listed(names)}; give numbers, and {tilt} instead")
             return False
         try:
-            sizes = [(x.express(Graph()).is_zero, value_of(x, {})) for x in axis]
+            sizes = [(x.express(Graph()).is_zero, x.at({})) for x in axis]
         except (FormulaError, ZeroDivisionError):
             self.fault(f"{text} divides by zero, or has no real value; give a direction such as [0, 0, 1]")
             return False

@@ -5,8 +5,7 @@ from __future__ import annotations
 from symdyn.graph import Graph
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.model import Parameter
-from symdyn.scene.values.quantity import ZERO, Quantity, symbol
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.quantity import Quantity
 
 
 class Names:
@@ -29,8 +28,8 @@ class Names:
         if quantity.symbols:
             return quantity
         if quantity.express(Graph()).is_zero:
-            return ZERO
-        value = value_of(quantity, {})
+            return Quantity.ZERO
+        value = quantity.at({})
         negative = positive and value is not None and value < 0
         quantity = neg(quantity) if negative else quantity
         taken = {parameter.name for parameter in self.added}
@@ -39,4 +38,4 @@ class Names:
             k += 1
             unique = f"{name}_{k}{self.suffix}"
         self.added.append(Parameter(unique, quantity, positive, unit, None, text))
-        return -symbol(unique) if negative else symbol(unique)
+        return -Quantity.symbol(unique) if negative else Quantity.symbol(unique)

@@ -21,10 +21,10 @@ from symdyn.errors import SceneError
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.joint import Joint, acceleration_name
-from symdyn.scene.values.mapping import map_quantities, substituted
+from symdyn.scene.values.mapping import map_quantities
 from symdyn.scene.values.names import CLOCK, listed
 from symdyn.scene.values.order import JointOrder, order_of
-from symdyn.scene.values.quantity import ZERO, Quantity, Vector, number
+from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.signals import LETTERS
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
@@ -35,7 +35,7 @@ GROUND = "ground"
 NAMING = ("", ".toml", ".par")
 """Endings of files that name their coordinates themselves, or none where Python made the scene."""
 
-STANDARD_GRAVITY: Vector = (ZERO, ZERO, number(Fraction("-9.81")))
+STANDARD_GRAVITY: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.number(Fraction("-9.81")))
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Input:
     """
 
     name: str
-    value: Quantity = ZERO
+    value: Quantity = Quantity.ZERO
     unit: str = ""
     latex: str | None = None
     text: str = ""
@@ -294,7 +294,7 @@ class Scene(Shown):
         if not self.inputs:
             return replace(self, outputs=()) if self.outputs else self
         more = tuple(
-            Parameter(x.name, None if x.value == ZERO else x.value, False, x.unit, x.latex, x.text, x.texts)
+            Parameter(x.name, None if x.value == Quantity.ZERO else x.value, False, x.unit, x.latex, x.text, x.texts)
             for x in self.inputs
         )
         return replace(self, parameters=(*self.parameters, *more), inputs=(), outputs=())
@@ -374,7 +374,7 @@ class Scene(Shown):
             FormulaError: a formula has no value then.
         """
         check_arguments(Scene.substituted, locals(), SceneError)
-        return map_quantities(self, lambda one: substituted(one, values)) if values else self
+        return map_quantities(self, lambda one: one.substituted(values)) if values else self
 
     def shown_unit(self, unit: str) -> str:
         """Return a unit that nobody said, of a joint, a time or an energy, as it is shown: "" without dimensions."""

@@ -14,8 +14,7 @@ from math import isfinite
 
 from symdyn.scene.values.body import Body
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import Quantity
-from symdyn.scene.values.value import Value, value_of
+from symdyn.scene.values.quantity import Quantity, Value
 
 Matrix = list[list[Value]]
 
@@ -154,7 +153,7 @@ def _first_moment(body: Body, values: Mapping[str, Value]) -> list[Value] | None
 def _known(quantities: Sequence[Quantity], values: Mapping[str, Value]) -> list[Value] | None:
     """Return all values, None if one is unknown or does not exist (which is reported where the formula stands)."""
     try:
-        found = [value_of(quantity, values) for quantity in quantities]
+        found = [quantity.at(values) for quantity in quantities]
     except FormulaError:
         return None
     known = [value for value in found if value is not None]

@@ -6,10 +6,14 @@ tree with no graph behind it, so that two scenes compare equal when they say the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import ClassVar
 
 from symdyn.graph import Expr, Graph, Op, arithmetic
+
+Value = Fraction | float
 
 
 @dataclass(frozen=True)
@@ -29,16 +33,30 @@ class Quantity:
     value: Fraction | str | None = None
     unit: str = field(default="", compare=False, repr=False)
 
+    ZERO: ClassVar[Quantity]
+    ONE: ClassVar[Quantity]
+    PI: ClassVar[Quantity]
+
+    @staticmethod
+    def number(value: Fraction | int) -> Quantity:
+        """Return an exact constant."""
+        return Quantity(Op.CONSTANT, (), value if type(value) is Fraction else Fraction(value))
+
+    @staticmethod
+    def symbol(name: str) -> Quantity:
+        """Return a named parameter, coordinate or velocity."""
+        return Quantity(Op.SYMBOL, (), name)
+
     def __neg__(self) -> Quantity:
-        return self if self == ZERO else Quantity(Op.NEG, (self,))
+        return self if self == Quantity.ZERO else Quantity(Op.NEG, (self,))
 
     def __mul__(self, other: Quantity) -> Quantity:
-        if ZERO in (self, other):
-            return ZERO
-        return other if self == ONE else self if other == ONE else Quantity(Op.MUL, (self, other))
+        if Quantity.ZERO in (self, other):
+            return Quantity.ZERO
+        return other if self == Quantity.ONE else self if other == Quantity.ONE else Quantity(Op.MUL, (self, other))
 
     def __add__(self, other: Quantity) -> Quantity:
-        return other if self == ZERO else self if other == ZERO else Quantity(Op.ADD, (self, other))
+        return other if self == Quantity.ZERO else self if other == Quantity.ZERO else Quantity(Op.ADD, (self, other))
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -66,21 +84,43 @@ class Quantity:
             return graph.function(self.op, *args)
         return arithmetic(graph)[self.op](*args)  # type: ignore[no-any-return]
 
+    def at(self, values: Mapping[str, Value]) -> Value | None:
+        """Return its value, exact where it is rational; None when one of its symbols has no value.
 
-def number(value: Fraction | int) -> Quantity:
-    """Return an exact constant."""
-    return Quantity(Op.CONSTANT, (), value if type(value) is Fraction else Fraction(value))
+        Raises:
+            FormulaError: it divides by zero, has no real value, or is beyond the largest double.
+        """
+        from symdyn.scene.values.value import value_of
+
+        return value_of(self, values)
+
+    def known_at(self, values: Mapping[str, Value]) -> Value | None:
+        """Return its value, None where it is not known, or does not exist, which is reported apart."""
+        from symdyn.scene.values.folding import FormulaError
+
+        try:
+            return self.at(values)
+        except FormulaError:
+            return None
+
+    def substituted(self, values: Mapping[str, Quantity]) -> Quantity:
+        """Return the formula with quantities in place of symbols, folded again.
+
+        Raises:
+            FormulaError: it divides by what is now zero, or takes a root or logarithm that no longer exists.
+        """
+        if self.op is Op.SYMBOL:
+            return values.get(str(self.value), self)
+        args = tuple(arg.substituted(values) for arg in self.args)
+        if all(new is old for new, old in zip(args, self.args, strict=True)):
+            return self
+        from symdyn.scene.values.folding import folded
+
+        return folded(self.op, args)
 
 
-def symbol(name: str) -> Quantity:
-    """Return a named parameter, coordinate or velocity."""
-    return Quantity(Op.SYMBOL, (), name)
-
-
-ZERO = number(0)
-ONE = number(1)
-PI = Quantity(Op.PI)
+Quantity.ZERO, Quantity.ONE, Quantity.PI = Quantity.number(0), Quantity.number(1), Quantity(Op.PI)
 
 Vector = tuple[Quantity, Quantity, Quantity]
 
-NULL: Vector = (ZERO, ZERO, ZERO)
+NULL: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)

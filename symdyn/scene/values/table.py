@@ -14,7 +14,7 @@ from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_words
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.tolerance import Tolerance, read_tolerance
 
@@ -156,7 +156,7 @@ class Table:
     def __contains__(self, key: str) -> bool:
         return key in self.raw
 
-    def quantity(self, key: str, default: Quantity = ZERO) -> Quantity:
+    def quantity(self, key: str, default: Quantity = Quantity.ZERO) -> Quantity:
         """Return a number or formula."""
         return self._read(key, default, quantity) if key in self else default
 
@@ -268,7 +268,7 @@ def pose(value: object) -> Pose:
 
 def compose(*steps: tuple[str, Quantity]) -> Pose:
     """Return the product of elementary motions, without those that do nothing."""
-    return Pose(tuple(step for step in steps if step[1] != ZERO))
+    return Pose(tuple(step for step in steps if step[1] != Quantity.ZERO))
 
 
 # In Python

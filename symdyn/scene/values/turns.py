@@ -8,24 +8,23 @@ from fractions import Fraction
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
-from symdyn.scene.values.quantity import NULL, PI, ZERO, Quantity, Vector, number
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
 Step = tuple[str, Quantity]
 
-RIGHT = folding.mul(number(Fraction(1, 2)), PI)
+RIGHT = folding.mul(Quantity.number(Fraction(1, 2)), Quantity.PI)
 
 
 def turns(angle: Quantity) -> Fraction | None:
     """Return k of an angle k π, None for any other angle."""
-    if angle == ZERO:
+    if angle == Quantity.ZERO:
         return Fraction(0)
-    if angle == PI:
+    if angle == Quantity.PI:
         return Fraction(1)
     if angle.op is Op.NEG:
         inner = turns(angle.args[0])
         return None if inner is None else -inner
-    if angle.op is Op.MUL and angle.args[1] == PI:
+    if angle.op is Op.MUL and angle.args[1] == Quantity.PI:
         return folding.fraction(angle.args[0])
     return None
 
@@ -33,7 +32,7 @@ def turns(angle: Quantity) -> Fraction | None:
 def plus(a: Quantity, b: Quantity) -> Quantity:
     """Return the sum of two angles; multiples of π add up to one."""
     x, y = turns(a), turns(b)
-    return folding.add(a, b) if x is None or y is None else folding.mul(number(x + y), PI)
+    return folding.add(a, b) if x is None or y is None else folding.mul(Quantity.number(x + y), Quantity.PI)
 
 
 def quarter_turns(angle: Quantity) -> int | None:
@@ -50,18 +49,18 @@ def inverse(steps: Sequence[Step]) -> tuple[Step, ...]:
 def towards(axis: Vector) -> tuple[Step, ...]:
     """Return a rotation that takes z to the direction of an axis of any length, free of symbols."""
     x, y, z = axis
-    if x == ZERO and y == ZERO:
-        return (("Rx", PI),) if _negative(z) else ()
-    if y == ZERO and z == ZERO:
+    if x == Quantity.ZERO and y == Quantity.ZERO:
+        return (("Rx", Quantity.PI),) if _negative(z) else ()
+    if y == Quantity.ZERO and z == Quantity.ZERO:
         return (("Ry", folding.neg(RIGHT) if _negative(x) else RIGHT),)
-    if x == ZERO and z == ZERO:
+    if x == Quantity.ZERO and z == Quantity.ZERO:
         return (("Rx", RIGHT if _negative(y) else folding.neg(RIGHT)),)
     across = folding.power(folding.add(folding.mul(x, x), folding.mul(y, y)), Fraction(1, 2))
     return (("Rz", folding.function(Op.ATAN2, y, x)), ("Ry", folding.function(Op.ATAN2, across, z)))
 
 
 def _negative(x: Quantity) -> bool:
-    value = value_of(x, {})
+    value = x.at({})
     assert value is not None, "an axis is free of symbols"
     return value < 0
 
@@ -69,7 +68,7 @@ def _negative(x: Quantity) -> bool:
 def circular(op: Op, angle: Quantity) -> Quantity:
     """Return sin or cos (the operation) of an angle, as a number where it is rational."""
     value = folding.function(op, angle).express(Graph())
-    return number(value.value) if value.op is Op.CONSTANT else folding.function(op, angle)  # type: ignore[arg-type]
+    return Quantity.number(value.value) if value.op is Op.CONSTANT else folding.function(op, angle)  # type: ignore[arg-type]
 
 
 def cosine_and_sine(angle: Quantity) -> tuple[Quantity, Quantity]:
@@ -77,7 +76,7 @@ def cosine_and_sine(angle: Quantity) -> tuple[Quantity, Quantity]:
     k = quarter_turns(angle)
     if k is None:
         return folding.function(Op.COS, angle), folding.function(Op.SIN, angle)
-    return number((1, 0, -1, 0)[k]), number((0, 1, 0, -1)[k])
+    return Quantity.number((1, 0, -1, 0)[k]), Quantity.number((0, 1, 0, -1)[k])
 
 
 def translation(pose: Pose) -> Vector:
@@ -89,7 +88,7 @@ def translation(pose: Pose) -> Vector:
             r[k] = folding.add(r[k], amount)
             continue
         i, j = (k + 1) % 3, (k + 2) % 3
-        if r[i] == r[j] == ZERO:
+        if r[i] == r[j] == Quantity.ZERO:
             continue
         c, s = cosine_and_sine(amount)
         r[i], r[j] = (

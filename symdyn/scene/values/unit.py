@@ -35,7 +35,7 @@ from symdyn.scene.values.dimension import (
     product,
 )
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import PI, Quantity
+from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.unit_words import PLAIN_NUMBER, meant_by
 
 LONGEST = 60
@@ -77,7 +77,7 @@ class Unit:
     @property
     def factor(self) -> Quantity:
         """How many of the coherent unit it is, exactly."""
-        return folding.mul(folding.constant(self.scale), folding.power(PI, Fraction(self.turns)))
+        return folding.mul(folding.constant(self.scale), folding.power(Quantity.PI, Fraction(self.turns)))
 
     @property
     def size(self) -> float:
@@ -374,10 +374,10 @@ def _times_pi(value: Quantity, power: int) -> Quantity:
     for _ in range(abs(power)):
         factor, rest = folding.split(value)
         inverse, undone = (Op.DIV, folding.mul) if power > 0 else (Op.MUL, folding.div)
-        if rest.op is inverse and rest.args[1] == PI:
+        if rest.op is inverse and rest.args[1] == Quantity.PI:
             value = folding.mul(folding.constant(factor), rest.args[0])
-        elif power < 0 and rest == PI:
+        elif power < 0 and rest == Quantity.PI:
             value = folding.constant(factor)
         else:
-            value = undone(value, PI)
+            value = undone(value, Quantity.PI)
     return value

@@ -9,9 +9,7 @@ from math import isqrt
 
 from symdyn.graph import Op
 from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import Quantity
-
-Value = Fraction | float
+from symdyn.scene.values.quantity import Quantity, Value
 
 LONGEST_BITS = 8192
 
@@ -46,14 +44,6 @@ def value_of(quantity: Quantity, values: Mapping[str, Value]) -> Value | None:
         raise FormulaError("divides by zero") from None
     except OverflowError:
         raise FormulaError("is beyond the largest double, 1.8e308") from None
-
-
-def known_value(quantity: Quantity, values: Mapping[str, Value]) -> Value | None:
-    """Return the value of a quantity, None where it is not known, or does not exist, which is reported apart."""
-    try:
-        return value_of(quantity, values)
-    except FormulaError:
-        return None
 
 
 def _value(q: Quantity, values: Mapping[str, Value]) -> Value | None:

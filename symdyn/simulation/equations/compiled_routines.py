@@ -20,8 +20,7 @@ from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
 from symdyn.program import PARAMS, PREPARE, Program, lower, prepare
-from symdyn.scene import Scene
-from symdyn.scene.values import ZERO
+from symdyn.scene import Quantity, Scene
 from symdyn.simulation.prescribed.forces import Forces
 
 Calls = Mapping[str, Callable[..., Any]]
@@ -65,7 +64,7 @@ def acting(w: Workspace, forces: Forces) -> dict[Expr, Expr]:
     """
     outside, found = forces.outside, dict[Expr, Expr]()
     for k, (one, letter) in enumerate(zip(w.scene.inputs, w.inputs, strict=True), w.state.n):
-        usual = one.value if k not in outside else ZERO
+        usual = one.value if k not in outside else Quantity.ZERO
         formula = forces.formulas.get(k, usual).express(w.graph)
         found[letter] = formula + letter if k in outside else formula
     drives = substitute([forces.formula(k).express(w.graph) for k in range(w.state.n)], found)

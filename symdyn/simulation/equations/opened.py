@@ -17,7 +17,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, without_hidden_zeros
-from symdyn.scene.values import FormulaError, Parameter, quantities_in, substituted, symbol
+from symdyn.scene.values import FormulaError, Parameter, quantities_in
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
 
@@ -92,14 +92,14 @@ def _formulas_in(scene: Scene) -> list[Quantity]:
     """Return the formulas in parameters alone that a scene holds, and its parameters as such."""
     names = dict.fromkeys(p.name for p in scene.parameters)
     formulas = [one for one in quantities_in(scene) if one.symbols and names.keys() >= set(one.symbols)]
-    return list(dict.fromkeys([*map(symbol, names), *formulas]))
+    return list(dict.fromkeys([*map(Quantity.symbol, names), *formulas]))
 
 
 def _decides_form(formula: Quantity, values: Mapping[str, Quantity]) -> bool:
     """Tell whether the value of a formula decides the form of equations: zero does, and a right angle."""
     graph = Graph()
     try:
-        angle = substituted(formula, values).express(graph)
+        angle = formula.substituted(values).express(graph)
     except (FormulaError, ZeroDivisionError):  # told where it is computed with
         return False
     return angle.is_zero or graph.sin(angle).is_zero or graph.cos(angle).is_zero

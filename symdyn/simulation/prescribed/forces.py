@@ -19,7 +19,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import ZERO, Faults, ask_for_units, force_unit, suggestion, velocity_name
+from symdyn.scene.values import Faults, ask_for_units, force_unit, suggestion, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values, read_formula
 from symdyn.simulation.prescribed.function_laws import required_arguments
@@ -89,7 +89,7 @@ class Forces:
 
     def formula(self, k: int) -> Quantity:
         """Return the formula of a velocity's driving force, zero where it has none."""
-        return self.formulas.get(k, ZERO)
+        return self.formulas.get(k, Quantity.ZERO)
 
     def tabulated(self, times: Array, n: int) -> Array:
         """Return what the tables give at `times`, shape (..., n); zero where there is none."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, substituted, suggestion, value_of
+from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, suggestion
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -49,7 +49,7 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantit
     formula = read_formula(text, (*scene.letters(words), *parameters, *outputs), where, faults)
     if formula is None:
         return None
-    seen = substituted(formula, outputs)
+    seen = formula.substituted(outputs)
     SceneUnits(scene).check(seen, where, faults)
     return seen
 
@@ -74,13 +74,13 @@ def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     Raises:
         FormulaError: it divides by what is now zero, or takes a root or logarithm that does not exist.
     """
-    return substituted(formula, values)
+    return formula.substituted(values)
 
 
 def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
     """Return the value of a formula in parameters, None after a fault."""
     try:
-        value = value_of(bound(formula, values), {})
+        value = bound(formula, values).at({})
     except FormulaError as error:
         faults.add(where, f"{spell(formula)} {error}")
         return None

@@ -21,7 +21,7 @@ from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, SceneUnits, read_text, write_text
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import ZERO, Body, Element, Joint, Load, Parameter, Place, Point, Pose, Strut, number, symbol
+from symdyn.scene.values import Body, Element, Joint, Load, Parameter, Place, Point, Pose, Strut
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.languages import fill, language_of
 
@@ -112,11 +112,11 @@ def _moves(scene: Scene) -> bool:
 
 
 def _mass(scene: Scene, rng: random.Random) -> Drawn:
-    heavy = [body for body in scene.bodies if body.mass != ZERO or body.particles]
+    heavy = [body for body in scene.bodies if body.mass != Quantity.ZERO or body.particles]
     if not heavy:
         return None
     body, factor = rng.choice(heavy), rng.choice(FACTORS)
-    c = number(factor)
+    c = Quantity.number(factor)
     new = replace(
         body,
         mass=c * body.mass,
@@ -136,13 +136,13 @@ def _length(scene: Scene, rng: random.Random) -> Drawn:
         return None
     body, factor = rng.choice(long), rng.choice(FACTORS)
     said: dict[str, str | Form] = {"body": body.name, "factor": Number(factor), "square": Number(factor**2)}
-    key = "variant.length.spun" if any(x != ZERO for x in body.inertia) else "variant.length"
+    key = "variant.length.spun" if any(x != Quantity.ZERO for x in body.inertia) else "variant.length"
     return _stretched(scene, body, factor), Change(key, said)
 
 
 def _stretched(scene: Scene, body: Body, factor: Fraction) -> Scene:
     """Return the scene with a body whose ways are longer by a factor, and its moments of inertia by its square."""
-    c, square = number(factor), factor**2
+    c, square = Quantity.number(factor), factor**2
 
     def place(at: Place) -> Place:
         return replace(at, at=_times(c, at.at)) if at.body == body.name else at
@@ -156,7 +156,7 @@ def _stretched(scene: Scene, body: Body, factor: Fraction) -> Scene:
         body,
         com=body.com and _times(c, body.com),
         first_moment=body.first_moment and _times(c, body.first_moment),
-        inertia=cast(Inertia, tuple(number(square) * x for x in body.inertia)),
+        inertia=cast(Inertia, tuple(Quantity.number(square) * x for x in body.inertia)),
         particles=tuple(replace(one, at=_times(c, one.at)) for one in body.particles),
     )
 
@@ -205,11 +205,11 @@ def _direction(scene: Scene, rng: random.Random) -> Drawn:
     across = _plane(scene)
     if across is not None:
         able = [one for one in able if _units(scene)[one.coordinate] == "m"]
-    able = [one for one in able if sum(x != ZERO for x in one.axis) == 1]
+    able = [one for one in able if sum(x != Quantity.ZERO for x in one.axis) == 1]
     if not able:
         return None
     joint = rng.choice(able)
-    (was,) = (k for k, x in enumerate(joint.axis) if x != ZERO)
+    (was,) = (k for k, x in enumerate(joint.axis) if x != Quantity.ZERO)
     now = rng.choice([k for k in range(3) if k not in (was, across)])
     axis = _unit(now)
     said = Change("variant.direction", {"joint": joint.name, **_along(axis)})
@@ -217,13 +217,13 @@ def _direction(scene: Scene, rng: random.Random) -> Drawn:
 
 
 def _gravity(scene: Scene, rng: random.Random) -> Drawn:
-    along = [k for k, x in enumerate(scene.gravity) if x != ZERO]
+    along = [k for k, x in enumerate(scene.gravity) if x != Quantity.ZERO]
     if len(along) != 1 or scene.rows:
         return None
     size, across = scene.gravity[along[0]], _plane(scene)
     ways = [(k, sign) for k in range(3) for sign in (1, -1) if k != across and (k, sign) != (along[0], 1)]
     k, sign = rng.choice(ways)
-    turned = [ZERO] * 3
+    turned = [Quantity.ZERO] * 3
     turned[k] = size if sign > 0 else -size
     if turned[k].op is Op.NEG and turned[k].args[0].op is Op.NEG:
         turned[k] = turned[k].args[0].args[0]
@@ -240,10 +240,10 @@ def _spring(scene: Scene, rng: random.Random) -> Drawn:
     unit = "N/m" if _units(scene)[joint.coordinate] == "m" else "N m/rad"
     taken = {*scene.moving_names, *(one.name for one in scene.parameters)}
     k = next(name for name in ("k", "k_s", *(f"k_s{i}" for i in range(len(taken) + 1))) if name not in taken)
-    value = number(STIFFNESS) if scene.parameters and not scene.free_parameters else None
+    value = Quantity.number(STIFFNESS) if scene.parameters and not scene.free_parameters else None
     names = {one.name for one in scene.elements}
     name = next(x for x in (k, *(f"{k}_{i}" for i in range(len(names) + 1))) if x not in names)
-    added = FORCES["spring"].noun(name, joint=joint.name, stiffness=(symbol(k),))
+    added = FORCES["spring"].noun(name, joint=joint.name, stiffness=(Quantity.symbol(k),))
     said = Change("variant.spring", {"joint": joint.name, "k": Symbol(k), "q": Symbol(joint.coordinate)})
     parameters = (*scene.parameters, Parameter(k, value, positive=True, unit=unit))
     return replace(scene, parameters=parameters, elements=(added, *scene.elements)), said
@@ -261,7 +261,7 @@ def _plane(scene: Scene) -> int | None:
         return None
     turns = [joint.axis for joint in scene.moving if _units(scene)[joint.coordinate] == "rad"]
     tilted = any(step[0] == "R" for joint in scene.joints for step, _ in (*joint.origin.steps, *joint.tip.steps))
-    across = [k for k in range(3) if all(x == ZERO for axis in turns for j, x in enumerate(axis) if j != k)]
+    across = [k for k in range(3) if all(x == Quantity.ZERO for axis in turns for j, x in enumerate(axis) if j != k)]
     return across[0] if turns and len(across) == 1 and not tilted else None
 
 
@@ -274,7 +274,7 @@ def _with(scene: Scene, old: Joint, new: Joint) -> Scene:
 
 
 def _unit(k: int) -> Three:
-    found = [number(int(j == k)) for j in range(3)]
+    found = [Quantity.number(int(j == k)) for j in range(3)]
     return found[0], found[1], found[2]
 
 

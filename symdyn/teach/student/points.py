@@ -16,7 +16,7 @@ from types import MappingProxyType
 from symdyn.algebra import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.scene import Scene, SceneUnits
-from symdyn.scene.values import Unit, UnitError, acceleration_name, known_value
+from symdyn.scene.values import Unit, UnitError, acceleration_name
 from symdyn.teach.student.vocabulary import Names
 
 DRAWN, TWINS, MOVERS = 6, 4, 3
@@ -94,7 +94,7 @@ def points_of(scene: Scene, others: Mapping[str, str] = NONE) -> Points:
     drawn = [{name: _drawn(name, k) for name in every} for k in range(DRAWN)]
     twins = [_mixed(point, k, parameters) for k, point in enumerate(drawn[:TWINS])]
     movers = [_mixed(point, k, resting) for k, point in enumerate(drawn[:MOVERS])]
-    given = {p.name: known_value(p.value, {}) for p in scene.parameters if p.value is not None and p.name in every}
+    given = {p.name: p.value.known_at({}) for p in scene.parameters if p.value is not None and p.name in every}
     bound = {name: float(value) for name, value in given.items() if value is not None}
     scales = _scales(scene, others)
     scaled = {name: value * scales.get(name, 1.0) for name, value in drawn[0].items()}

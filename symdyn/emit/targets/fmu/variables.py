@@ -10,7 +10,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.program import PARAMS, Program
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import known_value, velocity_name
+from symdyn.scene.values import velocity_name
 
 TIME = "t"
 
@@ -120,13 +120,13 @@ def _limits(scene: Scene) -> dict[str, tuple[float | None, float | None]]:
 
 
 def _bound(limit: Quantity | None, values: Mapping[str, Quantity]) -> float | None:
-    known = {name: known_value(value, {}) for name, value in values.items()}
-    value = None if limit is None else known_value(limit, {k: x for k, x in known.items() if x is not None})
+    known = {name: value.known_at({}) for name, value in values.items()}
+    value = None if limit is None else limit.known_at({k: x for k, x in known.items() if x is not None})
     return None if value is None else float(value)
 
 
 def _number(value: Quantity | None, other: float) -> float:
-    found = None if value is None else known_value(value, {})
+    found = None if value is None else value.known_at({})
     return other if found is None else float(found)
 
 

@@ -11,8 +11,7 @@ from symdyn.algebra import Form, Symbol, with_squares
 from symdyn.dynamics import Energies
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, substitute
-from symdyn.scene import Scene
-from symdyn.scene.values import ZERO as NOTHING
+from symdyn.scene import Quantity, Scene
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import Reduced, zero
@@ -113,7 +112,7 @@ def without(scene: Scene, body: str) -> Scene | None:
     """Return an open scene without one of its last bodies; None where something else is fixed to it."""
     (joint,) = [joint for joint in scene.joints if joint.child == body]
     followed = {one.coupling.coordinate for one in scene.joints if one.coupling}
-    if len(scene.bodies) < 2 or scene.is_closed or scene.elements or joint.armature != NOTHING:
+    if len(scene.bodies) < 2 or scene.is_closed or scene.elements or joint.armature != Quantity.ZERO:
         return None
     if joint.coupling or followed.intersection(joint.coordinates) or body in (one.parent for one in scene.joints):
         return None

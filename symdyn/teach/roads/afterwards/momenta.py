@@ -7,7 +7,7 @@ from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import gradient, reachable
-from symdyn.scene.values import ZERO as NOTHING
+from symdyn.scene import Quantity
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
 from symdyn.teach.roads.afterwards.reduced import cyclic_of, led_by, reduced, zero
@@ -30,7 +30,7 @@ def _cyclic(lesson: Lesson, page: Printable, k: int, first: bool) -> Step:
     p = lesson.name(f"p:{k + 1}", "p", str(k + 1), node=lesson.momenta[k])
     axis = axes_of(lesson)[k]
     blocks: list[Block] = [folded(lesson, Formula(p.name, momentum_form(lesson, k)))]
-    if axis is not None and axis.joint.armature == NOTHING:
+    if axis is not None and axis.joint.armature == Quantity.ZERO:
         key = "momentum.slide" if axis.slides else "momentum.turn"
         blocks.append(lesson.say(key, p=p, joint=axis.joint.name))
     right = page.right[k]

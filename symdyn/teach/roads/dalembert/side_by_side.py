@@ -22,8 +22,8 @@ from symdyn.dynamics.reactions import known_bivectors
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
-from symdyn.scene import Scene
-from symdyn.scene.values import ZERO as NONE, acceleration_name
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import acceleration_name
 from symdyn.spatial import dot, scale, sub
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Prose
@@ -59,7 +59,7 @@ def terms_of_both(scene: Scene) -> list[Term]:
     closed = closed_form(scene)
     w = Workspace(scene)
     graph, state, n = w.graph, w.state, w.state.n
-    if any(joint.armature != NONE for joint in scene.joints):
+    if any(joint.armature != Quantity.ZERO for joint in scene.joints):
         raise DerivationError(f"{scene.name}: rotors turn with their joints and are no bodies")
     powers = _powers(w)
     found: list[tuple[int, Form, Form, list[Expr]]] = []
