@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from mechanisms import shape
 
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Scene
 from symdyn.scene.values import Body, Joint, Parameter, Pose
 from symdyn.scene.values.body import Particle
 from symdyn.scene.values.quantity import Quantity, Vector

@@ -16,7 +16,7 @@ import pytest
 from symdyn.errors import SymdynError
 from symdyn.graph import reachable
 from symdyn.scene import Scene, bind, read, read_text
-from symdyn.scene.values.mapping import map_quantities
+from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import opened
@@ -44,7 +44,7 @@ def another(scene: Scene, name: str, factor: float = 1.25) -> Scene:
 def of_numbers(scene: Scene) -> Scene:
     """Return the scene with numbers in place of its parameters."""
     known = {p.name: p.value for p in scene.parameters if p.value is not None}
-    return map_quantities(replace(scene, parameters=()), lambda one: one.substituted(known))
+    return map_quantities(replace(scene, parameters=()), lambda one: substituted(one, known))
 
 
 def state(system: StateEquations) -> np.ndarray:

@@ -162,7 +162,7 @@ def test_particles_of_numbers_are_taken_into_the_ten():
 
     assert named.bodies[0].particles == ()
     assert {p.name: p.value for p in named.parameters} == {
-        "m1": Quantity.number(5), "mz1": Quantity.number(1), "Ixx1": parse("1/2"), "Iyy1": parse("9/2"), 
+        "m1": Quantity.number(5), "mz1": Quantity.number(1), "Ixx1": parse("1/2"), "Iyy1": parse("9/2"),
         "Izz1": Quantity.number(4), "Ixz1": Quantity.number(1),
     }  # fmt: skip
 

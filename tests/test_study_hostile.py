@@ -13,7 +13,7 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.errors import IdentifyError, SimulateError, StudyError
-from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.quantity import FormulaError
 from symdyn.scene.values.tolerance import read_tolerance
 from symdyn.study.study import Study
 

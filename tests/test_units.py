@@ -252,8 +252,9 @@ RATES = {"deg/s": 1, "deg/ms": 1000, "deg/min": Fraction(1, 60)}
 
 def test_deg_is_a_factor_before_every_letter_that_is_called_like_a_unit() -> None:
     from symdyn.scene import Quantity, parse
-    from symdyn.scene.values.folding import FormulaError, div, mul
+    from symdyn.scene.values.folding import div, mul
     from symdyn.scene.values.names import check_name
+    from symdyn.scene.values.quantity import FormulaError
     from symdyn.scene.values.unit import units
 
     apply = {"*": mul, "/": div}
@@ -316,7 +317,7 @@ def test_rates_in_degrees_are_units(unit: str) -> None:
 )
 def test_a_value_is_told_what_is_wrong_with_its_unit(text: str, words: str) -> None:
     from symdyn.scene import parse
-    from symdyn.scene.values.folding import FormulaError
+    from symdyn.scene.values.quantity import FormulaError
 
     with pytest.raises(FormulaError, match=words):
         parse(text)

@@ -16,12 +16,11 @@ from symdyn.graph import Graph
 from symdyn.scene.checks.draft import draft_of
 from symdyn.scene.checks.whole import check
 from symdyn.scene.declaration.value_in_unit import value_for
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import parse, split_commas
-from symdyn.scene.values.mapping import map_quantities
+from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.table import Faults, show
 
 
@@ -78,7 +77,7 @@ def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
         return scene
     parameters = tuple(replace(p, positive=p.positive and p.name not in zeros) for p in scene.parameters)
     try:
-        return map_quantities(replace(scene, parameters=parameters), lambda one: one.substituted(zeros))
+        return map_quantities(replace(scene, parameters=parameters), lambda one: substituted(one, zeros))
     except FormulaError as error:
         faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {error}")
         faults.close()
@@ -101,7 +100,7 @@ def without_hidden_zeros(scene: Scene) -> Scene:
         if not one.symbols or not set(one.symbols) <= values.keys():
             return one
         try:
-            return Quantity.ZERO if _is_zero(one.substituted(values)) else one
+            return Quantity.ZERO if _is_zero(substituted(one, values)) else one
         except FormulaError:  # told where it is computed with
             return one
 

@@ -47,10 +47,10 @@ PLANTS = (
     ),
     Plant(
         "a value beyond the largest double ends in a traceback",
-        "scene/values/value.py",
+        "scene/values/quantity.py",
         "except OverflowError:",
         "except NotImplementedError:",
-        r"OverflowError: scene/value\.py",
+        r"OverflowError: scene/quantity\.py",
     ),
     Plant(
         "a formula that divides by zero ends in a traceback",

@@ -14,7 +14,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import FormulaError, listed, quantities_in
+from symdyn.scene.values import FormulaError, listed, quantities_in, substituted
 
 
 def formulas(scene: Scene) -> list[Quantity]:
@@ -98,7 +98,7 @@ def _number(value: Quantity) -> float:
 
 def _vanishes(formula: Quantity, values: dict[str, Quantity]) -> bool:
     try:
-        return _is_zero(formula.substituted(values))
+        return _is_zero(substituted(formula, values))
     except FormulaError:  # told where it is computed with
         return False
 

@@ -16,12 +16,11 @@ from typing import Any, NamedTuple
 from symdyn.graph import Op
 from symdyn.scene.checks.draft import Draft
 from symdyn.scene.values.body import Body, Pose
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.model import GROUND, Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.physical import central_inertia, impossible, inertia_fault
-from symdyn.scene.values.quantity import Quantity, Value
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 from symdyn.scene.values.turns import circular
 
 WELD = "fixed"

@@ -11,9 +11,8 @@ from symdyn.scene.checks.draft import Draft, uses
 from symdyn.scene.checks.joints_and_elements import check_elements, check_joints
 from symdyn.scene.checks.topology import check_loops, check_tree
 from symdyn.scene.checks.welded import judge
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import mass_faults
-from symdyn.scene.values.quantity import Quantity, Value
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.unit import Unit, UnitError
 from symdyn.scene.values.with_unit import fits, with_unit

@@ -8,11 +8,10 @@ from fractions import Fraction
 from symdyn.bounds import BOUNDS
 from symdyn.scene.declaration.dh import BODY_KEYS
 from symdyn.scene.values.body import Body, Outline, Particle
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.outline import OUTLINES
-from symdyn.scene.values.quantity import NULL, Quantity
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity
 from symdyn.scene.values.table import Entry, Faults, Table, plain, show, shown, vector
 
 MOST_PARTICLES = BOUNDS["particles of a body"]

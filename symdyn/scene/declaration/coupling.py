@@ -10,10 +10,9 @@ from dataclasses import dataclass, replace
 
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.joint import Coupling, Joint, velocity_name
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.table import Table
 from symdyn.scene.values.with_unit import fits_place
 

@@ -22,12 +22,11 @@ from symdyn.scene.joints.start import resting
 from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.element import Strut
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint, acceleration_name
-from symdyn.scene.values.mapping import map_quantities
+from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.table import Entry, Faults, show
 from symdyn.scene.values.unit import Unit, UnitError
 from symdyn.scene.values.with_unit import fits, with_unit
@@ -96,7 +95,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
             joints=joints,
             elements=tuple(one for one in scene.elements if not (isinstance(one, Strut) and one.joint in still)),
         )
-        locked = map_quantities(locked, lambda one: one.substituted(known))
+        locked = map_quantities(locked, lambda one: substituted(one, known))
     except FormulaError as error:
         faults.add("", f"with locked joints a formula has no value: {error}")
     faults.close()

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.table import Table
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 from symdyn.scene.values.with_unit import fits

@@ -6,9 +6,10 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 
-from symdyn.scene.values.folding import FormulaError, neg
+from symdyn.scene.values.folding import neg
+from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.model import Parameter
-from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.quantity import FormulaError, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 
 DRAWS, SAME = 6, 1e-12
@@ -35,7 +36,7 @@ def level_normal(gravity: Vector, parameters: Sequence[Parameter]) -> Vector | s
         up = Quantity.ONE if directions[0][lengths[0]] < 0 else neg(Quantity.ONE)
         x, y, z = (up if k == lengths[0] else Quantity.ZERO for k in range(3))
     else:
-        x, y, z = (neg(entry.substituted(draws[0])) for entry in gravity)
+        x, y, z = (neg(substituted(entry, draws[0])) for entry in gravity)
     return (x, y, z)
 
 
@@ -53,7 +54,7 @@ def _drawn(free: Sequence[Parameter]) -> list[dict[str, Quantity]]:
 def _unit(vector: Vector, values: Mapping[str, Quantity]) -> tuple[float, ...] | None:
     """Return the direction of a vector at values of its symbols; None where it has none."""
     try:
-        numbers = [float(x.substituted(values).at({}) or 0) for x in vector]
+        numbers = [float(substituted(x, values).at({}) or 0) for x in vector]
     except (FormulaError, ZeroDivisionError):
         return None  # reported as a formula without a value
     length = math.hypot(*numbers)

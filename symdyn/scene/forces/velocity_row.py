@@ -15,10 +15,10 @@ from symdyn.graph import Graph, Op
 from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.element import Row
-from symdyn.scene.values.folding import FormulaError, add, div, mul, neg, sub
+from symdyn.scene.values.folding import add, div, mul, neg, sub
 from symdyn.scene.values.key import MOTION, Key, Stand, always_said
 from symdyn.scene.values.model import Scene
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Table, entry, show, shown

@@ -7,9 +7,8 @@ from decimal import Decimal
 
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.formats.xml import XmlElement
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.quantity import NULL, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Faults, show
 

@@ -37,11 +37,11 @@ from symdyn.scene.formats.par_sheet import (
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.values.body import Pose
-from symdyn.scene.values.folding import FormulaError, neg
+from symdyn.scene.values.folding import neg
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import FORMULA_NAMES
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, Faults, compose, shorten, show
 

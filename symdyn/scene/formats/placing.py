@@ -15,8 +15,7 @@ from fractions import Fraction
 from symdyn.graph import Graph, Op
 from symdyn.scene.formats.snap import PI_50, snap_angle
 from symdyn.scene.values.body import Pose
-from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import Quantity, Value
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 from symdyn.scene.values.turns import circular
 
 MOST_DIGITS = 40

@@ -11,10 +11,9 @@ from symdyn.scene.joints.forbidden import forces, moments
 from symdyn.scene.joints.held_or_reversed import opposite
 from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.key import Key
-from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.quantity import FormulaError, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table, shorten
 from symdyn.spatial import Mat, Transform, Wrench, cross, dot

@@ -11,7 +11,6 @@ from .dimension import (
     force_unit as force_unit,
 )
 from .element import Contact as Contact, Element as Element, Load as Load, Place as Place, Strut as Strut
-from .folding import FormulaError as FormulaError
 from .formula import split_commas as split_commas
 from .grammar import (
     GREEK as GREEK,
@@ -20,7 +19,7 @@ from .grammar import (
 )
 from .joint import Joint as Joint, acceleration_name as acceleration_name, velocity_name as velocity_name
 from .key import TIMED as TIMED
-from .mapping import quantities_in as quantities_in
+from .mapping import quantities_in as quantities_in, substituted as substituted
 from .model import GROUND as GROUND, Letter as Letter, Parameter as Parameter, Point as Point
 from .names import (
     LONGEST as LONGEST,
@@ -31,6 +30,7 @@ from .names import (
     suggestion as suggestion,
 )
 from .outline import OUTLINES as OUTLINES
+from .quantity import FormulaError as FormulaError
 from .signals import LETTERS as LETTERS
 from .spelling import spell as spell
 from .table import Faults as Faults, shorten as shorten, show as show

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 from symdyn.errors import SceneError
 from symdyn.scene.values import folding
-from symdyn.scene.values.folding import FormulaError, fraction
+from symdyn.scene.values.folding import fraction
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Letter
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.unit import Unit, in_si
 from symdyn.scene.values.with_unit import with_unit

@@ -10,19 +10,14 @@ import sys
 from fractions import Fraction
 from math import isqrt
 
-from symdyn.errors import SceneError
-from symdyn.graph import Op, arithmetic
-from symdyn.scene.values.quantity import Quantity
+from symdyn.graph import Op
+from symdyn.scene.values.quantity import FormulaError, Quantity
 
 LARGEST = Fraction(sys.float_info.max)
 SMALLEST = Fraction(1, 2**1074)
 HARMLESS_BITS = 1000
 LONGEST_BITS = 8192
 LARGEST_POWER = 64
-
-
-class FormulaError(SceneError):
-    """A formula that is not one; the caller knows file, table and key and puts them in front."""
 
 
 def constant(value: Fraction) -> Quantity:
@@ -175,12 +170,3 @@ def _scaled(factor: Fraction, rest: Quantity) -> Quantity:
     if factor == 1:
         return rest
     return Quantity(Op.NEG, (rest,)) if factor == -1 else Quantity(Op.MUL, (constant(factor), rest))
-
-
-def folded(op: Op, args: tuple[Quantity, ...]) -> Quantity:
-    """Return an operation on quantities, folded."""
-    operation = _ARITHMETIC.get(op)
-    return operation(*args) if operation else function(op, *args)
-
-
-_ARITHMETIC = arithmetic(sys.modules[__name__])

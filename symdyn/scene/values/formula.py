@@ -29,9 +29,8 @@ from typing import SupportsIndex
 from symdyn.errors import quoted
 from symdyn.graph import Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.names import FORMULA_NAMES, nearest
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.unit import Unit, UnitError, in_si
 
 __all__ = ["FormulaError", "parse", "quantity"]

@@ -8,13 +8,12 @@ from typing import Any, Generic, TypeVar
 
 from symdyn.graph import Graph
 from symdyn.scene.values.dimension import product
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed
-from symdyn.scene.values.quantity import Quantity, Value, Vector
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value, Vector
 from symdyn.scene.values.shapes import ANYTHING, FLAG, NUMBER, NUMBERS, PLACEMENT, TEXT, VECTOR, Shape
 from symdyn.scene.values.table import Faults, Table, plain, shown
 from symdyn.scene.values.unit import Unit

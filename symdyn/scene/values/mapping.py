@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
+from symdyn.graph import Op, arithmetic
+from symdyn.scene.values import folding
 from symdyn.scene.values.quantity import Quantity
 
 T = TypeVar("T")
+
+_FOLDED = arithmetic(folding)
 
 
 def map_quantities(thing: T, change: Callable[[Quantity], Quantity]) -> T:
@@ -36,3 +40,20 @@ def quantities_in(thing: object) -> Iterator[Quantity]:
     elif is_dataclass(thing) and not isinstance(thing, type):
         for field in fields(thing):
             yield from quantities_in(getattr(thing, field.name))
+
+
+def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
+    """Return the formula with quantities in place of symbols, folded again.
+
+    Raises:
+        FormulaError: it divides by what is now zero, or takes a root or logarithm that no longer exists.
+    """
+    if quantity.op is Op.SYMBOL:
+        return values.get(str(quantity.value), quantity)
+    if not quantity.args:
+        return quantity
+    args = [substituted(arg, values) for arg in quantity.args]
+    if all(new is old for new, old in zip(args, quantity.args, strict=True)):
+        return quantity
+    operation = _FOLDED.get(quantity.op)
+    return operation(*args) if operation else folding.function(quantity.op, *args)

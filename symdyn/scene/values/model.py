@@ -21,7 +21,7 @@ from symdyn.errors import SceneError
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.joint import Joint, acceleration_name
-from symdyn.scene.values.mapping import map_quantities
+from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.scene.values.names import CLOCK, listed
 from symdyn.scene.values.order import JointOrder, order_of
 from symdyn.scene.values.quantity import Quantity, Vector
@@ -374,7 +374,7 @@ class Scene(Shown):
             FormulaError: a formula has no value then.
         """
         check_arguments(Scene.substituted, locals(), SceneError)
-        return map_quantities(self, lambda one: one.substituted(values)) if values else self
+        return map_quantities(self, lambda one: substituted(one, values)) if values else self
 
     def shown_unit(self, unit: str) -> str:
         """Return a unit that nobody said, of a joint, a time or an energy, as it is shown: "" without dimensions."""

@@ -13,8 +13,7 @@ from itertools import combinations
 from math import isfinite
 
 from symdyn.scene.values.body import Body
-from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import Quantity, Value
+from symdyn.scene.values.quantity import FormulaError, Quantity, Value
 
 Matrix = list[list[Value]]
 

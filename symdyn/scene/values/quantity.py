@@ -6,14 +6,41 @@ tree with no graph behind it, so that two scenes compare equal when they say the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from math import isqrt
 from typing import ClassVar
 
+from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, Op, arithmetic
 
 Value = Fraction | float
+
+LONGEST_BITS = 8192
+
+_ARITHMETIC: Mapping[Op, Callable[[Value, Value], Value]] = {
+    Op.ADD: lambda a, b: a + b,
+    Op.SUB: lambda a, b: a - b,
+    Op.MUL: lambda a, b: a * b,
+    Op.DIV: lambda a, b: a / b,
+    Op.NEG: lambda a, _: -a,
+    Op.ABS: lambda a, _: a if a >= 0 else -a,
+}
+
+_FUNCTIONS: Mapping[Op, Callable[..., float]] = {
+    Op.SIN: math.sin,
+    Op.COS: math.cos,
+    Op.EXP: math.exp,
+    Op.LOG: math.log,
+    Op.TANH: math.tanh,
+    Op.ATAN2: math.atan2,
+}
+
+
+class FormulaError(SceneError):
+    """A formula that is not one; the caller knows file, table and key and puts them in front."""
 
 
 @dataclass(frozen=True)
@@ -90,33 +117,19 @@ class Quantity:
         Raises:
             FormulaError: it divides by zero, has no real value, or is beyond the largest double.
         """
-        from symdyn.scene.values.value import value_of
-
-        return value_of(self, values)
+        try:
+            return _value(self, values)
+        except ZeroDivisionError:
+            raise FormulaError("divides by zero") from None
+        except OverflowError:
+            raise FormulaError("is beyond the largest double, 1.8e308") from None
 
     def known_at(self, values: Mapping[str, Value]) -> Value | None:
         """Return its value, None where it is not known, or does not exist, which is reported apart."""
-        from symdyn.scene.values.folding import FormulaError
-
         try:
             return self.at(values)
         except FormulaError:
             return None
-
-    def substituted(self, values: Mapping[str, Quantity]) -> Quantity:
-        """Return the formula with quantities in place of symbols, folded again.
-
-        Raises:
-            FormulaError: it divides by what is now zero, or takes a root or logarithm that no longer exists.
-        """
-        if self.op is Op.SYMBOL:
-            return values.get(str(self.value), self)
-        args = tuple(arg.substituted(values) for arg in self.args)
-        if all(new is old for new, old in zip(args, self.args, strict=True)):
-            return self
-        from symdyn.scene.values.folding import folded
-
-        return folded(self.op, args)
 
 
 Quantity.ZERO, Quantity.ONE, Quantity.PI = Quantity.number(0), Quantity.number(1), Quantity(Op.PI)
@@ -124,3 +137,48 @@ Quantity.ZERO, Quantity.ONE, Quantity.PI = Quantity.number(0), Quantity.number(1
 Vector = tuple[Quantity, Quantity, Quantity]
 
 NULL: Vector = (Quantity.ZERO, Quantity.ZERO, Quantity.ZERO)
+
+
+def _value(q: Quantity, values: Mapping[str, Value]) -> Value | None:
+    if isinstance(q.value, Fraction):
+        return q.value
+    if q.op is Op.SYMBOL:
+        return values.get(str(q.value))
+    if q.op is Op.PI:
+        return math.pi
+    args = [_value(arg, values) for arg in q.args]
+    known = [arg for arg in args if arg is not None]
+    return _tame(_apply(q.op, known)) if len(known) == len(args) else None
+
+
+def _apply(op: Op, args: list[Value]) -> Value:
+    a, b = args[0], args[-1]
+    if op in _ARITHMETIC:
+        return _ARITHMETIC[op](a, b)
+    if op is Op.SIGN:
+        return Fraction((a > 0) - (a < 0))
+    if op is Op.SQRT:
+        return _root(a)
+    if op is Op.LOG and float(a) <= 0:  # a product of small numbers may be zero as a double only
+        raise FormulaError(f"takes the logarithm of {float(a):.6g}; it must be positive")
+    return _FUNCTIONS[op](*(float(arg) for arg in args))
+
+
+def _root(a: Value) -> Value:
+    if a < 0:
+        raise FormulaError(f"takes the square root of {float(a):.6g}; it must not be negative")
+    if isinstance(a, Fraction):
+        above, below = isqrt(a.numerator), isqrt(a.denominator)
+        if above**2 == a.numerator and below**2 == a.denominator:
+            return Fraction(above, below)
+    return math.sqrt(a)
+
+
+def _tame(value: Value) -> Value:
+    """Keep a fraction while it is short, and refuse what no double holds."""
+    if isinstance(value, Fraction):
+        bits = max(value.numerator.bit_length(), value.denominator.bit_length())
+        return value if bits <= LONGEST_BITS and abs(float(value)) < math.inf else float(value)
+    if not math.isfinite(value):
+        raise OverflowError
+    return value

@@ -10,11 +10,10 @@ from typing import TypeVar
 
 from symdyn.errors import SceneError, printable, spoken, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, Pose
-from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_words
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import NULL, Quantity, Vector
+from symdyn.scene.values.quantity import NULL, FormulaError, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.tolerance import Tolerance, read_tolerance
 

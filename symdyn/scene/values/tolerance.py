@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 
-from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.quantity import FormulaError
 from symdyn.scene.values.unit import Unit
 
 PERCENT = "%"

@@ -34,8 +34,7 @@ from symdyn.scene.values.dimension import (
     Dimension,
     product,
 )
-from symdyn.scene.values.folding import FormulaError
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.unit_words import PLAIN_NUMBER, meant_by
 
 LONGEST = 60

@@ -19,7 +19,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, shorten, spell
+from symdyn.scene.values import LETTERS, Faults, Unit, UnitError, shorten, spell, substituted
 from symdyn.simulation.columns import column_units, unit_of
 from symdyn.simulation.prescribed.formulas_in_time import read_formula
 
@@ -205,7 +205,7 @@ def read_inside(scene: Scene, text: str, where: str, faults: Faults, more: Seque
     formula = read_formula(text, known, where, faults)
     if formula is None:
         return None
-    seen = formula.substituted(outputs)
+    seen = substituted(formula, outputs)
     SceneUnits(scene).check(seen, where, faults, column_units(seen.symbols))
     return seen
 

@@ -17,7 +17,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, without_hidden_zeros
-from symdyn.scene.values import FormulaError, Parameter, quantities_in
+from symdyn.scene.values import FormulaError, Parameter, quantities_in, substituted
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
 
@@ -99,7 +99,7 @@ def _decides_form(formula: Quantity, values: Mapping[str, Quantity]) -> bool:
     """Tell whether the value of a formula decides the form of equations: zero does, and a right angle."""
     graph = Graph()
     try:
-        angle = formula.substituted(values).express(graph)
+        angle = substituted(formula, values).express(graph)
     except (FormulaError, ZeroDivisionError):  # told where it is computed with
         return False
     return angle.is_zero or graph.sin(angle).is_zero or graph.cos(angle).is_zero

@@ -10,7 +10,7 @@ from pathlib import Path
 from symdyn.bounds import BOUNDS
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits, parse, read_bounded
-from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, suggestion
+from symdyn.scene.values import Faults, FormulaError, Unit, fits, spell, substituted, suggestion
 
 LARGEST_FILE = BOUNDS["bytes of a file of numbers or formulas"]
 """A million rows of three numbers have room in it."""
@@ -49,7 +49,7 @@ def read_seen(scene: Scene, text: object, where: str, faults: Faults) -> Quantit
     formula = read_formula(text, (*scene.letters(words), *parameters, *outputs), where, faults)
     if formula is None:
         return None
-    seen = formula.substituted(outputs)
+    seen = substituted(formula, outputs)
     SceneUnits(scene).check(seen, where, faults)
     return seen
 
@@ -74,7 +74,7 @@ def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
     Raises:
         FormulaError: it divides by what is now zero, or takes a root or logarithm that does not exist.
     """
-    return formula.substituted(values)
+    return substituted(formula, values)
 
 
 def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
