@@ -21,7 +21,7 @@ from symdyn.emit.print.breaking import break_lines
 from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
 from symdyn.emit.print.formula_text import Latex, significant, text_of
 from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
-from symdyn.emit.print.printed_names import latex_symbols, latex_unit, print_name
+from symdyn.emit.print.printed_names import PrintName, latex_symbols, latex_unit
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene, parse, read
@@ -246,7 +246,7 @@ PRINTED = {
 
 @pytest.mark.parametrize("name", PRINTED)
 def test_names_of_code_become_symbols_of_print(name: str) -> None:
-    assert str(print_name(name)) == PRINTED[name]
+    assert str(PrintName.of_code(name)) == PRINTED[name]
 
 
 def test_accents_sit_on_the_head_of_a_symbol() -> None:

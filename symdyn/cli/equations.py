@@ -6,9 +6,7 @@ import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.talk import Waiting, print_text
-from symdyn.emit.print import CHOICES, base_parameters_text, equations_text
-from symdyn.errors import EmitError
-from symdyn.scene import Scene
+from symdyn.emit.print import CHOICES, printed_text
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -18,7 +16,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--as",
         dest="group",
-        choices=(*CHOICES["group"], *OTHERS),
+        choices=CHOICES["what"],
         default="equations",
         help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, M and c; in "
         "place of them the regrouped inertias that they depend on, or D'Alembert's system (5.18) for all reactions",
@@ -32,26 +30,6 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene_to_move(options)
     with Waiting() as progress:
         progress("expanding")
-        text = OTHERS.get(options.group, _equations)(scene, options)
+        text = printed_text(scene, options.format, options.group, options.angles, options.document)
     print_text(text)
     return 0
-
-
-def _equations(scene: Scene, options: argparse.Namespace) -> str:
-    return equations_text(scene, options.format, options.group, options.angles, options.document)
-
-
-def _base_parameters(scene: Scene, options: argparse.Namespace) -> str:
-    if options.document:
-        raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
-    return base_parameters_text(scene, options.format)
-
-
-def _dalembert(scene: Scene, options: argparse.Namespace) -> str:
-    from symdyn.emit.print import dalembert_equations
-
-    return dalembert_equations(scene, options.format, options.document)
-
-
-OTHERS = {"base-parameters": _base_parameters, "dalembert": _dalembert}
-"""What can be printed in place of equations."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from symdyn.cli.frames_text import frame_texts
 from symdyn.dynamics import (
     LARGEST,
     Equations,
@@ -15,7 +16,7 @@ from symdyn.dynamics import (
     on_request,
 )
 from symdyn.dynamics.roads import Counts
-from symdyn.emit.print import base_parameter_texts, frame_texts
+from symdyn.emit.print import base_parameter_texts
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
 from symdyn.program import choose, count_derived, formulate, lower, prepare, skipped

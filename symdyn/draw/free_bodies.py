@@ -25,7 +25,7 @@ from symdyn.draw.svg import Drawing
 from symdyn.draw.titles import ENGLISH, Title
 from symdyn.draw.view import View
 from symdyn.emit import in_latex
-from symdyn.emit.print import print_name
+from symdyn.emit.print import PrintName
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
@@ -182,7 +182,7 @@ def _colour(scene: Scene, body: str) -> int:
 
 def _mass_name(value: object, body: str) -> str:
     """Return the LaTeX of a mass: its parameter, else m with the body's name."""
-    return str(print_name(value)) if isinstance(value, str) else rf"m_{{\mathrm{{{in_latex(body)}}}}}"
+    return str(PrintName.of_code(value)) if isinstance(value, str) else rf"m_{{\mathrm{{{in_latex(body)}}}}}"
 
 
 def _triple(x: Array) -> tuple[float, float, float]:
@@ -230,7 +230,7 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
     own = [step for step in hinge.steps if step.name]
     for drive, step in zip(joint.drives, own if len(own) == len(joint.drives) else hinge.steps, strict=False):
         if drive is not None:
-            name, vector = minus + str(print_name(drive)), _triple(step.axis[0] * sense)
+            name, vector = minus + str(PrintName.of_code(drive)), _triple(step.axis[0] * sense)
             found.append(Wrench(name, at, vector) if step.slides else Wrench(name, at, couple=vector))
     return found
 

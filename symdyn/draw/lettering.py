@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from symdyn.emit import in_html
-from symdyn.emit.print import print_name
+from symdyn.emit.print import PrintName
 from symdyn.scene.values import GREEK
 from symdyn.unlocked import cached_property
 
@@ -86,12 +86,12 @@ class Text:
         """Return a name of code, or LaTeX such as `m_1 g`, as it is lettered."""
         if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
             return cls.of_latex(name)
-        return cls.of_latex(str(print_name(name)))
+        return cls.of_latex(str(PrintName.of_code(name)))
 
     @classmethod
     def of_part(cls, name: str) -> Text:
         """Return the name of a body or joint: a symbol where it looks like one, such as b1, else as it is written."""
-        shown = print_name(name)
+        shown = PrintName.of_code(name)
         symbolic = re.fullmatch(r"[A-Za-z]|\\[A-Za-z]+", shown.head) and not re.fullmatch(r"[A-Za-z]{2}.*", name)
         return cls.of_latex(str(shown)) if symbolic else cls.as_written(name)
 

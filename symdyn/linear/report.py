@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symdyn.algebra import Array, Form, Number, Symbol
-from symdyn.emit.print import Latex, bmatrix, latex_symbols, text_of
+from symdyn.emit.print import BMatrix, Latex, latex_symbols, text_of
 from symdyn.linear.axis import Axis
 from symdyn.linear.formulas import Root, Rows, Symbolic, negated
 from symdyn.linear.modes import Mode
@@ -194,16 +194,16 @@ def latex(found: Linearization, formulas: Symbolic | None = None) -> str:
         return [[_latex_number(number(x, size)) for x in row] for row in matrix.tolist()]
 
     def column(axis: Axis) -> str:
-        return bmatrix([[names.get(name) or rf"\mathrm{{{_escaped(name)}}}"] for name in axis.names])
+        return str(BMatrix([[names.get(name) or rf"\mathrm{{{_escaped(name)}}}"] for name in axis.names]))
 
     x, w, y = (rf"\mathbf{{{letter}}}" for letter in "xwy")
     axes = [(x, found.states), (w, found.inputs), (y, found.outputs)]
     told = r", \quad ".join(f"{letter} = {column(axis)}" for letter, axis in axes if len(axis))
-    driven = rf" + {bmatrix(entries('B'))} {w}" if len(found.inputs) else ""
-    through = rf" + {bmatrix(entries('D'))} {w}" if found.D.any() else ""
-    rows = [told.replace(" = ", " &= ", 1), rf"\dot{{{x}}} &= {bmatrix(entries('A'))} {x}{driven}"]
+    driven = rf" + {BMatrix(entries('B'))} {w}" if len(found.inputs) else ""
+    through = rf" + {BMatrix(entries('D'))} {w}" if found.D.any() else ""
+    rows = [told.replace(" = ", " &= ", 1), rf"\dot{{{x}}} &= {BMatrix(entries('A'))} {x}{driven}"]
     if len(found.outputs):
-        rows.append(rf"{y} &= {bmatrix(entries('C'))} {x}{through}")
+        rows.append(rf"{y} &= {BMatrix(entries('C'))} {x}{through}")
     for name, form in formulas.defined if formulas is not None else ():
         rows.append(rf"{write.unbroken(Symbol(name))} &= {write.unbroken(form)}")
     return "\n".join([r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"])

@@ -10,11 +10,9 @@ from symdyn.emit.print import (
     EquationsOfMotion,
     Printable,
     SympyEquations,
-    coefficient_name,
-    equations_text,
     latex_symbols,
     printable,
-    writer,
+    printed_text,
 )
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Markup, formula, formulas, head, note, table
@@ -107,11 +105,11 @@ def _too_long(terms: int, way: str) -> str:
 
 
 def _latex(closed: ClosedForm, group: str) -> str:
-    return "" if _length(closed) > MOST else equations_text(closed, "latex", group)
+    return "" if _length(closed) > MOST else printed_text(closed, "latex", group)
 
 
 def _equations(page: Printable) -> Iterator[str]:
-    write = writer(page)
+    write = page.writer()
     for i in range(len(page.rows)):
         yield f"{write(page.left(i)) or '0'} {BREAK}= {write(page.driving(i))}"
     for name, form in (*page.motions, *page.definitions):
@@ -120,7 +118,7 @@ def _equations(page: Printable) -> Iterator[str]:
 
 def _constraints(page: Printable) -> Iterator[Markup]:
     """Yield what multipliers are, and the rows."""
-    found, write = page.constraints, writer(page)
+    found, write = page.constraints, page.writer()
     rows = [(formula(write.symbols[row.multiplier]), row.text, row.unit) for row in found.rows]
     yield table(("multiplier", "", "unit"), rows)
     if found.missing:
@@ -133,10 +131,10 @@ def _constraints(page: Printable) -> Iterator[Markup]:
 
 
 def _coefficients(page: Printable) -> Iterator[str]:
-    write = writer(page)
+    write = page.writer()
     for c in page.written:
-        yield f"{' = '.join(coefficient_name(c.kind, place) for place in c.places)} {BREAK}= {write(c.form)}"
+        yield f"{' = '.join(c.names)} {BREAK}= {write(c.form)}"
     for zero in page.vanishing:
-        yield f" {BREAK}= ".join([*(coefficient_name(c.kind, c.indices) for c in zero), "0"])
+        yield f" {BREAK}= ".join([*(c.names[0] for c in zero), "0"])
     for name, form in page.definitions:
         yield f"{write.symbols[name]} {BREAK}= {write(form)}"

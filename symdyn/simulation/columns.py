@@ -10,7 +10,7 @@ from itertools import count
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import in_latex
-from symdyn.emit.print import latex_symbols, print_name
+from symdyn.emit.print import PrintName, latex_symbols
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import acceleration_name, choice, force_unit
@@ -113,7 +113,7 @@ def columns(scene: Scene, extra: Iterable[str]) -> tuple[Column, ...]:
         found.append(Column(name, FORCES, force_unit(unit), latex[name]))
     told = SceneUnits(scene).told
     said = {
-        one.name: Column(one.name, "inputs", told[one.name], one.latex or str(print_name(one.name)))
+        one.name: Column(one.name, "inputs", told[one.name], one.latex or str(PrintName.of_code(one.name)))
         for one in scene.inputs
     }
     units = {one.name: one.unit for one in (*found, *said.values())}

@@ -117,10 +117,10 @@ def _listen(process: subprocess.Popen[bytes], found: list[str]) -> None:
 
 def html_of(scene: Scene) -> str:
     """Return the equations of motion of a scene as notebooks show them."""
-    from symdyn.emit.print import equations
+    from symdyn.emit.print import EquationsOfMotion
     from symdyn.notebook import equations_of_motion
 
-    return "\n".join(part.html for part in equations_of_motion(equations(scene))[1:])
+    return "\n".join(part.html for part in equations_of_motion(EquationsOfMotion(scene))[1:])
 
 
 def _work() -> None:

@@ -6,6 +6,7 @@ Lines of LaTeX fit an A4 page with 20 mm margins at 10 pt.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 from symdyn.emit.print.latex_width import BREAK, INDENT, LINE, latex_width
 
@@ -52,41 +53,45 @@ MOST_LINES = 60  # of one align, which TeX reads whole
 Lines = list[str]
 
 
-def lines_of(left: str, text: str, right: str = "", column: float = 0.0, line: float = LINE) -> Lines:
-    """Return the lines of `left text right`, aligned at the start of `text`, behind a column so wide or wider."""
-    room = line - max(latex_width(left), column)
-    lines = break_lines(text, room, room - INDENT, latex_width)
-    if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
-        lines += break_lines(right, room - INDENT, room - INDENT, latex_width)
-    else:
-        lines[-1] = f"{lines[-1]} {right.replace(BREAK, '')}".rstrip()
-    first, *others = lines
-    return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
+@dataclass(frozen=True)
+class Line:
+    """A line of a display.
+
+    Attributes:
+        room: how wide it is, pt.
+    """
+
+    room: float = LINE
+
+    def broken(self, left: str, text: str, right: str = "", column: float = 0.0) -> Lines:
+        """Return `left text right` in lines aligned at the start of `text`, behind a column so wide or wider, pt."""
+        room = self.room - max(latex_width(left), column)
+        lines = break_lines(text, room, room - INDENT, latex_width)
+        if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
+            lines += break_lines(right, room - INDENT, room - INDENT, latex_width)
+        else:
+            lines[-1] = f"{lines[-1]} {right.replace(BREAK, '')}".rstrip()
+        first, *others = lines
+        return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
+
+    def aligned(self, pairs: Sequence[tuple[str, str]]) -> list[Lines]:
+        """Return the lines of left and right of each pair, in one display, aligned at the sign that right begins with.
+
+        Args:
+            pairs: both sides with break marks; a left one too wide to align with stands behind the column; "" for none.
+        """
+        column = column_of(left for left, _ in pairs)
+        return [self._sides(left, right, column) for left, right in pairs]
+
+    def _sides(self, left: str, right: str, column: float) -> Lines:
+        if latex_width(left) > COLUMN:
+            return self.broken("", f"{left} {BREAK}{right}", column=column)
+        return self.broken(left.replace(BREAK, ""), right, column=column)
 
 
 def column_of(lefts: Iterable[str]) -> float:
     """Return how wide the column of left-hand sides is that stand in one display, those left out that are too wide."""
     return max((width for width in map(latex_width, lefts) if width <= COLUMN), default=0.0)
-
-
-def sides(left: str, right: str, column: float = 0.0, line: float = LINE) -> Lines:
-    """Return the lines of left and right, aligned at the sign that `right` begins with.
-
-    Args:
-        left: with break marks; where it is too wide to align with, it stands behind the column; "" for none.
-        right: with break marks.
-        column: of the left-hand sides of the display, pt.
-        line: room, pt.
-    """
-    if latex_width(left) > COLUMN:
-        return lines_of("", f"{left} {BREAK}{right}", column=column, line=line)
-    return lines_of(left.replace(BREAK, ""), right, column=column, line=line)
-
-
-def aligned(pairs: Sequence[tuple[str, str]], line: float = LINE) -> list[Lines]:
-    """Return the lines of left and right of each pair, in one display, on lines of so much room; see `sides`."""
-    column = column_of(left for left, _ in pairs)
-    return [sides(left, right, column, line) for left, right in pairs]
 
 
 def definitions(pairs: Sequence[tuple[str, str]]) -> list[str]:
@@ -95,7 +100,7 @@ def definitions(pairs: Sequence[tuple[str, str]]) -> list[str]:
     Args:
         pairs: both sides of each, with break marks; without a left one the other is all that is written.
     """
-    return list(align(aligned([(left, f"= {right}" if left else right) for left, right in pairs])))
+    return list(align(Line().aligned([(left, f"= {right}" if left else right) for left, right in pairs])))
 
 
 def equations(pairs: Sequence[tuple[str, str]]) -> list[str]:
@@ -103,7 +108,7 @@ def equations(pairs: Sequence[tuple[str, str]]) -> list[str]:
     sides = [(left.replace(BREAK, ""), right.replace(BREAK, "")) for left, right in pairs]
     if sum(max(map(latex_width, side)) for side in zip(*sides, strict=True)) + latex_width("=") <= LINE:
         return list(align([[f"{left} &= {right}"] for left, right in sides]))
-    return list(align([lines_of("", left, f"= {right}") for left, right in pairs]))
+    return list(align([Line().broken("", left, f"= {right}") for left, right in pairs]))
 
 
 def align(paragraphs: Sequence[Lines]) -> Iterator[str]:
@@ -136,11 +141,20 @@ def entry_name(letter: str, *index: int) -> str:
     return f"{letter}_{{{together([str(i + 1) for i in index])}}}"
 
 
-def bmatrix(rows: Sequence[Sequence[str]]) -> str:
-    """Return a matrix."""
-    return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in rows) + r" \end{bmatrix}"
+@dataclass(frozen=True)
+class BMatrix:
+    """A matrix in square brackets: `str` is its LaTeX.
 
+    Attributes:
+        rows: of entries in LaTeX.
+    """
 
-def matrix_width(rows: Sequence[Sequence[str]]) -> float:
-    """Return how wide a matrix is printed, pt."""
-    return sum(max(latex_width(row[j]) for row in rows) + 10 for j in range(len(rows[0])))
+    rows: Sequence[Sequence[str]]
+
+    def __str__(self) -> str:
+        return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in self.rows) + r" \end{bmatrix}"
+
+    @property
+    def width(self) -> float:
+        """How wide it is printed, pt."""
+        return sum(max(latex_width(row[j]) for row in self.rows) + 10 for j in range(len(self.rows[0])))

@@ -13,13 +13,13 @@ from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import DIGITS, align, bmatrix, definitions, lines_of, matrix_width
+from symdyn.emit.print.breaking import DIGITS, BMatrix, Line, align, definitions
 from symdyn.emit.print.dalembert_lines import dalembert_lines
 from symdyn.emit.print.dalembert_system import forms_of, printed_system
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
 from symdyn.emit.print.latex_width import BREAK, LINE
-from symdyn.emit.print.letters import body_number
+from symdyn.emit.print.letters import Letters
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, reachable
@@ -179,7 +179,7 @@ class _Page:
                         *(("R", here) if h == j else ("*R", self.index(j, other.joint.name))), forces
                     )
             joint = in_latex(self.system.hanging.joints[j].joint.name)
-            number = body_number(j)
+            number = Letters.body_number(j)
             yield {
                 "title": f"Body {number}: {in_latex(body.name)}",
                 "text": f"Frame {number} has the axes of the body and its origin in its reference joint {joint}.",
@@ -188,7 +188,7 @@ class _Page:
 
     def index(self, j: int, joint: str = "") -> str:
         """Return the index of a bivector of body j: jj, or j and the joint."""
-        number = str(body_number(j))
+        number = str(Letters.body_number(j))
         return f"{number},{_upright(joint)}" if joint else number + ("," if len(number) > 1 else "") + number
 
     def kept(self, bivector: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
@@ -211,9 +211,9 @@ class _Page:
     def bivector(self, kind: str, index: str, entries: Sequence[Form]) -> list[str]:
         """Return one bivector as a column, or component by component where it is too wide."""
         write = Latex({**self.write.symbols, **{name: name for name in self.names}}, digits_or(DIGITS))
-        column = [[write.unbroken(entry)] for entry in entries]
-        if matrix_width(column) + 60 < LINE:
-            return list(align([[rf"& \bar F^{{{kind}}}_{{{index}}} = {bmatrix(column)}"]]))
+        column = BMatrix([[write.unbroken(entry)] for entry in entries])
+        if column.width + 60 < LINE:
+            return list(align([[rf"& \bar F^{{{kind}}}_{{{index}}} = {column}"]]))
         named = zip(self.axes, entries, strict=True)
         return definitions(
             [(f"{letter}^{{{kind}}}_{{{index},{axis}}}", write(entry)) for (letter, axis), entry in named]
@@ -235,20 +235,22 @@ class _Page:
             if any((j, u) in self.system.blocks for u in columns[h])
         }
         bodies = range(len(self.system.bodies))
-        pattern = [[names.get((j, h), "0") for h in present] for j in bodies]
-        x = [[f"x_{{{_upright(joints[h])}}}"] for h in present]
-        b = [[rf"b_{{{body_number(j)}}}"] for j in bodies]
-        lines = [[f"& {bmatrix(pattern)} {bmatrix(x)} + {bmatrix(b)} = 0"]]
-        if matrix_width(pattern) + matrix_width(x) + matrix_width(b) + BRACKETS > LINE:
-            products = [[f"{names[j, h]} {x[k][0]}" for k, h in enumerate(present) if (j, h) in names] for j in bodies]
-            lines = [lines_of("", f" {BREAK}+ ".join([*products[j], b[j][0]]), "= 0") for j in bodies]
+        pattern = BMatrix([[names.get((j, h), "0") for h in present] for j in bodies])
+        x = BMatrix([[f"x_{{{_upright(joints[h])}}}"] for h in present])
+        b = BMatrix([[rf"b_{{{Letters.body_number(j)}}}"] for j in bodies])
+        lines = [[f"& {pattern} {x} + {b} = 0"]]
+        if pattern.width + x.width + b.width + BRACKETS > LINE:
+            products = [
+                [f"{names[j, h]} {x.rows[k][0]}" for k, h in enumerate(present) if (j, h) in names] for j in bodies
+            ]
+            lines = [Line().broken("", f" {BREAK}+ ".join([*products[j], b.rows[j][0]]), "= 0") for j in bodies]
         displays = list(align(lines))
         for (j, h), name in names.items():
             zero = self.system.hanging.graph.zero
             entries = [self.kept(self.system.blocks.get((j, u), ((zero,) * 3, (zero,) * 3))) for u in columns[h]]
-            rows = [[self.write.unbroken(self.forms(x)) for x in row] for row in zip(*entries, strict=True)]
-            if matrix_width(rows) + 60 < LINE:
-                displays += align([[f"& {name} = {bmatrix(rows)}"]])
+            matrix = BMatrix([[self.write.unbroken(self.forms(x)) for x in row] for row in zip(*entries, strict=True)])
+            if matrix.width + 60 < LINE:
+                displays += align([[f"& {name} = {matrix}"]])
             else:
                 index = self.index(j, joints[h])
                 places = [(r, c, x) for r, row in enumerate(zip(*entries, strict=True)) for c, x in enumerate(row)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra import Form
@@ -42,8 +42,7 @@ FORMATS = {
 }
 GROUPS = tuple(ENTRYWISE)
 
-CHOICES = {"format": tuple(FORMATS), "group": GROUPS, "angles": ("long", "short")}
-"""What equations can be printed as, by argument of `equations_text`."""
+_CHOICES = {"format": tuple(FORMATS), "group": GROUPS, "angles": ("long", "short")}
 
 
 def equations_text(
@@ -93,8 +92,8 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
 
 
 def _check(name: str, value: str) -> None:
-    if value not in CHOICES[name]:
-        *others, last = CHOICES[name]
+    if value not in _CHOICES[name]:
+        *others, last = _CHOICES[name]
         raise EmitError(f"{name} {value!r} is not known; give {', '.join(others)} or {last}")
 
 
@@ -112,3 +111,44 @@ def base_parameter_texts(scene: Scene) -> list[dict[str, str]]:
         }
         for name, form in base_parameter_forms(scene)
     ]
+
+
+def printed_text(
+    scene: Scene | ClosedForm,
+    format: str = "latex",
+    what: str = "equations",
+    angles: str = "long",
+    document: bool = False,
+) -> str:
+    """Return the equations of motion as `equations_text` does, or what can be printed in place of them.
+
+    `what` is a group of equations, "base-parameters", or "dalembert" for D'Alembert's system (5.18).
+
+    Raises:
+        EmitError, DerivationError: as `equations_text`, or as those that print the others.
+    """
+    if what not in OTHERS:
+        return equations_text(scene, format, what, angles, document)
+    return OTHERS[what](scene.scene if isinstance(scene, ClosedForm) else scene, format, document)
+
+
+def _base_parameters(scene: Scene, format: str, document: bool) -> str:
+    if document:
+        raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
+    return base_parameters_text(scene, format)
+
+
+def _dalembert(scene: Scene, format: str, document: bool) -> str:
+    from symdyn.emit.print.dalembert_page import dalembert_equations
+
+    return dalembert_equations(scene, format, document)
+
+
+OTHERS: Mapping[str, Callable[[Scene, str, bool], str]] = {
+    "base-parameters": _base_parameters,
+    "dalembert": _dalembert,
+}
+"""What can be printed in place of equations."""
+
+CHOICES = {**_CHOICES, "what": (*GROUPS, *OTHERS)}
+"""What can be printed, by argument of `printed_text`."""

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from symdyn.algebra import Form, Function, Number, Pi, Power, Product, Sum, Symbol
 from symdyn.emit.print.latex_width import BREAK, LINE, latex_width
-from symdyn.emit.print.printed_names import print_name
+from symdyn.emit.print.printed_names import PrintName
 from symdyn.graph import Op
 from symdyn.rounding import digits_or
 from symdyn.scene import Quantity
@@ -179,7 +179,7 @@ class Latex:
             return self._power(form)
         if isinstance(form, Function):
             return self._function(form, 1)
-        return self.symbols.get(form.name) or str(print_name(form.name)) if isinstance(form, Symbol) else r"\pi"
+        return self.symbols.get(form.name) or str(PrintName.of_code(form.name)) if isinstance(form, Symbol) else r"\pi"
 
     def number(self, value: Fraction) -> str:
         """Return a number that is not negative."""

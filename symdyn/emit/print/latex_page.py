@@ -7,20 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, product_of, sum_of
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import (
     DIGITS,
+    BMatrix,
+    Line,
     align,
-    bmatrix,
     break_lines,
     definitions,
     entry_name,
     equations,
-    lines_of,
-    matrix_width,
-    together,
 )
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_symbol_table import symbol_row, symbol_table
@@ -41,7 +39,7 @@ def latex_fragment(page: Printable, group: str) -> str:
     note = "% s_{12} = \\sin(q_1 + q_2), c_2 = \\cos q_2: sines and cosines by joint number\n" if page.short else ""
     lines = _displays(page, group, page.definitions)
     if page.constraints.rows:
-        lines.append(constraint_page(page, group, writer(page)))
+        lines.append(constraint_page(page, group, page.writer()))
     return note + "\n".join(lines)
 
 
@@ -49,7 +47,7 @@ def latex_document(page: Printable, group: str) -> str:
     """Return a standalone document: equations, energies, symbol table."""
     from symdyn.emit.render import render
 
-    write, letters = writer(page), Letters(page.scene)
+    write, letters = page.writer(), Letters(page.scene)
     title = "Coefficients" if group == "coefficients" else "Equations"
     defined = page.lengths.used((*page.forms, page.K, page.P))
     displays = "\n".join(_displays(page, group, defined))
@@ -88,17 +86,6 @@ def base_parameter_name(name: str) -> str:
     return rf"{letter}_{{R{joint}}}"
 
 
-def writer(page: Printable) -> Latex:
-    """Return what writes the forms of a page.
-
-    It knows the names of the scene, of multipliers, of rows without a closed form and of lengths.
-    """
-    rows = page.constraints.rows
-    named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
-    others, lengths = [*named, *(row.multiplier for row in rows)], [one.name for one in page.lengths.named]
-    return Latex(latex_symbols(page.scene, others, lengths) | {TIME: TIME}, digits_or(DIGITS))
-
-
 def _introduction(page: Printable, group: str) -> str:
     sums = r"\sum_j k_{z,ij}\,\ddot q_j + \sum_{j<k} k_{C,i,jk}\,\dot q_j\,\dot q_k + \sum_j k_{D,ij}\,\dot q_j^2"
     pulled = " + k_{E,i}" if elastic(page.scene) else ""
@@ -115,14 +102,14 @@ def _introduction(page: Printable, group: str) -> str:
     if page.short:
         text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
     digits = digits_or(DIGITS)
-    if any("." in writer(page)(c.form) for c in page.coefficients):
+    if any("." in page.writer()(c.form) for c in page.coefficients):
         text += f" Decimal numbers are rounded to {digits} digits."
     return text
 
 
 def _displays(page: Printable, group: str, defined: Sequence[tuple[str, Form]]) -> list[str]:
     """Return the equations, the motions that are prescribed, and below them what names in them stand for."""
-    write = writer(page)
+    write = page.writer()
 
     def lines(pairs: Sequence[tuple[str, Form]]) -> list[str]:
         return definitions([(write.symbols[name], write(form)) for name, form in pairs])
@@ -138,16 +125,8 @@ WHERE, AND = "where", "and"
 # Coefficients
 
 
-def coefficient_name(kind: str, indices: Sequence[int]) -> str:
-    """Return k_{z,12}, k_{C,1,23}, k_{D,12} or k_{G,1}; indices of ten and more are set apart."""
-    first, *rest = map(str, indices)
-    if len(rest) > 1:
-        return f"k_{{{kind[-1]},{first},{together(rest)}}}"
-    return f"k_{{{kind[-1]},{together([first, *rest])}}}"
-
-
 def _definitions(some: Sequence[Coefficient], write: Latex) -> list[str]:
-    names = (" = ".join(coefficient_name(c.kind, place) for place in c.places) for c in some)
+    names = (" = ".join(c.names) for c in some)
     return definitions([(name, write(c.form)) for name, c in zip(names, some, strict=True)])
 
 
@@ -160,8 +139,8 @@ def _equations(page: Printable, write: Latex) -> list[str]:
 
 def _coefficients(page: Printable, write: Latex) -> list[str]:
     """Return the coefficients, and in one line those that vanish."""
-    zero = [coefficient_name(c.kind, c.indices) for some in page.vanishing for c in some]
-    last = align([lines_of("", f" = {BREAK}".join([*zero, "0"]))]) if zero else ()
+    zero = [c.names[0] for some in page.vanishing for c in some]
+    last = align([Line().broken("", f" = {BREAK}".join([*zero, "0"]))]) if zero else ()
     return [*_definitions(page.written, write), *last]
 
 
@@ -188,7 +167,7 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
 
 def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
     r"""Return (sign, \underbrace{value}_{name}, True), or the name alone and False where the value is long."""
-    name = coefficient_name(c.kind, c.indices)
+    name = c.names[0]
     terms = c.form.terms
     negative = all(term.split_sign()[0] < 0 for term in terms)
     value = sum_of(product_of((Number.MINUS_ONE, term)) for term in terms) if negative else c.form
@@ -205,25 +184,25 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
     M = [[c.form for c in page.inertia(i)] for i in n]
     acceleration = [write.symbols[acceleration_name(u)] for u in page.scene.velocities]
     columns = [
-        [[write.unbroken(form) for form in row] for row in M],
-        [[x] for x in acceleration],
-        [[write.unbroken(page.coriolis(i))] for i in n],
-        [[write.unbroken(page.gravity(i))] for i in n],
-        [[write.unbroken(right)] for right in page.right],
+        BMatrix([[write.unbroken(form) for form in row] for row in M]),
+        BMatrix([[x] for x in acceleration]),
+        BMatrix([[write.unbroken(page.coriolis(i))] for i in n]),
+        BMatrix([[write.unbroken(page.gravity(i))] for i in n]),
+        BMatrix([[write.unbroken(right)] for right in page.right]),
     ]
     closed = bool(page.constraints.rows)
-    if matrix_width(columns[0]) + 40 < LINE and not closed:
-        first, q, c, g, tau = map(bmatrix, columns)
+    if columns[0].width + 40 < LINE and not closed:
+        first, q, c, g, tau = columns
         parts = [f"{first} {q}", f"+ {c}", f"+ {g}", f"= {tau}"]
-        if all(matrix_width(column) + 60 < LINE for column in columns):
+        if all(column.width + 60 < LINE for column in columns):
             text = BREAK.join(part + " " for part in parts)
-            widths = iter([matrix_width(columns[0]) + 30, *(matrix_width(x) + 30 for x in columns[2:])])
+            widths = iter([columns[0].width + 30, *(x.width + 30 for x in columns[2:])])
             lines = break_lines(text, LINE, LINE - INDENT, lambda _: next(widths))
             return list(align([[f"& {lines[0]}", *(rf"&\quad {{}}{line}" for line in lines[1:])]]))
     carried = r" + G(q)^{\mathsf T} \lambda" if closed else ""
-    law, right = r"M(q)\,\ddot q + c(q, \dot q) + g(q) = ", rf"\tau = {bmatrix(columns[4])}"
+    law, right = r"M(q)\,\ddot q + c(q, \dot q) + g(q) = ", rf"\tau = {columns[4]}"
     room = LINE - latex_width(rf"{law} \tau{carried}, \qquad \tau = ") - 30
-    short = matrix_width(columns[4]) < room
+    short = columns[4].width < room
     force = r"\tau" if short else head(Letters(page.scene)["Q"])
     said = [rf"& {law}{force}{carried}" + (rf", \qquad {right}" if short else "")]
     upper = [(i, j) for i in n for j in n if i <= j]
@@ -265,7 +244,7 @@ def constraint_page(page: Printable, group: str, write: Latex) -> str:
         blocks = {"Positions": found.positions(), "Velocities": found.rates(), "Accelerations": found.accelerations()}
         for name, forms in blocks.items():
             if forms:
-                lines += [f"{name}:", *align([lines_of("", write(form), "= 0") for form in forms])]
+                lines += [f"{name}:", *align([Line().broken("", write(form), "= 0") for form in forms])]
     return "\n".join(lines)
 
 
@@ -275,10 +254,10 @@ def _entries(found: PrintedConstraints, write: Latex) -> list[str]:
     laws = [*(["r(q) = 0,"] if found.positions() else []), *laws]
     lines = list(align([["& " + r" \qquad ".join(laws)]]))
     pairs = [(entry_name("r", k), write(row.residual)) for k, row in enumerate(found.rows) if row.residual is not None]
-    entries = [[write.unbroken(form) for form in row.G] for row in found.rows]
-    whole = matrix_width(entries) + latex_width("G = ") + 30 < LINE
+    entries = BMatrix([[write.unbroken(form) for form in row.G] for row in found.rows])
+    whole = entries.width + latex_width("G = ") + 30 < LINE
     if whole:
-        pairs.append(("G", bmatrix(entries)))
+        pairs.append(("G", str(entries)))
     for k, row in enumerate(found.rows):
         if not whole:
             pairs += [(entry_name("G", k, i), write(form)) for i, form in enumerate(row.G)]

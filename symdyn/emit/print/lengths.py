@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Form
 from symdyn.dynamics import ClosedForm
-from symdyn.emit.print.letters import LENGTH, Letters
+from symdyn.emit.print.letters import Letters
 from symdyn.scene import Scene
 from symdyn.scene.values import Strut, velocity_name
 from symdyn.unlocked import cached_property
@@ -103,13 +103,13 @@ def called(
     scene: Scene, together: Iterable[Sequence[Strut]], taken: Iterable[str]
 ) -> Iterator[tuple[tuple[Strut, ...], tuple[str, ...], str]]:
     """Yield struts that share a length, what stands below its letter, and its name, which is none that is taken."""
-    used, letter = set(taken), Letters(scene)[LENGTH]
+    used, letter = set(taken), Letters(scene)[Letters.LENGTH]
     first: set[str] = set()
     for struts in together:
         one = struts[0]
         index = (*([one.kind] if one.name in first else []), *one.name.split("_"))
         first.add(one.name)
-        name = "_".join((letter if letter.isalpha() and letter != LENGTH else "s", *index))
+        name = "_".join((letter if letter.isalpha() and letter != Letters.LENGTH else "s", *index))
         while used & {name, velocity_name(name)}:
             name += "_"
         used |= {name, velocity_name(name)}

@@ -11,7 +11,9 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
+from typing import ClassVar
 
+from symdyn.emit.print.breaking import together
 from symdyn.emit.print.printed_names import head, latex_symbols
 from symdyn.scene import Scene, SceneUnits
 from symdyn.unlocked import cached_property
@@ -23,8 +25,7 @@ _JOINT = "{joints}"
 NOBODY = "(?!)"
 """The pattern of no index at all."""
 
-LENGTH = "length"
-"""What pages ask for the letter of a strut's length by."""
+_LENGTH = "length"
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ FAMILIES = (
     Family("direction cosines of neighbours", rf"\d+(?:{_AXIS}{_AXIS})?", (("C",), ("D",))),
     Family("multipliers", r"\d+", (("lambda",), ("upsilon",))),
     Family("weights", _TAG, (("G",), ("W",))),
-    Family("lengths of springs and dampers", "{struts}", (("s",), ("l",), ("zeta",)), (LENGTH,)),
+    Family("lengths of springs and dampers", "{struts}", (("s",), ("l",), ("zeta",)), (_LENGTH,)),
     Family("counts of bodies, freedoms, classes and joints", r"t?", (("n", "u", "t", "s"), ("n", "u", "t", "d"))),
     Family("coefficients of a loop", r"\d*", (("A", "B", "C"), ("U", "V", "W"))),
     Family("origins", r"\d+", (("O",), ("o",))),
@@ -84,9 +85,15 @@ FAMILIES = (
 
 @dataclass(frozen=True)
 class Letters:
-    """The letters of one page, beside the symbols of its scene."""
+    """The letters of one page, beside the symbols of its scene.
+
+    Attributes:
+        scene: the mechanism.
+        LENGTH: what pages ask for the letter of a strut's length by.
+    """
 
     scene: Scene
+    LENGTH: ClassVar[str] = _LENGTH
 
     def __getitem__(self, letter: str) -> str:
         """Return what stands for a family's wanted letter: a Latin letter, a Greek name, or LaTeX with a backslash."""
@@ -95,6 +102,15 @@ class Letters:
     def latex(self, letter: str) -> str:
         """Return what stands for a family's wanted letter in LaTeX."""
         return head(self[letter])
+
+    def coefficient(self, kind: str, indices: Sequence[int]) -> str:
+        """Return a coefficient in LaTeX with the letter of this page; see `coefficient_index`."""
+        return f"{self.latex('k')}_{{{coefficient_index(kind, indices)}}}"
+
+    @staticmethod
+    def body_number(j: int) -> int:
+        """Return the number of body j of a scene, from 1, as its mass has; the ground is 0, in the textbook 1."""
+        return j + 1
 
     @cached_property
     def _chosen(self) -> dict[str, str]:
@@ -123,9 +139,10 @@ class Letters:
         return [bare(shown) for name, shown in latex_symbols(self.scene).items() if name not in own]
 
 
-def body_number(j: int) -> int:
-    """Return the number of body j of a scene in print, from 1, as its mass has; the ground is 0, in the textbook 1."""
-    return j + 1
+def coefficient_index(kind: str, indices: Sequence[int]) -> str:
+    """Return z,12 or C,1,23 or D,12 or G,1 below the letter of a coefficient; indices of ten and more are set apart."""
+    first, *rest = map(str, indices)
+    return f"{kind[-1]},{first},{together(rest)}" if len(rest) > 1 else f"{kind[-1]},{together([first, *rest])}"
 
 
 def bare(latex: str) -> str:

@@ -16,9 +16,13 @@ from typing import TYPE_CHECKING, Any
 from symdyn.algebra import Form, Power, Symbol, product_of, sum_of
 from symdyn.dynamics import ClosedForm, closed_form, coefficients
 from symdyn.dynamics.mechanism import TIME
-from symdyn.emit.print.formula_text import rounded, shortened
+from symdyn.emit.print.breaking import DIGITS
+from symdyn.emit.print.formula_text import Latex, rounded, shortened
 from symdyn.emit.print.lengths import Lengths, named_lengths
+from symdyn.emit.print.letters import coefficient_index
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Graph
+from symdyn.rounding import digits_or
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
 
@@ -62,6 +66,11 @@ class Coefficient:
     def places(self) -> list[tuple[int, ...]]:
         """Indices of all that are the same one: M is symmetric."""
         return list(dict.fromkeys((self.indices, self.indices[::-1]))) if self.of == "qdd" else [self.indices]
+
+    @property
+    def names(self) -> list[str]:
+        """Its names in LaTeX, one a place: k_{z,12} and k_{z,21}; k_{C,1,23}; k_{D,12}; k_{G,1}."""
+        return [f"k_{{{coefficient_index(self.kind, place)}}}" for place in self.places]
 
 
 @dataclass(frozen=True)
@@ -193,6 +202,16 @@ class Printable:
     def driving(self, joint: int) -> Form:
         """Return the right-hand side of one equation: drive + Q + Gᵀ λ."""
         return sum_of((self.right[joint], self.constraints.carried(joint)))
+
+    def writer(self) -> Latex:
+        """Return what writes the forms of this page.
+
+        It knows the names of the scene, of multipliers, of rows without a closed form and of lengths.
+        """
+        rows = self.constraints.rows
+        named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
+        others, lengths = [*named, *(row.multiplier for row in rows)], [one.name for one in self.lengths.named]
+        return Latex(latex_symbols(self.scene, others, lengths) | {TIME: TIME}, digits_or(DIGITS))
 
 
 def printable(

@@ -26,6 +26,30 @@ class PrintName:
         """Return a letter, Greek by its name or LaTeX, with indices."""
         return cls(head(letter), ",".join(index))
 
+    @classmethod
+    def of_code(cls, name: str) -> PrintName:
+        """Return how a name of code is printed.
+
+        A Greek name becomes its letter, digits and what follows the first letter the subscript, words stay words.
+        """
+        inertial = re.fullmatch(rf"([Im])_?({AXES})_?(\d+)((?:_\w+)?)", name)
+        if inertial:
+            head, axes, digits, rest = inertial.groups()
+            return cls(head, ",".join([digits, axes, *map(_upright, filter(None, rest.split("_")))]))
+        words = [part for part in re.findall(r"[A-Za-z]+|\d+", name) if part]
+        if not words or not name[0].isalpha():
+            return cls(f"\\mathtt{{{in_latex(name)}}}")
+        first, *rest = words
+        if first in GREEK:
+            head = f"\\{first}"
+        elif len(first) == 1:
+            head = first
+        elif len(first) == 2 or re.fullmatch(f"[Im]{AXES}", first):
+            head, rest = first[0], [first[1:], *rest]
+        else:
+            head = f"\\mathit{{{first}}}"
+        return cls(head, ",".join(map(_upright, rest)))
+
     def __str__(self) -> str:
         """Return the symbol."""
         return self.head + _index(self.subscript)
@@ -43,30 +67,6 @@ def head(letter: str) -> str:
 
 def _index(subscript: str) -> str:
     return "" if not subscript else f"_{subscript}" if len(subscript) == 1 else f"_{{{subscript}}}"
-
-
-def print_name(name: str) -> PrintName:
-    """Return how a name of code is printed.
-
-    A Greek name becomes its letter, digits and what follows the first letter become the subscript, words stay words.
-    """
-    inertial = re.fullmatch(rf"([Im])_?({AXES})_?(\d+)((?:_\w+)?)", name)
-    if inertial:
-        head, axes, digits, rest = inertial.groups()
-        return PrintName(head, ",".join([digits, axes, *map(_upright, filter(None, rest.split("_")))]))
-    words = [part for part in re.findall(r"[A-Za-z]+|\d+", name) if part]
-    if not words or not name[0].isalpha():
-        return PrintName(f"\\mathtt{{{in_latex(name)}}}")
-    first, *rest = words
-    if first in GREEK:
-        head = f"\\{first}"
-    elif len(first) == 1:
-        head = first
-    elif len(first) == 2 or re.fullmatch(f"[Im]{AXES}", first):
-        head, rest = first[0], [first[1:], *rest]
-    else:
-        head = f"\\mathit{{{first}}}"
-    return PrintName(head, ",".join(map(_upright, rest)))
 
 
 def _upright(part: str) -> str:
@@ -87,7 +87,7 @@ def latex_symbols(scene: Scene, others: Iterable[str] = (), moving: Iterable[str
     velocities = set(scene.velocities)
 
     def enter(name: str, latex: str | None = None) -> PrintName:
-        shown = _declared(latex) if latex else _of_frame(name) if name in velocities else print_name(name)
+        shown = _declared(latex) if latex else _of_frame(name) if name in velocities else PrintName.of_code(name)
         if letters_of(str(shown)) in taken:
             shown = PrintName(f"\\mathtt{{{in_latex(name)}}}")
         taken.add(letters_of(str(shown)))
@@ -122,7 +122,7 @@ def _of_frame(velocity: str) -> PrintName:
     r"""Return \omega_{x,joint} of joint_wx and v_{x,joint} of joint_vx, which are along a joint's own axes."""
     found = re.fullmatch(r"(\w+)_([vw])([xyz])", velocity)
     if found is None:
-        return print_name(velocity)
+        return PrintName.of_code(velocity)
     joint, kind, axis = found.groups()
     index = [axis, *re.findall(r"[A-Za-z]+|\d+", joint)]
     return PrintName("v" if kind == "v" else r"\omega", ",".join(map(_upright, index)))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from symdyn.emit import in_html
-from symdyn.emit.print import Letters, latex_symbols, together
+from symdyn.emit.print import Letters, latex_symbols
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.interactive.controls import UNITS
@@ -65,9 +65,8 @@ def _term(
     if term.sign < 0:
         Q = letters.latex("Q")
         return {"coefficient": f"−{inline(f'{Q}_{{{term.row + 1}}}{above}')}", "rate": "", "text": words["Q"]}
-    letter, (first, *rest) = term.function[2:], [str(index + 1) for index in term.indices]
-    index = f"{letter},{first},{together(rest)}" if len(rest) > 1 else f"{letter},{together([first, *rest])}"
-    return {"coefficient": inline(f"{letters.latex('k')}_{{{index}}}{above}"), "rate": rate, "text": ""}
+    coefficient = letters.coefficient(term.function, [index + 1 for index in term.indices])
+    return {"coefficient": inline(f"{coefficient}{above}"), "rate": rate, "text": ""}
 
 
 def _grouped(latex: str) -> str:

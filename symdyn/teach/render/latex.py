@@ -14,7 +14,7 @@ from pathlib import Path
 from symdyn.draw import tex_picture
 from symdyn.emit import in_latex, render
 from symdyn.emit.code import page_stem
-from symdyn.emit.print import LINE, aligned, bmatrix, latex_width, matrix_width
+from symdyn.emit.print import BMatrix, Line, latex_width
 from symdyn.errors import EmitError
 from symdyn.teach.document import (
     Blank,
@@ -84,7 +84,7 @@ class _Page:
 
     def step(self, step: Step) -> dict[str, str]:
         """Return the places of the template: a claim stays on the page of what it announces."""
-        body = self.body(step.blocks, LINE)
+        body = self.body(step.blocks, Line.room)
         displayed = body.lstrip().startswith(DISPLAYS)
         return {
             "claim": self.words(step.claim),
@@ -114,7 +114,7 @@ class _Page:
         pairs = [self.spell.formula(one) if isinstance(one, Formula) else self.spell.braced(one) for one in formulas]
         rows = []
         tagged = room - TAG * any(block.number for block in formulas)
-        for block, lines in zip(formulas, aligned(pairs, tagged), strict=True):
+        for block, lines in zip(formulas, Line(tagged).aligned(pairs), strict=True):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
             rows.append(" \\\\\n  ".join(lines) + tag)
         inside = " \\\\\n  ".join(rows)
@@ -128,12 +128,12 @@ class _Page:
         entries = [self.spell.inline(entry) for entry in block.entries]
         whole = [entries[k : k + block.width] for k in range(0, len(entries), block.width)]
         aside = latex_width(left) + BRACKETS
-        if matrix_width(whole) + aside <= room:
+        if BMatrix(whole).width + aside <= room:
             return f"\\begin{{equation*}}\n  {left}{right}{tag}\n\\end{{equation*}}"
         rows, pairs = self.spell.named_matrix(block)
-        written = aligned(pairs, room)
-        if matrix_width(rows) + aside <= room:
-            written.insert(0, [f"{left} &= {bmatrix(rows)}"])
+        written = Line(room).aligned(pairs)
+        if (named := BMatrix(rows)).width + aside <= room:
+            written.insert(0, [f"{left} &= {named}"])
         inside = " \\\\\n  ".join(line for paragraph in written for line in paragraph)
         return f"\\begin{{align*}}\n  {inside}{tag}\n\\end{{align*}}"
 
@@ -148,7 +148,7 @@ class _Page:
             caption = rf"\small {self.words(block.caption)}"
             yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n\\nopagebreak {caption}\n\\end{{center}}"
         elif isinstance(block, Values):
-            yield self._table(block, min(room, LINE))  # small print has no wider lines
+            yield self._table(block, min(room, Line.room))  # small print has no wider lines
         elif isinstance(block, Shares):
             yield self.words(block.caption)
             yield self._bars(block)

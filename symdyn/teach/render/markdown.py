@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from symdyn.emit import in_markdown, render
 from symdyn.emit.code import page_stem
-from symdyn.emit.print import BREAK, lines_of
+from symdyn.emit.print import BREAK, Line
 from symdyn.teach.document import (
     Blank,
     Block,
@@ -86,7 +86,7 @@ class Page:
             yield self.words(block)
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
-            yield display(lines_of(left.replace(BREAK, ""), right, line=ROOM), block.number)
+            yield display(Line(ROOM).broken(left.replace(BREAK, ""), right), block.number)
         elif isinstance(block, Matrix):
             yield display([self.spell.matrix(block)], block.number)
         elif isinstance(block, Picture):

@@ -27,7 +27,7 @@ from symdyn.dynamics import Workspace, angle_groups, derive_one
 from symdyn.dynamics.loops import solve_normal
 from symdyn.dynamics.mechanism import State, centre_of_mass
 from symdyn.dynamics.reactions import Equilibrium, Hanging, Unknown
-from symdyn.emit.print import LENGTH, length_symbols
+from symdyn.emit.print import length_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
 from symdyn.scene.values import Strut, velocity_name
@@ -149,7 +149,7 @@ class Balance(Prose):
         pairs = [(name, Function(Op.SQRT, (self.short(square),))), (velocity_name(name), self.short(rate))]
         for dots, (key, _) in enumerate(pairs):
             node = next(node for node, symbol in named.items() if symbol.value == key)
-            self.name(key, LENGTH, *index, node=node, dots=dots)
+            self.name(key, self.letters.LENGTH, *index, node=node, dots=dots)
         return pairs
 
     def _solution(self) -> list[Expr]:

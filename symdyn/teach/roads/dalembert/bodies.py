@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
 from symdyn.draw import Wrench, free_body
-from symdyn.emit.print import body_number, latex_symbols, text_of
+from symdyn.emit.print import Letters, latex_symbols, text_of
 from symdyn.graph import Expr
 from symdyn.spatial import cross, sub, zero_vector
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
@@ -39,28 +39,28 @@ def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
 
 def numbered(first: int, j: int) -> tuple[str, ...]:
     """Return the index of frame `first` and body j: "01", "11"."""
-    number = body_number(j)
+    number = Letters.body_number(j)
     return (f"{first}{number}",) if number < 10 else (str(first), str(number))
 
 
 def _free(lesson: Balance, j: int, chosen: Chosen) -> Step:
     body, drawn = lesson.scene.bodies[j].name, _wrenches(lesson, j, chosen)
-    prefix, titles = f"free{body_number(j)}-", lesson.titles
+    prefix, titles = f"free{Letters.body_number(j)}-", lesson.titles
     points, parameters = _points(lesson, j, chosen), chosen.parameters
     svg = free_body(lesson.scene, body, chosen.q, drawn, parameters, prefix=prefix, titles=titles, points=points)
     alt = lesson.text("free.caption", body=body)
     picture = Picture(svg, lesson.say("free.caption", body=body), alt, f"free-{body}")
-    joint, number = lesson.system.hanging.joints[j].joint.name, str(body_number(j))
+    joint, number = lesson.system.hanging.joints[j].joint.name, str(Letters.body_number(j))
     parts = [lesson.say("free.reason", joint=joint, number=number)]
     if lesson.cuts[j] is not None:
         parts.append(lesson.say("free.points", number=number))
     reason = Words(tuple(part for one in parts for part in one.parts))
-    return Step(f"free:{body}", lesson.say("free", body=body, number=str(body_number(j))), (picture,), reason)
+    return Step(f"free:{body}", lesson.say("free", body=body, number=str(Letters.body_number(j))), (picture,), reason)
 
 
 def _points(lesson: Balance, j: int, chosen: Chosen) -> dict[str, tuple[float, float, float]]:
     """Return O_j and T_j as they are written and where they are, ground frame; one point where they are one."""
-    one, number = lesson.cuts[j], body_number(j)
+    one, number = lesson.cuts[j], Letters.body_number(j)
     O, T = (f"{lesson.letters.latex(letter)}_{{{number}}}" for letter in "OT")  # noqa: E741  the book's name
     x, y, z = chosen.of(*lesson.workspace.hanging.frames[j].p)
     if one is None:
@@ -78,7 +78,7 @@ def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
     """
     hanging = lesson.workspace.hanging
     T, origin = hanging.frames[j], hanging.joints[j].place_on_child
-    here, still = "".join(numbered(body_number(j), j)), zero_vector(lesson.graph)
+    here, still = "".join(numbered(Letters.body_number(j), j)), zero_vector(lesson.graph)
     known = lesson.system.bodies[j]
     spelled = latex_symbols(lesson.scene) | {
         key: letter(name.look) for key, name in lesson.names.items() if isinstance(name.look, Letter)
@@ -118,13 +118,13 @@ def _frame(lesson: Balance, j: int, one: Cut) -> Step:
         _matrix(lesson, Letter("P", index), one.P, "5.4"),
         _matrix(lesson, Letter("r", index, accent="tilde"), one.r, "5.2"),
     )
-    claim = lesson.say("frame", body=body, number=str(body_number(j)))
+    claim = lesson.say("frame", body=body, number=str(Letters.body_number(j)))
     return Step(f"frame:{body}", claim, blocks, _once(lesson, j, "frame.reason"), "(5.2)-(5.5)", "full")
 
 
 def _acceleration(lesson: Balance, j: int, one: Cut) -> Step:
     """Return places of the centre of mass and of the origin, differentiated twice; one alone where both are one."""
-    body, number = lesson.scene.bodies[j].name, str(body_number(j))
+    body, number = lesson.scene.bodies[j].name, str(Letters.body_number(j))
     points = {f"T{number}": one.centre, f"O{number}": one.origin}
     places: dict[str, str | Form] = {"body": body}
     for point, key in zip(points, ("centre", "origin"), strict=True):
@@ -147,7 +147,7 @@ def _acceleration(lesson: Balance, j: int, one: Cut) -> Step:
 
 def _motion(lesson: Balance, j: int, one: Cut) -> Step:
     """Return what the inertia forces are made of."""
-    body, index, here = lesson.scene.bodies[j].name, numbered(0, j), numbered(body_number(j), j)
+    body, index, here = lesson.scene.bodies[j].name, numbered(0, j), numbered(Letters.body_number(j), j)
     blocks = (
         _matrix(lesson, Letter("omega", index), [[x] for x in one.w], ""),
         _matrix(lesson, Letter("omega", index, 1), [[x] for x in one.dw], ""),
@@ -161,7 +161,7 @@ def _motion(lesson: Balance, j: int, one: Cut) -> Step:
 
 def _weighed(lesson: Balance, j: int, one: Cut) -> list[Form]:
     """Return -m r̈ by the names that the step before gave to the acceleration of T_j."""
-    names = (f"ddr:0,T{body_number(j)}:{axis}" for axis in "xyz")
+    names = (f"ddr:0,T{Letters.body_number(j)}:{axis}" for axis in "xyz")
     pairs = zip(names, one.F, strict=True)
     minus = (Number.MINUS_ONE, lesson.short(one.m))
     return [Number.ZERO if force.is_zero else product_of((*minus, Symbol(name))) for name, force in pairs]
@@ -202,9 +202,9 @@ def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
 
 def _misprint(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
     """Return the box about (5.16), a position in place of an acceleration."""
-    body, number = lesson.scene.bodies[j].name, str(body_number(j))
+    body, number = lesson.scene.bodies[j].name, str(Letters.body_number(j))
     place = lesson.name(f"r:{number}", "r", number, f"O{number}", node=None)
-    here = ",".join(numbered(body_number(j), j))
+    here = ",".join(numbered(Letters.body_number(j), j))
     head, axis = lesson.axes[-1]
     wrong, right = _moments(lesson, j, chosen)
     blocks: list[Block] = [
@@ -224,7 +224,7 @@ def _misprint(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
 
 
 def _bivectors(lesson: Balance, j: int) -> list[Step]:
-    body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(body_number(j), j)
+    body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(Letters.body_number(j), j)
     known = system.bodies[j]
     columns = [
         _bivector(lesson, kind, here, [(lesson.short(x), x) for x in lesson.kept(entries)], number)
@@ -234,7 +234,7 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
         own = h == j
         present = [u for u, one in enumerate(system.unknowns) if (j, u) in system.blocks and one.acts[0][0] == h]
         if present:
-            index = here if own else (str(body_number(j)), hinge.joint.name)
+            index = here if own else (str(Letters.body_number(j)), hinge.joint.name)
             kind, number = ("R", "5.6") if own else ("*R", "5.10")
             columns.append(_bivector(lesson, kind, index, _exerted(lesson, j, present), number))
     balance: list[Block] = []

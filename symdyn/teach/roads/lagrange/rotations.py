@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from symdyn.algebra import Form, Symbol, product_of, sum_of
 from symdyn.dynamics.mechanism import joint_placement
-from symdyn.emit.print import body_number
+from symdyn.emit.print import Letters
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Scene
 from symdyn.scene.values import GROUND, Body, Joint
@@ -40,7 +40,7 @@ def rotation_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
 
 def number_of(scene: Scene, body: str) -> str:
     """Return the number of a body in print, "0" for the ground."""
-    return "0" if body == GROUND else str(body_number([one.name for one in scene.bodies].index(body)))
+    return "0" if body == GROUND else str(Letters.body_number([one.name for one in scene.bodies].index(body)))
 
 
 def _rotation(lesson: Lesson, joint: Joint) -> Step:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TypedDict
 
 from symdyn.dynamics import chosen_frames, formulas
-from symdyn.emit.print.formula_text import text_of
+from symdyn.emit.print import text_of
 from symdyn.graph import Expr, Graph
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
