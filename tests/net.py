@@ -22,7 +22,7 @@ from symdyn import read
 from symdyn.dynamics import available
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import SymdynError
-from symdyn.program import Program, at_rest, formulate, lower, prepare
+from symdyn.program import Program, formulate, lower, prepare
 
 ROOT = Path(__file__).resolve().parent.parent
 NET = ROOT / "tests" / "data" / "net.txt"
@@ -47,7 +47,7 @@ def lines(example: str) -> Iterator[str]:
             except SymdynError as refusal:
                 yield f"{example} {formulation} {outputs} refused:{_hash(str(refusal))}"
                 continue
-            programs = {"plain": plain, "static": lower(at_rest(equations)), "prepare": prepare(plain)}
+            programs = {"plain": plain, "static": lower(equations.at_rest()), "prepare": prepare(plain)}
             for way, target, found in _files(programs, formulation == "-" and outputs == "all"):
                 yield f"{example} {formulation} {outputs} {way} {target} {found}"
 

@@ -29,7 +29,7 @@ from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
-from symdyn.program.formulation import candidates, cheapest
+from symdyn.program.formulation import Candidates
 from symdyn.scene import Quantity, Scene, bind, read, read_text
 from symdyn.scene.starters import starter
 from symdyn.scene.values import acceleration_name
@@ -405,7 +405,7 @@ def test_roads_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> No
         return
     w = Workspace(one)
     size = len(reachable(derive_one(w, request(name, one), "lagrange").entries))
-    assert ("lagrange" in candidates(w, request(name, one))) == (size < 750), (name, size)
+    assert ("lagrange" in Candidates(w, request(name, one)).names) == (size < 750), (name, size)
 
 
 # Every field of a road is true
@@ -434,7 +434,7 @@ def up_to(name: str, way: str, closed: bool) -> None:
     one = read_text(starter("row", "n_four_bar", 5)) if closed or row.loops_only else chain(int(most) + 1)
     w = at_work(name, one)
     asked = request(name, w.scene)
-    assert way not in candidates(w, asked), way
+    assert way not in Candidates(w, asked).names, way
     sizes = [len(reachable(derive_one(w, asked, road).entries)) for road in (next(iter(row.roads)), way)]
     assert sizes[0] <= sizes[1], (way, sizes)
 
@@ -442,8 +442,8 @@ def up_to(name: str, way: str, closed: bool) -> None:
 def apart(name: str, way: str, closed: bool) -> None:
     """What is weighed apart, and is not the cheapest, leaves nothing behind."""
     w = Workspace(two_link())
-    assert way in candidates(w, name)
-    assert cheapest(w, name).formulation != way
+    assert way in Candidates(w, name).names
+    assert Candidates(w, name).cheapest().formulation != way
     assert (name, way) not in w.derived, way
 
 

@@ -11,7 +11,7 @@ from hostile import in_julia
 
 from symdyn.dynamics import available
 from symdyn.emit import emit, write
-from symdyn.program import at_rest, formulate, lower, prepare
+from symdyn.program import formulate, lower, prepare
 from symdyn.scene import read
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
@@ -21,7 +21,7 @@ EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 def test_a_module_is_julia_to_the_grammar(path: Path, tmp_path: Path) -> None:
     scene = read(path)
     equations = formulate(scene, available(scene)[0])
-    for k, program in enumerate((lower(equations), prepare(lower(equations)), lower(at_rest(equations)))):
+    for k, program in enumerate((lower(equations), prepare(lower(equations)), lower(equations.at_rest()))):
         (file,) = write(emit(program, "julia"), tmp_path / str(k))
         assert in_julia(file) == []
 

@@ -20,7 +20,7 @@ from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import Sources, emit, write
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
-from symdyn.program import at_rest, formulate, lower, prepare
+from symdyn.program import formulate, lower, prepare
 from symdyn.scene import Scene
 
 PENDULUM = Path(__file__).parent.parent / "examples" / "pendulum.toml"
@@ -240,7 +240,7 @@ class TestOctave:
         assert told == "every_op:type every_op.matrix: q is complex; give real numbers"
 
     def test_at_rest_no_velocity_is_an_argument(self, tmp_path: Path) -> None:
-        equations = at_rest(formulate(example("two_link"), ("inverse_dynamics",)))
+        equations = formulate(example("two_link"), ("inverse_dynamics",)).at_rest()
         program = lower(equations)
         assert [one.name for one in program.routines[0].function.arguments] == ["q", "qdd", "params"]
         module, plain = RUNNERS["matlab"].run(emit(program, "matlab")), run_python(emit(program))

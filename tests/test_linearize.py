@@ -18,7 +18,7 @@ from symdyn.linear.prepared import prepared
 from symdyn.linear.record import csv_text
 from symdyn.linear.steady import settled
 from symdyn.linear.symbolic import symbolic
-from symdyn.program import cheapest
+from symdyn.program import Candidates
 from symdyn.scene import bind, read_text
 from symdyn.simulation.equations.opened import opened
 
@@ -48,7 +48,7 @@ class Moving:
     def __init__(self, linear: Linearization) -> None:
         scene, self.point = linear.scene, linear.point
         self.w, self.numbers = Workspace(scene), opened(scene).numbers()
-        self.entries = cheapest(self.w, "forward_dynamics").entries
+        self.entries = Candidates(self.w, "forward_dynamics").cheapest().entries
         names = linear.states.names
         self.velocities = [scene.velocities.index(name) for name in names[linear.positions :]]
         self.positions = [scene.velocities.index(f"{name}_dot") for name in names[: linear.positions]]

@@ -23,7 +23,7 @@ from symdyn.dynamics.roads.named_functions import Argument, Function
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.program import at_rest, formulate, in_lines, kept_in_lines, lower
+from symdyn.program import formulate, in_lines, kept_in_lines, lower
 from symdyn.scene import Quantity, Scene, body, revolute, scene as declared
 from symdyn.verify.accuracy import measure
 from symdyn.verify.equality import Claim, prove
@@ -162,7 +162,7 @@ def test_languages_without_loops_get_lines(target: str) -> None:
 
 
 def test_at_rest_there_is_no_loop() -> None:
-    (function,) = at_rest(formulate(tree(3, 9), [ID], LOOP)).functions
+    (function,) = formulate(tree(3, 9), [ID], LOOP).at_rest().functions
 
     assert function.entries
     assert not function.loop

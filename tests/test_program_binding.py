@@ -10,7 +10,7 @@ from symdyn.dynamics import Equations, derive
 from symdyn.dynamics.roads import Counts
 from symdyn.dynamics.roads.count import BINDING, count_by_binding
 from symdyn.graph import Graph, Op, reachable
-from symdyn.program import at_rest, lower
+from symdyn.program import lower
 from symdyn.scene import Scene, read
 from symdyn.verdict import NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
@@ -69,7 +69,7 @@ def test_cost_weighs_what_is_slow():
 
 def test_at_rest_velocities_are_zero_and_no_argument():
     equations = derive(two_link(), ("inverse_dynamics", "velocity_forces", "mass_matrix"))
-    still = at_rest(equations)
+    still = equations.at_rest()
 
     assert [a.name for a in still["inverse_dynamics"].arguments] == ["q", "qdd", "params"]
     assert all(entry.is_zero for entry in still["velocity_forces"].entries)
@@ -83,17 +83,17 @@ def test_at_rest_inverse_dynamics_is_inertia_and_gravity():
     qdd = [equations.graph.symbol(f"{name}_ddot") for name in two_link().coordinates]
     M, g = equations["mass_matrix"].entries, equations["gravity_forces"].entries
     law = tuple(M[2 * i] * qdd[0] + M[2 * i + 1] * qdd[1] + g[i] for i in range(2))
-    _, (finding,) = prove([Claim("rest", "at rest", "M qdd + g", at_rest(equations)["inverse_dynamics"].entries, law)])
+    _, (finding,) = prove([Claim("rest", "at rest", "M qdd + g", equations.at_rest()["inverse_dynamics"].entries, law)])
 
     assert finding.verdict in (PROVED, NUMERICAL)
 
 
 def test_nothing_at_all_is_at_rest():
-    assert at_rest(Equations(Scene("empty"), Graph(), ())).functions == ()
+    assert Equations(Scene("empty"), Graph(), ()).at_rest().functions == ()
 
 
 @pytest.mark.parametrize("output", ["inverse_dynamics", "forward_dynamics"])
 def test_rest_is_cheaper_than_motion(output):
     equations = derive(read(EXAMPLES / "puma560.toml"), (output,))
 
-    assert lower(at_rest(equations))[output].counts.cost < lower(equations)[output].counts.cost
+    assert lower(equations.at_rest())[output].counts.cost < lower(equations)[output].counts.cost

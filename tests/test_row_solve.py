@@ -18,8 +18,8 @@ from symdyn.bench.reference import reference
 from symdyn.build.c_module import build
 from symdyn.dynamics.loops import reduced_rows, reduction
 from symdyn.emit import TARGETS, emit
-from symdyn.program import Program, at_rest, formulate, in_lines, lower, prepare
-from symdyn.program.row_loop import row_loop
+from symdyn.program import Program, formulate, in_lines, lower, prepare
+from symdyn.program.row_loop import RowLoop
 from symdyn.program.states import quaternion_places
 from symdyn.scene import Scene, read_text
 from symdyn.verify.accuracy import measure
@@ -100,7 +100,7 @@ def test_rows_are_what_lines_compute(name: str) -> None:
     assert [one.verdict for one in found] == ["proved", "proved"]
     assert "solved in rows" in str(found)
     assert f"{FDD}_solved(r)" in text_of(program)
-    assert row_loop(routine.function) is row_loop(routine.function)
+    assert RowLoop.of(routine.function) is RowLoop.of(routine.function)
 
 
 @FEW
@@ -223,7 +223,7 @@ def test_at_rest_and_prepared_stay_in_lines() -> None:
 
     assert "_solved(r)" in text_of(lower(equations))
     assert "_solved" not in text_of(prepare(lower(equations)))
-    assert at_rest(equations).functions[0].solve is None
+    assert equations.at_rest().functions[0].solve is None
 
 
 @pytest.mark.long

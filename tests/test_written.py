@@ -13,7 +13,7 @@ import symdyn
 from symdyn.emit import TARGETS, emit
 from symdyn.emit.code.real import SINGLE
 from symdyn.errors import EmitError
-from symdyn.program import Program, at_rest, lower, prepare as prepare_program
+from symdyn.program import Program, lower, prepare as prepare_program
 from symdyn.verify.texts import files_of
 from symdyn.verify.written import READERS, Printed, Written, languages, printed, prove_texts
 
@@ -30,7 +30,7 @@ def programs() -> dict[str, Program]:
     for scene in SCENES:
         found[scene] = lower(symdyn.derive(symdyn.example(scene)))
     found["prepared"] = prepare_program(found["two_link"])
-    found["static"] = lower(at_rest(symdyn.derive(symdyn.example("two_link"))))
+    found["static"] = lower(symdyn.derive(symdyn.example("two_link")).at_rest())
     return found
 
 

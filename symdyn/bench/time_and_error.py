@@ -24,7 +24,7 @@ from symdyn.dynamics import Equations, Unasked, Workspace, available, derive_one
 from symdyn.emit import emit
 from symdyn.emit.code import REALS
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
-from symdyn.program import candidates, cheapest, formulate, lower
+from symdyn.program import Candidates, formulate, lower
 from symdyn.scene import Scene, SceneLike, scene_of
 
 Array = npt.NDArray[np.float64]
@@ -157,14 +157,14 @@ def _function(
     """Return every implementation of one function, measured."""
     start = time.perf_counter()
     workspace = Workspace(scene)
-    chosen = cheapest(workspace, name)
+    chosen = Candidates(workspace, name).cheapest()
     derived = time.perf_counter() - start
     if not chosen.entries:
         return []
     equations = Equations(scene, workspace.graph, (chosen,))
     reals = ("double", "float")
     made = list(implementations(equations, derived, machines, reals, extra=1 if quick else 2))
-    for road in () if machines == () else candidates(workspace, name):
+    for road in () if machines == () else Candidates(workspace, name).names:
         if road != chosen.formulation:
             start = time.perf_counter()
             other = Workspace(scene)

@@ -24,7 +24,7 @@ from symdyn.dynamics import (
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
-from symdyn.program import Program, formulate, identifier, looped, lower, prepare as prepare_program
+from symdyn.program import Candidates, Program, formulate, identifier, lower, prepare as prepare_program
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
@@ -190,7 +190,7 @@ def _heads(workspace: Workspace, requests: Sequence[str]) -> tuple[Function, ...
 
 
 def _head(workspace: Workspace, request: str) -> Function | None:
-    loop = looped(workspace, request, None)
+    loop = Candidates(workspace, request).loop()
     return loop_alone(workspace, request, loop) if loop else called(workspace, request)
 
 

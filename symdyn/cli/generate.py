@@ -23,7 +23,7 @@ from symdyn.dynamics import Equations, LoopChoices, available
 from symdyn.emit import TARGETS, emit, write
 from symdyn.emit.code import REALS, SHORT_SINES
 from symdyn.errors import EmitError
-from symdyn.program import at_rest, formulate, kept_in_lines, lower, prepare, tunable
+from symdyn.program import formulate, kept_in_lines, lower, prepare, tunable
 from symdyn.scene import Scene
 
 MADE, BEGINNING = b"Written by symdyn generate", 1000
@@ -118,7 +118,7 @@ def equations_of(
 ) -> Equations:
     """Return what becomes code, at rest if that is asked for; as to `lines` see `formulate`."""
     equations = formulate(scene, outputs, options.formulation, closing, lines or options.static)
-    return at_rest(equations) if options.static else equations
+    return equations.at_rest() if options.static else equations
 
 
 def _ours(files: Mapping[str, str], folder: Path) -> dict[str, str]:

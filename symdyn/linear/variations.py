@@ -23,7 +23,7 @@ from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.dynamics.mechanism import refuse_ideal_friction
 from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
 from symdyn.linear.outputs import on_graph
-from symdyn.program import cheapest
+from symdyn.program import Candidates
 from symdyn.scene import Quantity, Scene
 from symdyn.unlocked import cached_property
 
@@ -173,7 +173,7 @@ def _written(
     balance = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
     swept = columns(balance, q, u, a, each(own))
     if not scene.is_closed and not own:  # by the road that costs least
-        direct = cheapest(w, "inverse_dynamics_derivatives")
+        direct = Candidates(w, "inverse_dynamics_derivatives").cheapest()
         others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a)
         swept = (n, 3 * n), [x - y for x, y in zip(direct.entries, others[1], strict=True)]
     still = dict.fromkeys([*state.qdd, *multipliers], zero)

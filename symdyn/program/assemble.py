@@ -20,7 +20,7 @@ from symdyn.dynamics import Argument, Function
 from symdyn.dynamics.roads import count_by_binding
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program.constants import constants
-from symdyn.program.routine import PARAMS, PREPARED, Program, Routine, Step
+from symdyn.program.routine import Program, Routine, Step
 from symdyn.scene import Scene
 
 NEG, SYMBOL = Op.NEG, Op.SYMBOL  # see `Op`
@@ -43,7 +43,7 @@ def shared(arguments: Sequence[str]) -> str:
     These are the parameters, or what was prepared from them. Where there is no state beside them each set of them is
     a state of its own.
     """
-    return next((name for name in arguments if name in (PARAMS, PREPARED) and len(arguments) > 1), "")
+    return next((name for name in arguments if name in (Program.PARAMS, Program.PREPARED) and len(arguments) > 1), "")
 
 
 def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Program:
@@ -77,7 +77,7 @@ def _routine(function: Function, known: Constants) -> Routine:
 
 def _input_name(argument: Argument, place: int) -> str:
     """Return the local name of an argument's entry; the underscore keeps it apart from every other name."""
-    if argument.name == PARAMS:
+    if argument.name == Program.PARAMS:
         return f"p_{identifier(str(argument.symbols[place].value))}"
     return f"{argument.name}_{place + 1}"
 

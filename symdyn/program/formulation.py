@@ -19,7 +19,7 @@ digits that the product form keeps.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from symdyn.dynamics import (
     OUTPUTS,
@@ -80,9 +80,9 @@ def choose(
 ) -> tuple[Function, ...]:
     """Return the outputs on the workspace's graph; see `formulate`."""
     known_road(workspace.scene, outputs, road)
-    loops = [looped(workspace, request, road) for request in outputs]
-    lines = lines or not all(loops)
-    return tuple(_chosen(workspace, *one, road, lines) for one in zip(outputs, loops, strict=True))
+    every = [Candidates(workspace, request) for request in outputs]
+    lines = lines or not all(one.loop(road) for one in every)
+    return tuple(one.chosen(road, lines) for one in every)
 
 
 def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
@@ -98,34 +98,6 @@ def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
         )
 
 
-def chosen(workspace: Workspace, request: str, road: str | None = None) -> Function:
-    """Return an output by the road that was asked for, if it has that, else by the one that costs least, in lines."""
-    return _chosen(workspace, request, looped(workspace, request, road), road, lines=True)
-
-
-def _chosen(workspace: Workspace, request: str, loop: str, road: str | None, lines: bool) -> Function:
-    if loop and not lines:
-        alone = loop_alone(workspace, request, loop)
-        if not (TABLE_LOOPS[loop].divides and may_vanish(workspace.joint_table, workspace.scene)):
-            return alone
-    if road is not None and road in roads_of(request, workspace.scene):
-        return derive_one(workspace, request, road)
-    found = cheapest(workspace, request)
-    return replace(found, loop=TableLoop(loop, workspace.joint_table)) if loop else found
-
-
-def looped(workspace: Workspace, request: str, road: str | None) -> str:
-    """Return the road by which an output is a loop over a table: the one asked for, or by count; "" for none."""
-    roads = row_of(request, workspace.scene)[0].roads
-    loops = [name for name, one in roads.items() if one.loop]
-    if not loops or (road is None and all(workspace.state.n < TABLE_LOOPS[name].fewest for name in loops)):
-        return ""
-    there = roads_of(request, workspace.scene)
-    if road in there:
-        return road if roads[road].loop else ""
-    return next((name for name in there if roads[name].loop and workspace.state.n >= TABLE_LOOPS[name].fewest), "")
-
-
 def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
     """Return why large functions that might be loops over a table are lines, "" where there are none."""
     rows = {name: OUTPUTS[name] for name in outputs if name in OUTPUTS}
@@ -139,22 +111,63 @@ def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
     return f"{scene.name}: {', '.join(might)} in lines, not as a loop over a table: {why}" if why else ""
 
 
-def cheapest(workspace: Workspace, request: str) -> Function:
-    """Return an output by the road that costs least; see `formulate`."""
-    names = candidates(workspace, request)
-    if len(names) < 2:
-        return derive_one(workspace, request, *names)
-    row, scene = row_of(request, workspace.scene)[0], workspace.scene
-    places = [Workspace(scene, workspace.closing) if row.roads[road].apart else workspace for road in names]
-    functions = [derive_one(place, request, road) for place, road in zip(places, names, strict=True)]
-    costs = [Counts.of(function).cost for function in functions]
-    hopeful = [k for k, cost in enumerate(costs) if cost <= HOPELESS * min(costs)]
-    lowered = {k: lower(Equations(scene, places[k].graph, (functions[k],))) for k in hopeful}
-    best = min(hopeful, key=lambda k: lowered[k].routines[0].counts.cost)
-    return derive_one(workspace, request, names[best])
+@dataclass(frozen=True)
+class Candidates:
+    """The derivations of one output that may become code.
 
+    Attributes:
+        workspace: of the scene.
+        request: what the output is asked for by.
+    """
 
-def candidates(workspace: Workspace, request: str) -> tuple[str, ...]:
-    """Return the roads of an output that are worth deriving to compare them, in the table's order."""
-    n, row = workspace.state.n, row_of(request, workspace.scene)[0]
-    return tuple(name for name in roads_of(request, workspace.scene) if n <= min(LONGEST, row.roads[name].up_to))
+    workspace: Workspace
+    request: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The roads that are worth deriving to compare them, in the table's order."""
+        n, row = self.workspace.state.n, row_of(self.request, self.workspace.scene)[0]
+        return tuple(name for name in self._roads() if n <= min(LONGEST, row.roads[name].up_to))
+
+    def cheapest(self) -> Function:
+        """Return the output by the road that costs least; see `formulate`."""
+        names, workspace, scene = self.names, self.workspace, self.workspace.scene
+        if len(names) < 2:
+            return derive_one(workspace, self.request, *names)
+        row = row_of(self.request, scene)[0]
+        places = [Workspace(scene, workspace.closing) if row.roads[road].apart else workspace for road in names]
+        functions = [derive_one(place, self.request, road) for place, road in zip(places, names, strict=True)]
+        costs = [Counts.of(function).cost for function in functions]
+        hopeful = [k for k, cost in enumerate(costs) if cost <= HOPELESS * min(costs)]
+        lowered = {k: lower(Equations(scene, places[k].graph, (functions[k],))) for k in hopeful}
+        best = min(hopeful, key=lambda k: lowered[k].routines[0].counts.cost)
+        return derive_one(workspace, self.request, names[best])
+
+    def chosen(self, road: str | None = None, lines: bool = True) -> Function:
+        """Return the output by the road that was asked for, if it has that, else by the one that costs least.
+
+        Without `lines` a loop over a table is not derived in lines as well, where it need not be.
+        """
+        loop, workspace = self.loop(road), self.workspace
+        if loop and not lines:
+            alone = loop_alone(workspace, self.request, loop)
+            if not (TABLE_LOOPS[loop].divides and may_vanish(workspace.joint_table, workspace.scene)):
+                return alone
+        if road is not None and road in self._roads():
+            return derive_one(workspace, self.request, road)
+        found = self.cheapest()
+        return replace(found, loop=TableLoop(loop, workspace.joint_table)) if loop else found
+
+    def loop(self, road: str | None = None) -> str:
+        """Return the road by which it is a loop over a table: the one asked for, or by count; "" for none."""
+        roads, n = row_of(self.request, self.workspace.scene)[0].roads, self.workspace.state.n
+        loops = [name for name, one in roads.items() if one.loop]
+        if not loops or (road is None and all(n < TABLE_LOOPS[name].fewest for name in loops)):
+            return ""
+        there = self._roads()
+        if road in there:
+            return road if roads[road].loop else ""
+        return next((name for name in there if roads[name].loop and n >= TABLE_LOOPS[name].fewest), "")
+
+    def _roads(self) -> tuple[str, ...]:
+        return roads_of(self.request, self.workspace.scene)

@@ -20,8 +20,6 @@ from symdyn.program.routine import Program
 
 Functions = tuple[Function, ...]
 
-VELOCITIES = "qd"
-
 
 @growing()
 def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
@@ -149,32 +147,3 @@ def _rebuild(functions: Functions, values: Mapping[Expr, Expr], graph: Graph) ->
 def _rebuild_argument(argument: Argument, graph: Graph) -> Argument:
     """Return the argument with its symbols on `graph`."""
     return replace(argument, symbols=tuple(graph.symbol(str(symbol.value)) for symbol in argument.symbols))
-
-
-def at_rest(equations: Equations) -> Equations:
-    """Return the equations of a mechanism at rest, q̇ = 0 and no longer an argument, on the same graph.
-
-    Inverse dynamics at rest is M(q) q̈ + g(q), forward dynamics starts from standstill, and velocity forces are zero.
-    Functions without velocities are left as they are.
-    """
-    graph = equations.graph
-    still = {
-        symbol: graph.zero
-        for function in equations.functions
-        for argument in function.arguments
-        if argument.name == VELOCITIES
-        for symbol in argument.symbols
-    }
-    entries = iter(substitute([entry for f in equations.functions for entry in f.entries], still))
-    functions = tuple(
-        replace(
-            function,
-            text=function.text + ("; at rest, qd = 0" if any(a.name == VELOCITIES for a in function.arguments) else ""),
-            arguments=tuple(a for a in function.arguments if a.name != VELOCITIES),
-            entries=tuple(next(entries) for _ in function.entries),
-            loop=function.loop if all(a.name != VELOCITIES for a in function.arguments) else None,
-            solve=function.solve if all(a.name != VELOCITIES for a in function.arguments) else None,
-        )
-        for function in equations.functions
-    )
-    return Equations(equations.scene, graph, functions)

@@ -7,7 +7,7 @@ import random
 from symdyn.dynamics import BESIDES, INERTIA, JointTable, forward_sweeps, kinds_of, names_of
 from symdyn.errors import NoValueError
 from symdyn.graph import evaluate
-from symdyn.program.table_numbers import table_numbers
+from symdyn.program.table_numbers import TableNumbers
 from symdyn.scene import Scene
 
 LITTLE = 1e-10
@@ -19,7 +19,7 @@ def may_vanish(table: JointTable, scene: Scene) -> bool:
     from symdyn.algebra import Floats
 
     draw = random.Random(1)
-    numbers = iter(table_numbers(table, scene)[len(table.ground) :])
+    numbers = iter(TableNumbers(table, scene).every()[len(table.ground) :])
     exact = {id(row): [float(next(numbers)) for _ in row.entries] for row in table.rows}
     held = {i: [0.0] * INERTIA for i in range(len(table.rows) + 1)}
     pivots, algebra = [], Floats()

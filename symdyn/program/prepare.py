@@ -19,9 +19,7 @@ from symdyn.dynamics import Argument, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.program.assemble import assemble
-from symdyn.program.routine import PARAMS, PREPARED, Program
-
-PREPARE = "prepare"
+from symdyn.program.routine import Program
 
 
 def prepare(program: Program) -> Program:
@@ -34,33 +32,34 @@ def prepare(program: Program) -> Program:
         DerivationError: a function is called `prepare` already.
     """
     functions = [routine.function for routine in program.routines]
-    params = next((a for function in functions for a in function.arguments if a.name == PARAMS), None)
+    params = next((a for function in functions for a in function.arguments if a.name == Program.PARAMS), None)
     if params is None:
         return program
-    if any(function.name == PREPARE for function in functions):
-        raise DerivationError(f"{program.scene.name}: a function is called {PREPARE} already; rename it")
+    if any(function.name == Program.PREPARE for function in functions):
+        raise DerivationError(f"{program.scene.name}: a function is called {Program.PREPARE} already; rename it")
     frontier = dict.fromkeys(node for function in functions for node in _frontier(function))
     kept = sorted(frontier, key=lambda node: node.index)
     graph = Graph()
-    symbols = [graph.symbol(f"{PREPARED}[{place}]") for place in range(len(kept))]
+    symbols = [graph.symbol(f"{Program.PREPARED}[{place}]") for place in range(len(kept))]
     first = Function(
-        name=PREPARE,
-        text=f"values that depend on parameters alone, the argument {PREPARED} of all other functions",
+        name=Program.PREPARE,
+        text=f"values that depend on parameters alone, the argument {Program.PREPARED} of all other functions",
         arguments=(replace(params, symbols=tuple(graph.symbol(str(one.value)) for one in params.symbols)),),
-        result=PREPARED,
+        result=Program.PREPARED,
         shape=(len(kept),),
         entries=tuple(substitute(kept, {}, graph)),
         units="",
         formulation="hoisted",
     )
-    prepared = Argument(PREPARED, tuple(symbols), f"result of {PREPARE}({PARAMS}), from {_sources(kept, params)}", ())
+    text = f"result of {Program.PREPARE}({Program.PARAMS}), from {_sources(kept, params)}"
+    prepared = Argument(Program.PREPARED, tuple(symbols), text, ())
     values = dict(zip(kept, symbols, strict=True))
     rest = tuple(
         replace(
             function,
             arguments=tuple(
                 prepared
-                if argument.name == PARAMS
+                if argument.name == Program.PARAMS
                 else replace(argument, symbols=tuple(graph.symbol(str(one.value)) for one in argument.symbols))
                 for argument in function.arguments
             ),
@@ -74,7 +73,7 @@ def prepare(program: Program) -> Program:
 
 def _frontier(function: Function) -> Iterable[Expr]:
     """Return the nodes that `function` needs of what depends on parameters alone."""
-    parameters = {symbol for a in function.arguments if a.name == PARAMS for symbol in a.symbols}
+    parameters = {symbol for a in function.arguments if a.name == Program.PARAMS for symbol in a.symbols}
     early: set[Expr] = set()
     late: set[Expr] = set()
     for node in reachable(function.entries):

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Function
@@ -19,9 +20,6 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
-
-PARAMS, PREPARED = "params", "prepared"
-"""Arguments: free parameters, and what depends on them alone."""
 
 
 @dataclass(frozen=True)
@@ -82,12 +80,18 @@ class Program(Shown):
         graph: of this program alone; all entries are nodes of it.
         routines: in the order of the equations.
         constants: value of every node without symbols, exact where it is rational, else to 50 digits or more.
+        PARAMS, PREPARED: what the arguments are called: free parameters, and what depends on them alone.
+        PREPARE: what the function is called that computes these.
     """
 
     scene: Scene
     graph: Graph
     routines: tuple[Routine, ...]
     constants: Mapping[Expr, Fraction]
+
+    PARAMS: ClassVar[str] = "params"
+    PREPARED: ClassVar[str] = "prepared"
+    PREPARE: ClassVar[str] = "prepare"
 
     def __repr__(self) -> str:
         return f"<Program of {self.scene.name}: {listed(one.function.name for one in self.routines)}>"
@@ -112,7 +116,9 @@ class Program(Shown):
     @property
     def is_prepared(self) -> bool:
         """Whether work on parameters alone is in a function of its own, of whose result the others are functions."""
-        return any(argument.name == PREPARED for routine in self.routines for argument in routine.function.arguments)
+        return any(
+            argument.name == Program.PREPARED for routine in self.routines for argument in routine.function.arguments
+        )
 
     def checked(self) -> Program:
         """Return it after asserting what every pass must keep: names are unique and defined before they are used."""

@@ -54,6 +54,16 @@ class RowLoop:
     steps: tuple[RowStepAt, ...]
     places: tuple[int, ...]
 
+    @classmethod
+    def of(cls, function: Function) -> RowLoop | None:
+        """Return that of a function; None where it is solved in lines, or has few products."""
+        solve = function.solve
+        if solve is None or solve.products < FEWEST:
+            return None
+        if solve not in _FOUND:
+            _FOUND[solve] = _lowered(function, solve)
+        return _FOUND[solve]
+
     @property
     def entries(self) -> tuple[Expr, ...]:
         """Entries of r, before the first step."""
@@ -75,16 +85,6 @@ class RowLoop:
 
 
 _FOUND: WeakKeyDictionary[RowSolve, RowLoop] = WeakKeyDictionary()
-
-
-def row_loop(function: Function) -> RowLoop | None:
-    """Return the lines before a loop over rows; None where a function is solved in lines, or has few products."""
-    solve = function.solve
-    if solve is None or solve.products < FEWEST:
-        return None
-    if solve not in _FOUND:
-        _FOUND[solve] = _lowered(function, solve)
-    return _FOUND[solve]
 
 
 def _lowered(function: Function, solve: RowSolve) -> RowLoop:

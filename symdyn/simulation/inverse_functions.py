@@ -12,7 +12,7 @@ from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import TIME, State
 from symdyn.graph import Graph, tangents
-from symdyn.program import cheapest, identifier
+from symdyn.program import Candidates, identifier
 from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import (
     Calls,
@@ -107,7 +107,7 @@ def _compiled(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     if w.scene.is_closed:
         names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
     names += [f"{kind}:{name}" for name in points_on_paths for kind in ("pose", "jacobian", "jdot_qdot")]
-    functions = [cheapest(w, name) for name in names]
+    functions = [Candidates(w, name).cheapest() for name in names]
     turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
     limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
     functions += [points(w), _kinematics(w), function_of(w, "turning", turned, ("q", "qd"))]
@@ -126,7 +126,7 @@ def _compiled_rates(scene: Opened, points_on_paths: Sequence[str]) -> Compiled:
     w = Workspace(scene.scene, scene.closing)
     names = ["constraint_jacobian"] if w.scene.is_closed else []
     names += [f"jacobian:{name}" for name in points_on_paths]
-    functions = [_kinematics(w), *(cheapest(w, name) for name in names)]
+    functions = [_kinematics(w), *(Candidates(w, name).cheapest() for name in names)]
     moved = [
         replace(function_of(w, one.name, tangents(one.entries, w.state.velocity), ("q", "qd")), shape=one.shape)
         for one in functions

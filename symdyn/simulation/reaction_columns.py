@@ -21,7 +21,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import ties, why_no_reactions
 from symdyn.dynamics.roads import WrittenDecisions, multiplier_names, reaction_names, unique_entries
 from symdyn.graph import reachable
-from symdyn.program import cheapest, formulate
+from symdyn.program import Candidates, formulate
 from symdyn.scene import Scene
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
@@ -38,7 +38,7 @@ def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
         w = Workspace(found.scene, found.closing)
         inputs = ("inputs",) if w.scene.inputs else ()
         forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME, *inputs))
-        return compiled(w.scene, w.graph, (forces, cheapest(w, "constraint_jacobian")))
+        return compiled(w.scene, w.graph, (forces, Candidates(w, "constraint_jacobian").cheapest()))
 
     made = compiled_once(("multipliers", found.scene, decisions), make)
     f, G = (_over(motion, made, found, routine.function) for routine in made.program.routines)

@@ -16,7 +16,7 @@ import numpy as np
 from symdyn.algebra import Array, Batches
 from symdyn.build import Loaded, Operand, load
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.program import PREPARE
+from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults
 from symdyn.simulation import Measure, fold_over, read_measure
@@ -58,7 +58,7 @@ class Called:
     @cached_property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that are arguments, in order."""
-        first = self.loaded.calls[PREPARE if self.loaded.prepared else self.name]
+        first = self.loaded.calls[Program.PREPARE if self.loaded.prepared else self.name]
         return next((one.entries for one in first.operands if one.name == PARAMETERS), ())
 
     @property
@@ -180,7 +180,7 @@ def _chunk(
     given = [rows[..., 0] if one.scalar else rows for one, rows in zip(call.operands, arguments, strict=True)]
     if call.parameters:
         last = values if call.parameters == names else np.stack([columns[name] for name in call.parameters], axis=-1)
-        last = call.loaded.calls[PREPARE](last) if call.loaded.prepared else last
+        last = call.loaded.calls[Program.PREPARE](last) if call.loaded.prepared else last
         given.append(last[:, None, :])
     result = np.asarray(call.loaded.calls[call.name](*given))
     result = result.reshape(*result.shape[:2], -1)

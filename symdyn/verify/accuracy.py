@@ -21,7 +21,7 @@ from symdyn.algebra import Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS, Real
 from symdyn.graph import Expr, evaluate, reachable, repeated
-from symdyn.program import ALLOWED, Program, samples
+from symdyn.program import Program, Sampling
 from symdyn.verdict import HOLD, verdict
 from symdyn.verify.shaken import Shaken
 
@@ -127,14 +127,14 @@ def _case(
     real: Real,
 ) -> _Case | None:
     """Return a case at the next state where the function is real, trying ever wider ranges; None if there is none."""
-    for inputs in samples(function.arguments, rng, real.name):
+    for inputs in Sampling(function.arguments, rng, real.name):
         values = function.values(inputs, lambda value: analysis.exact(analysis.numbers.number(value)))
         try:
             found = bounded_at(values)
         except (ValueError, ZeroDivisionError, OverflowError):
             continue
         ulp = 2 * real.roundoff * max(float(abs(entry.value)) for entry in found) or real.tiniest
-        allowed = [ALLOWED * float(entry.error) + real.tiniest for entry in found]
+        allowed = [Real.ALLOWED * float(entry.error) + real.tiniest for entry in found]
         if not isfinite(ulp) or not all(map(isfinite, allowed)):
             continue  # beyond all numbers of the type, or no slope is defined near: there is nothing to compare with
         return _Case(inputs, [entry.value for entry in found], allowed, ulp)
@@ -146,7 +146,7 @@ def _case_by_lot(
 ) -> _Case | None:
     """Return a case at a state where the function is real, allowed what runs with roundings by lot are off by."""
     numbers, unit = analysis.numbers, real.roundoff
-    for inputs in samples(function.arguments, rng, real.name):
+    for inputs in Sampling(function.arguments, rng, real.name):
         values = function.values(inputs, numbers.number)
         try:
             exact = evaluate(function.entries, numbers, values, order)
@@ -160,7 +160,7 @@ def _case_by_lot(
         off = [max(float(abs(run[k] - value)) for run in runs) for k, value in enumerate(exact)]
         if not all(map(isfinite, off)):
             continue
-        return _Case(inputs, exact, [ALLOWED_OF_RUNS * one + ALLOWED * ulp for one in off], ulp)
+        return _Case(inputs, exact, [ALLOWED_OF_RUNS * one + Real.ALLOWED * ulp for one in off], ulp)
     return None
 
 

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from symdyn.build import RUNNERS, bind_rows
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS
-from symdyn.program import WIDER, shared
+from symdyn.program import Sampling, shared
 from symdyn.verdict import HOLD, verdict
 from symdyn.verify.building import Building
 
@@ -104,7 +104,7 @@ def _states(function: Function, one: Any, seed: int) -> tuple[list[Array], Array
     common = shared([argument.name for argument in function.arguments])
     given: list[Array] = []
     wanted = np.empty((0, 0))
-    for wide in WIDER:
+    for wide in Sampling.WIDER:
         given = [
             rng.uniform(0.5, 2 * wide, (1 if a.name == common else LONGEST, len(a.symbols))).astype(one.dtype)
             for a in function.arguments

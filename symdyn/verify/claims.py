@@ -19,7 +19,7 @@ from symdyn.dynamics import (
     wanted_on,
 )
 from symdyn.errors import DerivationError
-from symdyn.program import Program, choose, chosen, known_road
+from symdyn.program import Candidates, Program, choose, known_road
 from symdyn.verdict import Unclaimed
 from symdyn.verify.equality import Claim
 from symdyn.verify.laws import laws
@@ -46,7 +46,7 @@ def taken(
 
     def derive(w: Workspace, name: str) -> None:
         try:
-            functions.append(chosen(w, name, road))
+            functions.append(Candidates(w, name).chosen(road))
         except DerivationError as fault:
             why[name] = str(fault)
             raise

@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.build import RUNNERS
 from symdyn.emit import emit
-from symdyn.program import sample
+from symdyn.program import Sampling
 from symdyn.verdict import Unclaimed, verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Look, Looked, Seen
@@ -29,7 +29,7 @@ def positive_definite(seen: Seen) -> Looked:
     if signed:
         return [], [Unclaimed(DEFINITE, f"{', '.join(signed)} may be negative; declare it with positive = true")]
     rng = random.Random(seen.seed)
-    states = [sample(mass.arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
+    states = [Sampling(mass.arguments, rng).state(1.0 + k % 4 * 8) for k in range(4 * STATES)]
     measured = next(iter(seen.modules.values()), None)  # whose own accuracy is known
     module = RUNNERS["numpy"].run(emit(seen.program)) if measured is None else measured
     with np.errstate(all="ignore"):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics import Function, row_of
 from symdyn.graph import Expr, reachable, substitute
-from symdyn.program import PREPARE, Program, RowLoop, row_loop
+from symdyn.program import Program, RowLoop
 from symdyn.scene import Scene
 from symdyn.verify.equality import Claim
 
@@ -30,7 +30,7 @@ def program_claims(scene: Scene, functions: Sequence[Function], program: Program
         )
         for function, routine in zip(functions, program.routines, strict=True)
     ]
-    return claims + [_row_claim(one.function, rows) for one in program.routines if (rows := row_loop(one.function))]
+    return claims + [_row_claim(one.function, rows) for one in program.routines if (rows := RowLoop.of(one.function))]
 
 
 def _row_claim(function: Function, rows: RowLoop) -> Claim:
@@ -55,5 +55,7 @@ def composed_claims(program: Program, prepared: Program) -> list[Claim]:
     for after, before in zip(rest, program.routines, strict=True):
         values = dict(zip(after.function.arguments[-1].symbols, first.function.entries, strict=True))
         composed = tuple(substitute(after.function.entries, values))
-        claims.append(Claim(after.function.name, f"after {PREPARE}", "program", composed, before.function.entries))
+        claims.append(
+            Claim(after.function.name, f"after {Program.PREPARE}", "program", composed, before.function.entries)
+        )
     return claims

@@ -24,7 +24,7 @@ from symdyn.dynamics import Equations, Function, LoopChoices, Workspace
 from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
-from symdyn.program import lower, sample
+from symdyn.program import Sampling, lower
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import suggestion
@@ -165,7 +165,7 @@ def rigorous(
             continue
         rng = random.Random(f"{seed}:{function.name}")
         if given is None:
-            points = [sample(routine.function.arguments, rng, real) for _ in range(states)]
+            points = [Sampling(routine.function.arguments, rng, real).state() for _ in range(states)]
         else:
             points = [[_values(argument.symbols, given, argument.shape) for argument in function.arguments]]
         balls = []

@@ -20,7 +20,7 @@ import numpy as np
 
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import Expr, evaluate
-from symdyn.program.assemble import PREPARED
+from symdyn.program.assemble import Program
 from symdyn.scene import Scene, read
 from symdyn.simulation import read_forces
 from symdyn.simulation.equations.system import StateEquations
@@ -63,7 +63,7 @@ def entries_of(system: StateEquations, made: Any, name: str) -> tuple[list[Any],
     values: dict[Expr, Any] = {one: algebra.heyoka.expression(str(one.value)) for one in state}
     values |= dict.fromkeys(symbols.get(TIME, ()), algebra.heyoka.time)
     known = map(Fraction, map(float, made.values(system.opened.values)))
-    values |= {one: algebra.constant(x) for one, x in zip(symbols.get(PREPARED, ()), known, strict=True)}
+    values |= {one: algebra.constant(x) for one, x in zip(symbols.get(Program.PREPARED, ()), known, strict=True)}
     return [values[one] for one in state], evaluate(function.entries, algebra, values)
 
 

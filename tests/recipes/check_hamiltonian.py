@@ -18,8 +18,7 @@ from symdyn.cli import main
 from symdyn.dynamics import OUTPUTS, Output, Road, Unasked, Workspace, available, derive_one
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingProgram
-from symdyn.program import formulate, lower
-from symdyn.program.formulation import candidates
+from symdyn.program import Candidates, formulate, lower
 from symdyn.simulation import simulate
 from symdyn.verdict import PROVED
 from symdyn.verify import certify
@@ -120,8 +119,8 @@ def test_what_is_of_the_tree_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_road_that_grows_fast_is_not_tried_for_many_coordinates() -> None:
-    assert candidates(Workspace(scene("two_link")), NAME) == ("recursive", "definition")
-    assert candidates(Workspace(scene("puma560")), NAME) == ("recursive",)
+    assert Candidates(Workspace(scene("two_link")), NAME).names == ("recursive", "definition")
+    assert Candidates(Workspace(scene("puma560")), NAME).names == ("recursive",)
 
 
 @pytest.mark.usefixtures("numpy_alone")

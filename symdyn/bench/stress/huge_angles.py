@@ -13,7 +13,7 @@ from symdyn.bench.stress.calls import calls, looked_at
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import chain, offset_pendulum, one_body, two_link
 from symdyn.dynamics import row_of
-from symdyn.program import ALLOWED
+from symdyn.emit.code import Real
 from symdyn.scene import Scene
 from symdyn.simulation.prescribed import parameter_values
 
@@ -46,7 +46,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     made = calls(scene, names)
     for name in names:
         metric = f"error of {name} / running error bound"
-        yield Case("turns of 1e6 … 1e15 rad", metric, ALLOWED, *shares(made, name, {"q": q}))
+        yield Case("turns of 1e6 … 1e15 rad", metric, Real.ALLOWED, *shares(made, name, {"q": q}))
 
 
 def _sums(power: int) -> Case:
@@ -64,7 +64,7 @@ def _huge_chain() -> Case:
     q = rng.choice([-1.0, 1.0], (12, 4)) * 10 ** rng.uniform(6, 16, (12, 4))
     given = {"q": q, "qd": rng.uniform(-2, 2, q.shape), "qdd": rng.uniform(-2, 2, q.shape)}
     metric = "error of inverse_dynamics / running error bound"
-    return Case("chain of 4, angles of 1e6 … 1e16 rad", metric, ALLOWED, *shares(made, "inverse_dynamics", given))
+    return Case("chain of 4, angles of 1e6 … 1e16 rad", metric, Real.ALLOWED, *shares(made, "inverse_dynamics", given))
 
 
 def _tiny() -> Case:

@@ -13,10 +13,9 @@ from symdyn.bench.stress.calls import Calls, calls, looked_at
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import Function
-from symdyn.emit.code import REALS
+from symdyn.emit.code import REALS, Real
 from symdyn.errors import SceneError
 from symdyn.graph import reachable
-from symdyn.program import ALLOWED
 from symdyn.scene import Scene, body, joint, scene
 
 Array = npt.NDArray[np.float64]
@@ -57,13 +56,13 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
     tiny = {name: value * 1e-310 if name != "params" else value for name, value in given.items()}
     tiny["q"] = given["q"]
     metric = "error / running error bound"
-    yield Case(f"denormal rates and forces, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
+    yield Case(f"denormal rates and forces, {kind}", metric, Real.ALLOWED, *_worst_share(made, names, tiny))
     if not one.is_closed and "1" not in positions_of(one).units:
         tiny["q"] = given["q"] * 1e-310
-        yield Case(f"denormal states, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
+        yield Case(f"denormal states, {kind}", metric, Real.ALLOWED, *_worst_share(made, names, tiny))
     singles = calls(one, names, real="float")
     rounded = {name: value.astype(np.float32).astype(float) for name, value in given.items()}
-    yield Case(f"float, {kind}", metric, ALLOWED, *_worst_share(singles, names, rounded, REALS["float"].roundoff))
+    yield Case(f"float, {kind}", metric, Real.ALLOWED, *_worst_share(singles, names, rounded, REALS["float"].roundoff))
 
 
 def _states(one: Scene, made: Calls, names: tuple[str, ...]) -> dict[str, Array]:

@@ -13,7 +13,7 @@ from symdyn.build.numeric_function import NumericFunction, numeric_function, sig
 from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.emit import C, render
 from symdyn.emit.code import REALS
-from symdyn.program import PREPARE, Program, formulate, lower, prepare as prepare_program
+from symdyn.program import Program, formulate, lower, prepare as prepare_program
 from symdyn.scene import Scene
 
 
@@ -79,11 +79,11 @@ def loaded_for(
     code = Code(program, library.make)
     code.ready(library.real)
     told = _docstrings(program)
-    asked = [PREPARE] * (len(program.routines) - len(requests)) + list(requests)
+    asked = [Program.PREPARE] * (len(program.routines) - len(requests)) + list(requests)
     calls = {}
     for place, (routine, request) in enumerate(zip(program.routines, asked, strict=True)):
         name = routine.function.name
-        source = None if request == PREPARE else (scene, request, closing)
+        source = None if request == Program.PREPARE else (scene, request, closing)
         call = partial(library.call, Word(VALUE, None, code, place, source))
         call.__doc__ = told[name]
         one = numeric_function(scene, name, routine.function, call, free, (_one_of, (again, settings, name)))

@@ -25,7 +25,7 @@ from symdyn.dynamics import Argument, Equations, Function, LoopChoices, Workspac
 from symdyn.dynamics.roads import differentiable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.program import PREPARED, Program, Routine, formulate, lower
+from symdyn.program import Program, Routine, formulate, lower
 from symdyn.scene import Scene
 from symdyn.unlocked import cached_property
 
@@ -111,7 +111,7 @@ class Word:
     @cached_property
     def stated(self) -> Way | None:
         """Its derivatives as the scene's own words; None where it has none that say the same."""
-        if self.source is None or PREPARED in self.names:
+        if self.source is None or Program.PREPARED in self.names:
             return None
         scene, request, closing = self.source
         try:
@@ -212,8 +212,8 @@ def _derived(of: Word, kind: str) -> Program:
         shape = (len(entries), size) if function.shape else (size,)
     else:
         found, more, shape = tangents(slopes(), seeds), [*weighed, *directions], (size,)
-    own = [one for one in function.arguments if one.name not in ("params", PREPARED)]
-    last = [one for one in function.arguments if one.name in ("params", PREPARED)]
+    own = [one for one in function.arguments if one.name not in ("params", Program.PREPARED)]
+    last = [one for one in function.arguments if one.name in ("params", Program.PREPARED)]
     made = Function(
         name=f"{function.name}{kind}",
         text=f"derivatives of the {function.text}",

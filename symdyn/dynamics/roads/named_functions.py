@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.arguments import check_arguments
@@ -13,7 +13,7 @@ from symdyn.dynamics.mechanism.row_solve import RowSolve
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import UnknownNameError
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, substitute
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import force_unit, listed
 from symdyn.shown import Shown
@@ -116,9 +116,30 @@ class Equations(Shown):
                 return function
         raise UnknownNameError(f"{name} was not derived; there are {', '.join(f.name for f in self.functions)}")
 
+    def at_rest(self) -> Equations:
+        """Return the equations of the mechanism at rest, q̇ = 0 and no longer an argument, on the same graph.
+
+        Inverse dynamics at rest is M(q) q̈ + g(q), forward dynamics starts from standstill, and velocity forces are
+        zero. Functions without velocities are left as they are.
+        """
+        symbols = [x for one in self.functions for a in one.arguments if a.name == VELOCITIES for x in a.symbols]
+        every = [entry for one in self.functions for entry in one.entries]
+        entries = iter(substitute(every, dict.fromkeys(symbols, self.graph.zero)))
+
+        def resting(one: Function) -> Function:
+            others = tuple(a for a in one.arguments if a.name != VELOCITIES)
+            if len(others) == len(one.arguments):
+                return one
+            return replace(one, text=f"{one.text}; at rest, qd = 0", arguments=others, loop=None, solve=None)
+
+        functions = [replace(resting(one), entries=tuple(next(entries) for _ in one.entries)) for one in self.functions]
+        return Equations(self.scene, self.graph, tuple(functions))
+
 
 DRIVES = "tau"
 """The argument of what finds a motion."""
+
+VELOCITIES = "qd"
 
 ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of the coordinate
     "q": ("joint positions", {"rad": "rad", "m": "m", "1": "1"}),

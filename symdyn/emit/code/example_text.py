@@ -8,7 +8,7 @@ from symdyn.emit.code.identifiers import stem
 from symdyn.emit.code.target import Sources
 from symdyn.emit.code.worked_example import worked_example
 from symdyn.emit.render import render
-from symdyn.program import PREPARE
+from symdyn.program import Program
 
 
 def example_text(sources: Sources, template: str, ending: str, suffix: str = "", **values: Any) -> dict[str, str]:
@@ -31,7 +31,7 @@ def example_text(sources: Sources, template: str, ending: str, suffix: str = "",
         "given": made.given,
         "called": made.called,
         "left_out": made.left_out,
-        "prepare": PREPARE,
+        "prepare": Program.PREPARE,
         "suffix": suffix,
     }
     scalars = [one.name for one in made.given if one.scalar]

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from symdyn.algebra import BigFloats, LooseErrors, RunningErrors
 from symdyn.emit.code.short_sines import bound_of_sines
@@ -41,7 +41,10 @@ class Real:
         parts: how many numbers one is the sum of; all else is said of each of them.
         limit_exponent: angles below 2 to this in size have a sine; 0 where all have.
         lacks: operations that there are no functions of so many digits for: why, and what would work.
+        ALLOWED: how many times the bound of an analysis results may be off, as that is of first order.
     """
+
+    ALLOWED: ClassVar[float] = 2.0
 
     name: str
     dtype: str

@@ -10,7 +10,7 @@ from symdyn.dynamics.roads import Counts
 from symdyn.emit.code.identifiers import function_names, stem
 from symdyn.emit.code.operators import Printer
 from symdyn.graph import Op
-from symdyn.program import PARAMS, Program, Routine
+from symdyn.program import Program, Routine
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def compose(
         for routine, name in zip(program.routines, names, strict=True)
     )
     arguments = {argument.name: argument for function in functions for argument in function.arguments}
-    params = [one for routine in program.routines for one in routine.function.arguments if one.name == PARAMS]
+    params = [one for routine in program.routines for one in routine.function.arguments if one.name == Program.PARAMS]
     free = [str(symbol.value) for symbol in params[0].symbols] if params else []
     there = {parameter.name: parameter for parameter in program.scene.parameters}
     parameters = tuple((there[name].name, there[name].unit, there[name].text) for name in free)

@@ -13,7 +13,7 @@ from symdyn.emit.code.source_text import Page, compose
 from symdyn.emit.render import render
 from symdyn.errors import EmitError
 from symdyn.graph import Op
-from symdyn.program import PREPARE, Program
+from symdyn.program import Program
 from symdyn.scene import Scene
 
 Contents = str | bytes
@@ -118,7 +118,7 @@ class Target:
         """Raise EmitError for functions that it is not made of, and for what the language or the type lacks."""
         wanted = self.functions(program.scene) if self.functions else ()
         there = [one.function.request or one.function.name for one in program.routines]
-        if wanted and {*wanted} != {*there} - {PREPARE}:
+        if wanted and {*wanted} != {*there} - {Program.PREPARE}:
             raise EmitError(
                 f"target {self.name} ({self.text}) is made of {', '.join(wanted)}, here are {', '.join(there)}; "
                 "leave --functions out"

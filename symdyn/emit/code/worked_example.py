@@ -16,10 +16,10 @@ from typing import Any
 
 from symdyn.algebra import AllRoundingError, Bounded, Midpoints, RunningErrors
 from symdyn.dynamics import Argument, Function, values_over_table
-from symdyn.emit.code.real import digits, find_real
+from symdyn.emit.code.real import Real, digits, find_real
 from symdyn.emit.code.target import Sources
 from symdyn.graph import Expr, evaluate
-from symdyn.program import ALLOWED, PREPARE, PREPARED, samples, table_numbers
+from symdyn.program import Program, Sampling, TableNumbers
 
 DIGITS = 50
 SEED = "example"
@@ -90,11 +90,11 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
     with numbers:
         analysis = find_real(sources.real).rounding(numbers, sources.accuracy)
         tables = {
-            one.name: [analysis.constant(x) for x in table_numbers(one.loop.table, program.scene)]
+            one.name: [analysis.constant(x) for x in TableNumbers(one.loop.table, program.scene).every()]
             for one in functions
             if one.loop
         }
-        for draw, drawn in enumerate(samples(list(arguments.values()), rng, sources.real)):
+        for draw, drawn in enumerate(Sampling(list(arguments.values()), rng, sources.real)):
             point = _point(arguments, drawn)
             results = _results(functions, tables, point, analysis, unsure)
             if len(results) > len(best[0]) or not draw:
@@ -107,7 +107,7 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
         Given(
             name,
             one.scalar,
-            () if one.name == PREPARED else _texts(_at(one, point), sources.real, suffix),
+            () if one.name == Program.PREPARED else _texts(_at(one, point), sources.real, suffix),
             len(one.symbols),
         )
         for name, one in arguments.items()
@@ -153,7 +153,7 @@ def _results(
     """
     values = {symbol: analysis.exact(analysis.numbers.number(value)) for symbol, value in point.items()}
     results: dict[str, list[Bounded]] = {}
-    for function in sorted(functions, key=lambda one: one.name != PREPARE):
+    for function in sorted(functions, key=lambda one: one.name != Program.PREPARE):
         try:
             if function.loop:
                 given = {one.name: [values[symbol] for symbol in one.symbols] for one in function.arguments}
@@ -164,9 +164,9 @@ def _results(
         except NO_VALUE as fault:
             unsure[function.name] += isinstance(fault, AllRoundingError)
             continue
-        if function.name == PREPARE:
-            symbols = next((a.symbols for f in functions for a in f.arguments if a.name == PREPARED), ())
-            values |= dict(zip(symbols, results[PREPARE], strict=True))
+        if function.name == Program.PREPARE:
+            symbols = next((a.symbols for f in functions for a in f.arguments if a.name == Program.PREPARED), ())
+            values |= dict(zip(symbols, results[Program.PREPARE], strict=True))
     return results
 
 
@@ -191,5 +191,5 @@ def _fraction(value: Any) -> Fraction:
 def _allowed(found: Sequence[Bounded], sources: Sources, suffix: str) -> tuple[str, ...]:
     """Return how far each entry may be off, rounded up to two digits."""
     real = find_real(sources.real)
-    slack = [ALLOWED * float(one.error) + float(abs(one.value)) * real.roundoff for one in found]
+    slack = [Real.ALLOWED * float(one.error) + float(abs(one.value)) * real.roundoff for one in found]
     return tuple(f"{1.05 * bound + real.tiniest:.1e}{suffix}" for bound in slack)

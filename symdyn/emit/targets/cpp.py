@@ -29,7 +29,7 @@ from symdyn.emit.targets.c.batch import FEW
 from symdyn.emit.targets.c.cuts import CutText, cuts
 from symdyn.emit.targets.c.sincos import CHAINS, sincos_values
 from symdyn.graph import Op
-from symdyn.program import PARAMS, PREPARED
+from symdyn.program import Program
 
 BY_LOOKUP = {
     Op.SIN: "sin",
@@ -85,7 +85,7 @@ def _write(draft: Draft) -> dict[str, str]:
         "batch": batch,
         "widths": [_lanes(text, many) for text, many in zip(draft.page.functions, codes, strict=True)],
         "lanes": LANES,
-        "common": PREPARED if draft.program.is_prepared else PARAMS,
+        "common": Program.PREPARED if draft.program.is_prepared else Program.PARAMS,
         "cut": any(many and many.parts for many in codes),
         "sincos": batch or any(many and many.sincos for many in codes),
         "chains": CHAINS,

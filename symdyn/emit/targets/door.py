@@ -22,7 +22,7 @@ from symdyn.emit.targets.rust.module import RUST
 from symdyn.emit.targets.ufunc import UFUNC
 from symdyn.errors import EmitError
 from symdyn.graph import growing
-from symdyn.program import PREPARE, Program, in_lines
+from symdyn.program import Program, in_lines
 from symdyn.scene.values import spell
 
 ELSEWHERE = {
@@ -136,7 +136,9 @@ def _no_shorter(target: Target, accuracy: str) -> str:
 def _command(program: Program, target: Target, real: str, option: str, accuracy: str) -> str:
     """Return the command line that makes the same files."""
     first = program.is_prepared
-    asked = (routine.function for routine in program.routines if not (first and routine.function.name == PREPARE))
+    asked = (
+        routine.function for routine in program.routines if not (first and routine.function.name == Program.PREPARE)
+    )
     functions = ",".join(function.request or function.name for function in asked)
     precision = "" if real == "double" else f" --real {real}"
     precision += f" --accuracy {accuracy}" if accuracy else ""

@@ -22,7 +22,7 @@ from symdyn.emit.code.target import Draft, Target, alone
 from symdyn.emit.escape import in_docstring
 from symdyn.emit.render import render
 from symdyn.graph import Op
-from symdyn.program import PARAMS, PREPARED
+from symdyn.program import Program
 from symdyn.scene.values import velocity_name
 
 SPELLINGS: Mapping[Op, Spelling] = {
@@ -73,7 +73,7 @@ def _write(draft: Draft) -> dict[str, str]:
 def _given(functions: Sequence[FunctionText]) -> list[tuple[ArgumentText, int]]:
     """Return the arguments beside state and time, and where heyoka's parameters for them begin: free ones first."""
     every = {one.name: one for function in functions for one in function.arguments if one.name not in (*STATE, TIME)}
-    ordered = sorted(every.values(), key=lambda one: one.name not in (PARAMS, PREPARED))
+    ordered = sorted(every.values(), key=lambda one: one.name not in (Program.PARAMS, Program.PREPARED))
     return list(zip(ordered, [0, *accumulate(one.length for one in ordered)], strict=False))
 
 

@@ -16,7 +16,7 @@ from symdyn.dynamics import Argument, Function
 from symdyn.emit.targets.json_graph import FORMAT
 from symdyn.errors import ProgramError, SymdynError
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.program import PARAMS, Program, assemble
+from symdyn.program import Program, assemble
 from symdyn.scene import Scene, read_text
 
 LONGEST = BOUNDS["characters of a program in JSON"]
@@ -184,7 +184,7 @@ class _Reader:
     def _check_parameters(self, scene: Scene, functions: tuple[Function, ...], told: Any) -> None:
         """Refuse parameters that are not those of the scene that functions take."""
         there = {one.name: one for one in scene.parameters}
-        names = next((a.symbols for function in functions for a in function.arguments if a.name == PARAMS), ())
+        names = next((a.symbols for function in functions for a in function.arguments if a.name == Program.PARAMS), ())
         right = [there[str(one.value)] for one in names if str(one.value) in there]
         wanted = [{"name": one.name, "unit": one.unit, "text": one.text} for one in right]
         if told != wanted or len(right) != len(names):

@@ -16,7 +16,7 @@ from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.emit.targets.ufunc import TAGS, docstring
 from symdyn.errors import EmitError
 from symdyn.graph import growing
-from symdyn.program import Program, shared, table_in_order
+from symdyn.program import Program, TableNumbers, shared
 
 TEMPLATES = ("runtime.c.jinja", "operands.c.jinja", "loops.c.jinja", "state.c.jinja", "named.c.jinja")
 """What the extension module's source is made of."""
@@ -119,7 +119,7 @@ class Code:
     def fits_float(self) -> bool:
         """Whether the program can be written in float: no constant is too large."""
         tables = (
-            table_in_order(one.function.loop.table, self.program.scene)
+            TableNumbers(one.function.loop.table, self.program.scene).in_order()
             for one in self.program.routines
             if one.function.loop
         )

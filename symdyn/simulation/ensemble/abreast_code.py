@@ -14,7 +14,7 @@ from symdyn.algebra import Array
 from symdyn.build import load_functions
 from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
-from symdyn.program import PREPARE
+from symdyn.program import Program
 from symdyn.simulation.ensemble.abreast_functions import Abreast
 from symdyn.simulation.integrate.looks import CLOSER, FIRST, Looks
 from symdyn.simulation.integrate.watch import ROUNDING
@@ -94,7 +94,7 @@ def library(functions: Abreast, quaternions: Iterable[int]) -> Library:
     }  # fmt: skip
     name = f"{opening}.c"
     files = {**sources.texts, name: sources.texts[name] + render("ensemble/abreast.c.jinja", values)}
-    exports = (f"{opening}_abreast", *((f"{opening}_{PREPARE}_rows",) if functions.values else ()))
+    exports = (f"{opening}_abreast", *((f"{opening}_{Program.PREPARE}_rows",) if functions.values else ()))
     _, found = load_functions(files, exports)
     p, n, d = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     run, prepare = found[exports[0]], found[exports[1]] if functions.values else None

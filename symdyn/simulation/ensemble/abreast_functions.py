@@ -21,7 +21,7 @@ from symdyn.dynamics.loops import ends
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.roads import driven, expressed
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.program import PREPARE, PREPARED, Program, assemble, cheapest, lower, prepare
+from symdyn.program import Candidates, Program, assemble, lower, prepare
 from symdyn.scene import Quantity
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.crossings import SLACK, STOPS, limits_of
@@ -68,11 +68,13 @@ def abreast(
     """
     w = Workspace(found.scene, found.closing)
     place = acting(w, forces)
-    accelerations = substitute(cheapest(w, "forward_dynamics").entries, place)
+    accelerations = substitute(Candidates(w, "forward_dynamics").cheapest().entries, place)
     moving = driven(w, "recursive")
     named = {name for one in insides for name in one.symbols}
     energies = {
-        w.graph.symbol(name): cheapest(w, output).entries[0] for name, output in ENERGIES.items() if name in named
+        w.graph.symbol(name): Candidates(w, output).cheapest().entries[0]
+        for name, output in ENERGIES.items()
+        if name in named
     }
     seen = substitute(substitute(expressed(w, insides, moving), energies), place) if insides else []
     tau = [place[one] for one in w.state.tau]
@@ -91,14 +93,14 @@ def abreast(
     made = prepare(_with_parameters(w, functions))
     if not made.is_prepared:
         return Abreast(made, (), 0, len(seen), len(watched), len(both))
-    first = made[PREPARE].function
+    first = made[Program.PREPARE].function
     apart = [
         replace(
             one.function,
             arguments=tuple(
-                replace(a, name=VALUES) if a.name == PREPARED else a
+                replace(a, name=VALUES) if a.name == Program.PREPARED else a
                 for a in one.function.arguments
-                if a.symbols or a.name != PREPARED  # where no function needs a parameter there are no values
+                if a.symbols or a.name != Program.PREPARED  # where no function needs a parameter there are no values
             ),
         )
         for one in made.routines
@@ -115,7 +117,7 @@ def jacobian_at(made: Abreast, parameters: Mapping[str, float], x: Array) -> Cal
     rates = made.program["rates"].function
     known: dict[Expr, Any] = {}
     if made.values:
-        first = made.program[PREPARE].function
+        first = made.program[Program.PREPARE].function
         names = {one: np.float64(parameters[str(one.value)]) for a in first.arguments for one in a.symbols}
         symbols = next(a.symbols for a in rates.arguments if a.name == VALUES)
         known |= zip(symbols, evaluate(first.entries, Batches(), names), strict=True)

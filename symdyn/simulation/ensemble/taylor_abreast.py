@@ -17,7 +17,7 @@ from symdyn.build import load_program
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
-from symdyn.program import PREPARE
+from symdyn.program import Program
 from symdyn.simulation.ensemble import abreast, one_by_one
 from symdyn.simulation.ensemble.abreast_functions import VALUES
 from symdyn.simulation.ensemble.measures import Sums, sums_of
@@ -77,7 +77,7 @@ def ready(task: Task) -> Runner:
         values = np.empty((len(x), made.values))
         if made.values:
             given = np.array([np.broadcast_to(parameters[name], len(x)) for name in made.parameters]).T
-            values[:] = calls[PREPARE](np.ascontiguousarray(given))
+            values[:] = calls[Program.PREPARE](np.ascontiguousarray(given))
         nq = len(task.scene.coordinates)
         times = task.times if task.insides or task.keep else task.times[-1:]  # nobody looks at samples
         found = np.empty((len(x), len(times), x.shape[1]))

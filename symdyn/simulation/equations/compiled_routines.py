@@ -19,7 +19,7 @@ from symdyn.dynamics.mechanism import TIME, body_placements
 from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, substitute
-from symdyn.program import PARAMS, PREPARE, Program, lower, prepare
+from symdyn.program import Program, lower, prepare
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.prescribed.forces import Forces
 
@@ -94,9 +94,9 @@ class Compiled:
         """
         if not self.prepared.is_prepared:
             return np.empty(0)
-        (names,) = (a.symbols for a in self.prepared[PREPARE].function.arguments)
+        (names,) = (a.symbols for a in self.prepared[Program.PREPARE].function.arguments)
         with np.errstate(all="ignore"):
-            found: Array = self.calls[PREPARE](np.array([parameters[str(one.value)] for one in names]))
+            found: Array = self.calls[Program.PREPARE](np.array([parameters[str(one.value)] for one in names]))
         if not np.isfinite(found).all():
             raise DerivationError(
                 f"{self.program.scene.name}: with its parameters' values something would divide by zero, or have no "
@@ -109,24 +109,24 @@ class Compiled:
         prepared = self.values(parameters)
         if not len(prepared):
             return self.calls
-        return {name: partial(call, prepared) for name, call in self.calls.items() if name != PREPARE}
+        return {name: partial(call, prepared) for name, call in self.calls.items() if name != Program.PREPARE}
 
     def takes(self, name: str) -> list[str]:
         """Return the names of the arguments of a function at values."""
-        return [one.name for one in self.program[name].function.arguments if one.name != PARAMS]
+        return [one.name for one in self.program[name].function.arguments if one.name != Program.PARAMS]
 
 
 def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compiled:
     """Return functions on a graph, compiled; those without entries are left out."""
     functions = [  # parameters first, so that `partial` binds them, which costs a call the least
-        replace(one, arguments=tuple(sorted(one.arguments, key=lambda a: a.name != PARAMS)))
+        replace(one, arguments=tuple(sorted(one.arguments, key=lambda a: a.name != Program.PARAMS)))
         for one in functions
         if one.entries
     ]
     program = lower(Equations(scene, graph, tuple(functions)))
     prepared = prepare(program)
-    if prepared.is_prepared and not prepared[PREPARE].function.entries:  # nothing depends on what is free
-        free = [tuple(a for a in one.arguments if a.name != PARAMS) for one in functions]
+    if prepared.is_prepared and not prepared[Program.PREPARE].function.entries:  # nothing depends on what is free
+        free = [tuple(a for a in one.arguments if a.name != Program.PARAMS) for one in functions]
         return compiled(scene, graph, [replace(f, arguments=a) for f, a in zip(functions, free, strict=True)])
     return Compiled(program, prepared, load_program(prepared))
 

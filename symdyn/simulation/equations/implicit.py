@@ -39,7 +39,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Workspace
 from symdyn.graph import Expr, substitute, tangents
-from symdyn.program import PARAMS
+from symdyn.program import Program
 from symdyn.scene.values import acceleration_name
 from symdyn.simulation.equations.compiled_routines import Compiled, acting, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations
@@ -116,7 +116,7 @@ def _along(system: StateEquations) -> Compiled:
         (tau,) = (one.symbols for one in rates.arguments if one.name == "tau")
         seeds |= dict(zip(tau, more[0].symbols, strict=True))
         if along[0] is not dq.symbols:
-            here = (one for one in rates.arguments if one.name in ("q", "qd", PARAMS))
+            here = (one for one in rates.arguments if one.name in ("q", "qd", Program.PARAMS))
             others = [plain("ways", (*along[0], *along[1]), (*here, dq, du))]
     function = plain("along", tangents(rates.entries, seeds), (*rates.arguments, dq, du, *more))
     return compiled(system.opened.scene, program.graph, (function, *others))

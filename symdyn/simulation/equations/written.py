@@ -22,7 +22,7 @@ from symdyn.dynamics.loops import ends
 from symdyn.dynamics.roads import WrittenDecisions, check_letters, driven, expressed
 from symdyn.errors import SimulateError, SymdynWarning
 from symdyn.graph import substitute
-from symdyn.program import cheapest
+from symdyn.program import Candidates
 from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.closed_system import corrections, reach, row_rates, together
 from symdyn.simulation.equations.compiled_routines import Kept, acting, compiled, function_of, points
@@ -84,7 +84,7 @@ def _written(
     place = acting(w, forces)
     tau = [place[one] for one in w.state.tau]
     check_letters(w, [one.formula for one in w.scene.outputs])
-    solved = linear.forward_dynamics(w) if linear else cheapest(w, "forward_dynamics").entries
+    solved = linear.forward_dynamics(w) if linear else Candidates(w, "forward_dynamics").cheapest().entries
     accelerations = substitute(solved, place)
     drives = (
         list(substitute(derive_one(w, "drive_forces").entries, place)) if OUTPUTS["drive_forces"].exists(scene) else tau
@@ -99,8 +99,8 @@ def _written(
         function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
         function_of(w, "drives", drives),
         function_of(w, "power", powers),
-        function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
-        function_of(w, "potential", cheapest(w, "potential_energy").entries),
+        function_of(w, "kinetic", Candidates(w, "kinetic_energy").cheapest().entries),
+        function_of(w, "potential", Candidates(w, "potential_energy").cheapest().entries),
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
@@ -113,10 +113,10 @@ def _written(
         functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
     if scene.is_closed:
-        G = cheapest(w, "constraint_jacobian")
+        G = Candidates(w, "constraint_jacobian").cheapest()
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
-        functions += [cheapest(w, "constraint_residual"), row_rates(w, G), *corrections(w, linear)]
+        functions += [Candidates(w, "constraint_residual").cheapest(), row_rates(w, G), *corrections(w, linear)]
         if not linear:
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
             functions.append(function_of(w, "reach", reach(w), ("q",)))

@@ -29,7 +29,7 @@ from symdyn.emit import C, emit, render
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
 from symdyn.graph import Op, evaluate, reachable, substitute
-from symdyn.program import Program, cheapest, lower
+from symdyn.program import Candidates, Program, lower
 from symdyn.simulation.equations.compiled_routines import acting, function_of
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import IntegrationError, Method, Piece, Problem
@@ -160,7 +160,7 @@ def _program(system: StateEquations) -> Program:
     """Return the rates as a program, values of parameters bound to all their digits."""
     w = Workspace(system.scene)
     place = acting(w, system.forces)
-    accelerations = substitute(cheapest(w, "forward_dynamics").entries, place)
+    accelerations = substitute(Candidates(w, "forward_dynamics").cheapest().entries, place)
     drives = substitute(w.state.tau, place)
     acts = (drives, substitute(w.Q, place))
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in acts]

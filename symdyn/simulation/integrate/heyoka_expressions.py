@@ -21,7 +21,7 @@ from symdyn.dynamics import Function
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
-from symdyn.program import PREPARED
+from symdyn.program import Program
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.heyoka_folder import settle
@@ -151,7 +151,7 @@ def translate(system: StateEquations, real: Callable[[Fraction], Any] | None = N
     variables = [algebra.heyoka.expression(one) for one in names]
     values: dict[Expr, Any] = dict(zip(states, variables, strict=False))
     values[symbols[TIME][0]] = algebra.heyoka.time
-    prepared = symbols.get(PREPARED, ())
+    prepared = symbols.get(Program.PREPARED, ())
     if real is None:
         values |= {symbol: algebra.heyoka.par[k] for k, symbol in enumerate(prepared)}
     else:

@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 from symdyn.algebra import Redraw, Residues
 from symdyn.graph import Expr
-from symdyn.program import Program, Routine, in_lines, row_loop, table_in_order
+from symdyn.program import Program, Routine, RowLoop, TableNumbers, in_lines
 from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
@@ -105,7 +105,10 @@ def printed(program: Program, real: str, seed: int = 1, loops: bool = False) -> 
     graph = Verbatim()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
     read = [
-        [graph.constant(nearest(value, real)) for value in table_in_order(one.function.loop.table, program.scene)]
+        [
+            graph.constant(nearest(value, real))
+            for value in TableNumbers(one.function.loop.table, program.scene).in_order()
+        ]
         if one.function.loop
         else verbatim(one.function.entries, rounded, graph)
         for one in program.routines
@@ -120,7 +123,7 @@ def printed(program: Program, real: str, seed: int = 1, loops: bool = False) -> 
 
 def _in_rows(routine: Routine, real: str, graph: Verbatim) -> list[list[Expr]]:
     """Return the entries of a function that is solved in rows; none of any other."""
-    rows = row_loop(routine.function)
+    rows = RowLoop.of(routine.function)
     if rows is None:
         return []
     rounded = {node: graph.constant(nearest(value, real)) for node, value in rows.program.constants.items()}

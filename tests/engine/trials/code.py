@@ -13,8 +13,8 @@ from symdyn.dynamics import OUTPUTS, Equations, LoopChoices, Workspace, derive_o
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import DerivationError
-from symdyn.program import at_rest, lower, prepare
-from symdyn.program.formulation import cheapest
+from symdyn.program import lower, prepare
+from symdyn.program.formulation import Candidates
 from symdyn.scene import Scene, bind, read_text, with_symbols, write_text
 
 from ..jets import number
@@ -71,7 +71,7 @@ class Code:
             except Exception as fault:  # a traceback for a user, who is not to see one
                 self.broken[request] = f"{type(fault).__name__}: {fault}"
         equations = Equations(self.scene, workspace.graph, tuple(functions), closing)
-        program = lower(at_rest(equations) if choice["rest"] == "static" else equations)
+        program = lower(equations.at_rest() if choice["rest"] == "static" else equations)
         program = prepare(program) if choice["prepare"] else program
         module = run_python(emit(program, "numpy", choice["real"]))
         self.calls, self.arguments, self.chosen, self.roads = {}, {}, {}, {}
@@ -93,7 +93,7 @@ class Code:
         known = roads_of(request, self.scene)
         if road == "last":
             return derive_one(workspace, request, known[-1])
-        return derive_one(workspace, request, road) if road in known else cheapest(workspace, request)
+        return derive_one(workspace, request, road) if road in known else Candidates(workspace, request).cheapest()
 
     def __call__(self, name: str, **given: Sequence[Any]) -> Array:
         """Return a function at several states: q, u (for qd), du (for qdd), tau, t, ui, qi, an entry a state each."""

@@ -17,7 +17,7 @@ from symdyn.emit.targets.c.sincos import ABREAST
 from symdyn.emit.targets.c.stages import LONGEST, longest_loop
 from symdyn.emit.targets.c.writer import LANED, PassText, ScalarStage
 from symdyn.errors import EmitError
-from symdyn.program import PARAMS, Program, Routine, shared
+from symdyn.program import Program, Routine, shared
 
 FEWEST = 32
 """States in the block of a long function, even if it leaves the nearest cache: fewer are slower."""
@@ -138,7 +138,8 @@ def _batch(
             states.append((argument, length))
             length += argument.length
     size = prod(text.shape)
-    once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
+    # in prepare blocks would not pay, and loops over so many arrays compile slowly
+    once = not common and Program.PARAMS in names
     result = gathered(routine, program, width)
     several = writer.several() if abreast else ()
     rows = max(made.rows, 2 * len(several) + min(len(several), ABREAST))

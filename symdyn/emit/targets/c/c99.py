@@ -33,7 +33,7 @@ from symdyn.emit.targets.c.gathered import LANES, LINE
 from symdyn.emit.targets.c.loops.text import loop_text
 from symdyn.emit.targets.c.sincos import sincos_values
 from symdyn.graph import Op
-from symdyn.program import PARAMS, PREPARED
+from symdyn.program import Program
 
 
 def _spellings(real: Real) -> Mapping[Op, Spelling]:
@@ -90,7 +90,7 @@ def _write(draft: Draft) -> dict[str, str]:
         "suffix": real.suffix,
         "lanes": LANES,
         "side": LINE // (4 if real.suffix else 8),
-        "common": PREPARED if program.is_prepared else PARAMS,
+        "common": Program.PREPARED if program.is_prepared else Program.PARAMS,
         "batch": batch,
         "ways": ("batch", "rows") if draft.option == BATCH else ("rows",),
         "lone": draft.option == HEADER_ONLY,

@@ -11,7 +11,7 @@ from symdyn.emit.targets.c.plan import Pass, SineCosine, plan
 from symdyn.emit.targets.c.row_solve import RowSolveText, fits, row_solve_text
 from symdyn.emit.targets.c.stages import LONGEST
 from symdyn.emit.targets.c.writer import SINGLE, PassText, ScalarStage, Writer
-from symdyn.program import Program, Routine, row_loop
+from symdyn.program import Program, Routine, RowLoop
 
 SPLIT = 2
 """Scalar functions of more loops are cut into parts, too: compilers take more than linear time."""
@@ -97,7 +97,7 @@ def up_to_rows(routine: Routine, printer: Printer, short: bool) -> UpToRows | No
 
     As to `short` see `plan`.
     """
-    rows = row_loop(routine.function)
+    rows = RowLoop.of(routine.function)
     if rows is None or not fits(rows):
         return None
     (before,) = rows.program.routines

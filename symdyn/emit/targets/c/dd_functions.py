@@ -20,7 +20,7 @@ from symdyn.emit.targets.c.double_double import printer as printer_of, sincos_nu
 from symdyn.emit.targets.c.file_scope import checked, lone_header
 from symdyn.emit.targets.c.plan import Pass, Plan, SineCosine, plan
 from symdyn.graph import Expr, Op
-from symdyn.program import PARAMS, PREPARED, Program, Routine, Step, shared
+from symdyn.program import Program, Routine, Step, shared
 
 DD_LANES = REALS["dd"].lanes
 """States in a block."""
@@ -84,7 +84,7 @@ def write(draft: Draft, batch: bool, lone: bool) -> dict[str, str]:
         "lone": lone,
         "lanes": DD_LANES if batch else 1,
         "sincos": bool(operations & {Op.SIN, Op.COS}),
-        "common": PREPARED if draft.program.is_prepared else PARAMS,
+        "common": Program.PREPARED if draft.program.is_prepared else Program.PARAMS,
         **sincos_numbers(),
     }
     public = [f"{draft.stem}_{one.text.name}" for one in functions]

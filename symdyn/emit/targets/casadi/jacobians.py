@@ -8,7 +8,7 @@ from itertools import accumulate
 
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.identifiers import function_names
-from symdyn.program import PARAMS, Program
+from symdyn.program import Program
 from symdyn.scene import Scene
 
 MOVED = ("q", "qd", "qdd", "tau")
@@ -48,7 +48,7 @@ def _blocks(function: Function, every: Mapping[str, Function], scene: Scene) -> 
     """Return the blocks of a function's Jacobian that stand in other functions, by argument."""
     labels = {argument.name: _labels(argument, scene) for argument in function.arguments}
     moved = [name for name in labels if name in MOVED]
-    wanted = {WHOLE: moved, **{f"{BLOCK}{PARAMETERS if name == PARAMS else name}": [name] for name in labels}}
+    wanted = {WHOLE: moved, **{f"{BLOCK}{PARAMETERS if name == Program.PARAMS else name}": [name] for name in labels}}
     blocks: dict[str, Block] = {}
     for name, other in every.items():
         along = wanted.get(other.name.removeprefix(function.name), [])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Op, reachable
-from symdyn.program import PARAMS, Program
+from symdyn.program import Program
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import velocity_name
 
@@ -45,7 +45,7 @@ class Variable:
 
 def parameters_of(program: Program) -> list[str]:
     """Return the names of the parameters that the code takes."""
-    found = [one for routine in program.routines for one in routine.function.arguments if one.name == PARAMS]
+    found = [one for routine in program.routines for one in routine.function.arguments if one.name == Program.PARAMS]
     return [str(symbol.value) for symbol in found[0].symbols] if found else []
 
 

@@ -24,7 +24,7 @@ from symdyn.emit.render import render
 from symdyn.emit.targets.gpu.kernels import WAITING, kernels, rooms
 from symdyn.emit.targets.gpu.room import BLOCKS, SIZES
 from symdyn.graph import Op
-from symdyn.program import PARAMS, PREPARED
+from symdyn.program import Program
 
 FUNCTIONS: Mapping[Op, str] = {
     Op.SIN: "sin",
@@ -71,7 +71,7 @@ def _write(draft: Draft) -> dict[str, str]:
         "most": BLOCKS[0],
         "waiting": WAITING,
         "size": SIZES[real.name],
-        "common": PREPARED if program.is_prepared else PARAMS,
+        "common": Program.PREPARED if program.is_prepared else Program.PARAMS,
         "prepared": program.is_prepared,
         "uses_sign": any(Op.SIGN in function.operations for function in draft.page.functions),
     }

@@ -11,7 +11,7 @@ from symdyn.emit.code.worked_example import Called, Given, worked_example
 from symdyn.emit.render import render
 from symdyn.emit.targets.gpu.kernels import rooms
 from symdyn.emit.targets.gpu.room import Room
-from symdyn.program import PARAMS, PREPARE, PREPARED, shared
+from symdyn.program import Program, shared
 
 STATES = 1000
 """As many as fill several blocks, the last of them in part."""
@@ -58,14 +58,14 @@ def files_beside(sources: Sources) -> dict[str, str]:
 
 def _is_common(one: Given) -> bool:
     """Tell whether all states of the example have an argument in common."""
-    return _plain(one.name) in (PARAMS, PREPARED)
+    return _plain(one.name) in (Program.PARAMS, Program.PREPARED)
 
 
 def _launched(call: Called, room: Room) -> Launched:
     names = [_plain(name) for name in call.arguments]
-    common = {PARAMS, PREPARED}.intersection(names)
+    common = {Program.PARAMS, Program.PREPARED}.intersection(names)
     single = bool(common) and not shared(names)
-    return Launched(call, single, call.name == PREPARE, room.block, len(room.plans), required=room.places > 0)
+    return Launched(call, single, call.name == Program.PREPARE, room.block, len(room.plans), required=room.places > 0)
 
 
 def _plain(name: str) -> str:

@@ -13,7 +13,7 @@ from symdyn.emit.targets.c.plan import SineCosine
 from symdyn.emit.targets.c.stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
 from symdyn.emit.targets.c.writer import Layout, PassText
 from symdyn.errors import EmitError
-from symdyn.program import PARAMS, Program, Routine, shared
+from symdyn.program import Program, Routine, shared
 
 LANES = 64
 """States of a block, as in C."""
@@ -71,7 +71,7 @@ def _block(routine: Routine, text: FunctionText, program: Program, printer: Prin
     longest = LONGEST_LOOP if size <= WIDEST_LOOP else LONGEST
     writer = writer_of(routine, text, program, printer, longest, length_of(routine) > longest)
     held = writer.plan.rows + size + sum(argument.length for argument in text.arguments)
-    once = not common and PARAMS in names
+    once = not common and Program.PARAMS in names
     if not size or once or held * LANES * bytes_each > STACK:
         return Block(0, 0, (), common)
     stages: list[PassText | Turn] = []

@@ -9,7 +9,7 @@ from symdyn.dynamics import Sweep, TableLoop, kinds_of
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.targets.c.loops.rows import Room, Rows, room, rows_of
 from symdyn.graph import Op, reachable
-from symdyn.program import MOMENTS, constants
+from symdyn.program import TableNumbers, constants
 from symdyn.scene import Scene
 
 ROW = ("joint", "matrix")
@@ -108,7 +108,7 @@ def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Prin
     at = {
         **{name: f"*{name}" for name in ("cosine", "sine", *given)},
         **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "rise", "rotor")},
-        **{f"b{k}": f"joint->b[{k}]" for k in range(MOMENTS)},
+        **{f"b{k}": f"joint->b[{k}]" for k in range(TableNumbers.MOMENTS)},
         **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
         **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},
     }
