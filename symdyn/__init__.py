@@ -31,6 +31,8 @@ import sys
 
 import lazy_loader
 
+from symdyn.shown import shown_by
+
 _offered, _, _names = lazy_loader.attach_stub(__name__, __file__)
 _packages = [name for name in _names if os.path.exists(os.path.join(__path__[0], name)) or name == "errors"]
 
@@ -40,6 +42,15 @@ __all__ = [name for name in _names if name not in _packages]
 def __dir__() -> list[str]:
     """Return what there is for a user."""
     return [*__all__, *_packages, *(name for name in globals() if name.startswith("__")), "__version__"]
+
+
+def _bundle(noun: object) -> dict[str, str]:
+    from symdyn.notebook import bundle  # above all nouns, and imported when a notebook asks
+
+    return bundle(noun)
+
+
+shown_by(_bundle)
 
 
 def __getattr__(name: str) -> object:

@@ -1,20 +1,23 @@
-"""What a notebook asks an object for: every noun that a door returns shows itself by its row in `symdyn.notebook`."""
+"""What a notebook asks an object for: every noun that a door returns shows itself by what is said here to show nouns."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import Any
+from collections.abc import Callable
+
+_BUNDLES: list[Callable[[object], dict[str, str]]] = []
+
+
+def shown_by(bundle: Callable[[object], dict[str, str]]) -> None:
+    """Take what returns the text of a noun by media type; it is above all nouns, and says so itself."""
+    _BUNDLES[:] = [bundle]
 
 
 class Shown:
-    """A noun that a notebook shows as a person wants to see it.
-
-    The room that knows how is above all others, and is imported when a notebook asks.
-    """
+    """A noun that a notebook shows as a person wants to see it."""
 
     __slots__ = ()
 
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
         """Return what is shown, by media type: HTML, LaTeX; plain text is `repr`."""
-        found: dict[str, str] = import_module("symdyn.notebook").bundle(self)
-        return found
+        (bundle,) = _BUNDLES
+        return bundle(self)

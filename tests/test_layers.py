@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
@@ -12,6 +13,7 @@ import symdyn
 from tests.rooms_picture import FOLDERS, ROOMS, picture
 
 ROOT = Path(symdyn.__file__).parent
+NAMED = re.compile(rf"symdyn\.({'|'.join(map(re.escape, ROOMS))})(\.[\w.:]*)?\Z")
 PICTURE = ROOT.parent / "docs" / "pictures" / "rooms.svg"
 
 
@@ -98,6 +100,23 @@ def test_every_import_points_down() -> None:
         room = module.split(".")[1] if "." in module else ""
         if room not in ("", "__main__"):
             wrong += [f"{module} imports {target}" for target in targets if target.split(".")[1] not in below(room)]
+
+    assert not wrong, "\n".join(wrong)
+
+
+def by_name(tree: ast.Module) -> Iterator[str]:
+    """Yield our modules that texts of a file name, as `import_module` takes them, f-strings by their beginning."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and NAMED.match(node.value):
+            yield node.value
+
+
+def test_no_module_is_imported_by_a_name_that_points_up() -> None:
+    wrong = []
+    for module, tree in modules().items():
+        room = module.split(".")[1] if "." in module else ""
+        if room not in ("", "__main__"):
+            wrong += [f"{module} names {one}" for one in by_name(tree) if one.split(".")[1] not in below(room)]
 
     assert not wrong, "\n".join(wrong)
 
