@@ -1,4 +1,4 @@
-"""What a notebook asks an object for: every noun that a door returns shows itself by what is said here to show nouns."""
+"""What a notebook asks an object for: every noun that a door returns is shown by what says here that it shows nouns."""
 
 from __future__ import annotations
 

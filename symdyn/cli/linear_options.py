@@ -15,7 +15,6 @@ from symdyn.linear import System, locus_over
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults
 from symdyn.simulation import check_film, check_plot
-from symdyn.simulation.prescribed import noted
 
 ENDINGS = {
     "bode": (".csv", *PICTURES),
@@ -66,16 +65,15 @@ def check_asked(options: argparse.Namespace) -> None:
             elif not path.parent.is_dir():
                 faults.add(str(path), f"there is no folder {path.parent}")
             elif option == "animate":
-                with noted(faults):
+                with faults.noted():
                     check_film(path, reel(options))
             elif ending in PICTURES:
-                with noted(faults):
+                with faults.noted():
                     check_plot(path)
     if not options.animate:
-        with noted(faults):
+        with faults.noted():
             reel(options)
-    if faults.lines:
-        raise LinearizeError(tuple(faults.lines))
+    faults.close(LinearizeError)
 
 
 def check_one(systems: Sequence[System], options: argparse.Namespace) -> None:

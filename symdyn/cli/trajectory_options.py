@@ -16,7 +16,7 @@ from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, in_si_here, split_commas
 from symdyn.simulation import Trajectory, axes_of, check_columns, check_film, check_plot, check_record, plot, record
-from symdyn.simulation.prescribed import close, words
+from symdyn.simulation.prescribed import words
 
 ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
 
@@ -146,7 +146,7 @@ def _check_folder(name: str) -> None:
 def _axes(named: str) -> None:
     faults = Faults("")
     axes_of(named, faults)
-    close(faults)
+    faults.close(SimulateError)
 
 
 def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
@@ -172,7 +172,7 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     """
     faults = Faults("")
     found = words(split_commas(text or ""), option, faults)
-    close(faults)
+    faults.close(SimulateError)
     return found
 
 

@@ -102,8 +102,7 @@ def excite(
     bounds = () if faults.lines else _bounds(scene, box, faults)
     _check(period, family, terms, criterion, starts, seed, every, faults)
     sizes = _noise(scene, noise or {}, faults)
-    if faults.lines:
-        raise IdentifyError(faults.lines)
+    faults.close(IdentifyError)
     notes = usual_notes(bounds)
     if say is not None:
         for note in notes:

@@ -87,8 +87,7 @@ def read_logs(scene: Scene, data: Any, units: Mapping[str, str] | None = None) -
     drives = [drive for drive in scene.drives if drive]
     tables = [in_si(table, units or {}, drives, SceneUnits(scene).letters, faults) for table in said.tables]
     logs = [one for table in tables if (one := _log(scene, table, faults)) is not None]
-    if faults.lines:
-        raise IdentifyError(faults.lines)
+    faults.close(IdentifyError)
     return tuple(logs)
 
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
+from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, listed, suggestion, velocity_name
 from symdyn.simulation import Forces, Values, read_forces, read_start
-from symdyn.simulation.prescribed import Columns, Entries, close, drive_names, noted, read_entries
+from symdyn.simulation.prescribed import Columns, Entries, drive_names, read_entries
 
 FEWEST = 10
 """Samples that a piece has at least."""
@@ -62,7 +63,7 @@ def read_measured(
             faults.add("data", "formulas and functions measure nothing; give a .csv file, arrays by name, or a table")
     if not tables and not faults.lines:
         faults.add("data", "there is no log; give a .csv file, arrays by name with t, or a table")
-    close(faults)
+    faults.close(SimulateError)
     for name in measured or ():
         if name not in known:
             faults.add("measured", f"{name} is no coordinate or velocity; {suggestion(name, known)}")
@@ -78,14 +79,14 @@ def read_measured(
             faults.add(one.source, f"has {len(one.t)} rows; {FEWEST} a piece, {FEWEST * pieces} at least, are needed")
     if pieces < 1:
         faults.add("pieces", f"{pieces} is no number of pieces; give 1 or more")
-    close(faults)
+    faults.close(SimulateError)
     found, notes = list[Measured](), dict[str, None]()
     for one in tables:
         drives = [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
         drives += [letter.name for letter in scene.inputs]
         columns = {name: one.values[name] for name in drives if name in one.values}
         given = Forces()
-        with noted(faults):
+        with faults.noted():
             entries = [] if forces is None else forces if isinstance(forces, list) else [forces]
             given = read_forces(scene, [*entries, *([{TIME: one.t, **columns}] if columns else [])])
         silent = [name for k, name in enumerate(drives) if name not in columns and k not in given.formulas]
@@ -94,7 +95,7 @@ def read_measured(
         for part in np.array_split(np.arange(len(one.t)), pieces):
             x = np.column_stack([one.values[name][part] for name in names])
             found.append(Measured(one.t[part], x, given))
-    close(faults)
+    faults.close(SimulateError)
     return names, tuple(found), tuple(notes)
 
 

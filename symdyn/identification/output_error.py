@@ -87,8 +87,7 @@ def output_error(
     for name in asked or ():
         if name not in known:
             faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
-    if faults.lines:
-        raise IdentifyError(faults.lines)
+    faults.close(IdentifyError)
     wanted = None if measured is None else (measured,) if isinstance(measured, str) else tuple(measured)
     names, logs, notes = read_measured(scene, data, forces or [], wanted, pieces)
     down = {name for part in scene.gravity for name in part.symbols}

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.roads import Moving, expressed
-from symdyn.errors import DerivationError, LinearizeError
+from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, split_commas
 from symdyn.simulation import unit_of
-from symdyn.simulation.prescribed import close, read_seen
+from symdyn.simulation.prescribed import read_seen
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
     formulas = [read_seen(scene, text, "outputs", faults) for text in texts]
     for text in dict.fromkeys(text for text in texts if texts.count(text) > 1):
         faults.add("outputs", f"{text} is given twice; give it once")
-    close(faults)
+    faults.close(SimulateError)
     found = tuple(one for one in formulas if one is not None)
     told = [declared[text].unit if text in declared else "" for text in texts]
     return Outputs(

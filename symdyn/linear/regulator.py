@@ -265,5 +265,4 @@ def _named(space: Array, names: tuple[str, ...]) -> str:
 
 
 def _close(faults: Faults) -> None:
-    if faults.lines:
-        raise LinearizeError(tuple(faults.lines))
+    faults.close(LinearizeError)

@@ -50,8 +50,7 @@ def read_weights(option: str, said: Sequence[str], names: Sequence[str]) -> dict
                 found[name][key] = number_in(value)
             except FormulaError as error:
                 faults.add(option, f"{name}: {key}: {error}")
-    if faults.lines:
-        raise LinearizeError(tuple(faults.lines))
+    faults.close(LinearizeError)
     return found
 
 

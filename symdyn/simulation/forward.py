@@ -28,7 +28,7 @@ from symdyn.simulation.integrator import Choice, choose
 from symdyn.simulation.joint_limits import at_start, nothing_ignored, on_the_way, stopping
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values, read_seen
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_seen
 from symdyn.simulation.prescribed.numbers_in_time import sample_times
 from symdyn.simulation.reaction_columns import axes_of
 from symdyn.simulation.run import STOPPED, Run, integrated
@@ -112,18 +112,18 @@ def simulate(
     scene = with_values(scene, values)
     stops, reports = ((one,) if isinstance(one, str) else tuple(one) for one in (stops, reports))
     formulas, faults, given = (*stops, *reports), Faults(""), Forces()
-    with noted(faults):
+    with faults.noted():
         given = forces if isinstance(forces, Forces) else read_forces(scene, forces)
-    with noted(faults):
+    with faults.noted():
         initial = read_start(scene, start, start_rates)
-    with noted(faults):
+    with faults.noted():
         zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
     outside = Control()
-    with noted(faults):
+    with faults.noted():
         outside = control(scene, feedback, given, until)
         given = replace(given, fed=outside.places)
     faults.lines[:] = dict.fromkeys(faults.lines)
-    close(faults)
+    faults.close(SimulateError)
     times = outside.rows(until, every, times)
     system = state_equations(scene, given, zeros, initial.q if isinstance(start, Start) else None)
     system = replace(system, loop=outside.begun(scene, initial, until))
@@ -222,7 +222,7 @@ def check_run(
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     axes_of(reactions, faults, scene)
     times = sample_times(until, every, faults)
-    close(faults)
+    faults.close(SimulateError)
     return tuple(event for event in events if event is not None), times
 
 

@@ -32,7 +32,6 @@ from symdyn.simulation.integrate.tape import UNHEARD, Tape, taped
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import close, noted
 from symdyn.simulation.run import Outlook
 
 DOORS = {"forward": ALONG, "adjoint": AGAINST}
@@ -136,9 +135,9 @@ def sensitivity(
     scene = with_values(scene, values)
     faults = Faults("")
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
-    with noted(faults):
+    with faults.noted():
         initial = read_start(scene, start, start_rates)
-    with noted(faults):
+    with faults.noted():
         check_run(scene, until, None, rtol, atol, finest=DOUBLES)
     for one in forces.functions:
         faults.add(one.where, "a function has no derivatives; write a formula")
@@ -153,7 +152,7 @@ def sensitivity(
     for name in parameters or ():
         if name not in known:
             faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
-    close(faults)
+    faults.close(SimulateError)
     system = state_equations(scene, forces, (), initial.q if isinstance(start, Start) else None)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     ready(system, x)

@@ -20,7 +20,7 @@ from symdyn.simulation.equations.conserved import values_on
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
-from symdyn.simulation.prescribed.formulas_in_time import bound, close, number_of, parameter_values, read_formula, words
+from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, parameter_values, read_formula, words
 
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
@@ -89,7 +89,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     for group, part in parts.items():
         if not np.linalg.norm(q[part]) > 0:
             faults.add("start", f"the quaternion ({group}) has length zero; (1, 0, 0, 0) is no rotation")
-    close(faults)
+    faults.close(SimulateError)
     notes = [
         f"start: the quaternion ({group}) has length {np.linalg.norm(q[part]):.6g}; it was divided by that"
         for group, part in parts.items()
@@ -99,7 +99,7 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
     if scene.is_closed:
         q, u, more = _closed(numbers, q, u, given_q, given_u, faults)
         notes += more
-        close(faults)
+        faults.close(SimulateError)
     no_equations(numbers, q)
     return Start(q, u, tuple(notes), tuple(bound(one, values) for one in formulas))
 
@@ -112,7 +112,7 @@ def read_guess(scene: Scene, start: Values | None = None) -> Array:
     """
     faults = Faults("")
     q, _, _ = _position(scene, start, parameter_values(scene), faults)
-    close(faults)
+    faults.close(SimulateError)
     return opened(scene).numbers().normalised(q)
 
 

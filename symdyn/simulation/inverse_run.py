@@ -31,7 +31,7 @@ from symdyn.simulation.inverse_functions import InverseFunctions
 from symdyn.simulation.joint_limits import passages, passed
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, drive_names, places_of, read_inputs
-from symdyn.simulation.prescribed.formulas_in_time import bound, close, parameter_values
+from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.path_entries import read_path
 from symdyn.simulation.prescribed.point_path import ScenePath
@@ -251,7 +251,7 @@ def _check(scene: Scene, motion: SceneMotion, path: ScenePath, t: Array, reactio
     for name in motion.laws:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
             faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")
-    close(faults)
+    faults.close(SimulateError)
     return axes
 
 

@@ -29,7 +29,6 @@ from symdyn.simulation.initial import Start
 from symdyn.simulation.integrate.method import LIBRARIES_RAISE
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.forces import Forces
-from symdyn.simulation.prescribed.formulas_in_time import close
 from symdyn.simulation.run import Run
 from symdyn.simulation.told_run import trajectory_of
 from symdyn.simulation.trajectory import END, Trajectory
@@ -149,7 +148,7 @@ def _check(scene: Scene, forces: Forces, names: Sequence[str]) -> None:
             faults.add(scene.name, f"{name} is no parameter, and no position or velocity; {suggestion(name, every)}")
     for one in forces.functions:
         faults.add(one.where, "a function has no derivatives; write a formula")
-    close(faults)
+    faults.close(SimulateError)
 
 
 def _size(system: StateEquations, name: str) -> float:

@@ -17,7 +17,6 @@ from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import measured, read_forces, read_measures, read_start, simulate, variations
-from symdyn.simulation.prescribed import close, noted
 from symdyn.study.spread import read_spread
 from symdyn.study.study import Study
 
@@ -63,16 +62,16 @@ def beside(
     """
     scene, faults = scene_of(scene), Faults("")
     spread = None
-    with noted(faults):
+    with faults.noted():
         spread = read_spread(scene, over, None, faults)
-    close(faults)
+    faults.close(SimulateError)
     assert spread is not None, "what is missing is a fault"
     parameters, places, rates = spread.moved(scene)
     scene = bind(scene, parameters) if parameters else scene
     named = [text.partition("=") for text in measures]
     names = [name.strip() for name, _, _ in named]
     read = read_measures(scene, [formula.strip() if equals else name for name, equals, formula in named], faults)
-    close(faults)
+    faults.close(SimulateError)
     given = read_forces(scene, forces)
     initial = read_start(scene, {**(start or {}), **places}, {**(start_rates or {}), **rates})
     run = simulate(scene, given, until, initial, every=every, say=lambda _: None)

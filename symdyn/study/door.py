@@ -14,7 +14,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of, with_values
 from symdyn.scene.values import Faults
 from symdyn.simulation import Values
-from symdyn.simulation.prescribed import Entries, noted
+from symdyn.simulation.prescribed import Entries
 from symdyn.study.block import block as one_block
 from symdyn.study.executors import executor
 from symdyn.study.job import Job
@@ -122,7 +122,7 @@ def sweep(
     if path is not None and path.suffix != SUFFIX:
         faults.add("output", f"{path} is no {SUFFIX} store; leave it out, and write a table with .to_csv(FILE)")
     elif path is not None:
-        with noted(faults):
+        with faults.noted():
             check_store(path)
     if workers is not None and workers < 1:
         faults.add("workers", f"{workers} is none; give 1 or more")

@@ -33,7 +33,7 @@ from symdyn.simulation import (
     simulate,
     variations,
 )
-from symdyn.simulation.prescribed import Entries, close, noted, read_path
+from symdyn.simulation.prescribed import Entries, read_path
 from symdyn.study.error_bars import Uncertainty
 from symdyn.study.force_slopes import force_slopes
 from symdyn.study.spread import Spread, read_spread
@@ -106,10 +106,10 @@ def uncertainty(
     else:
         unread = [name for name, given in (("start_rates", start_rates), ("every", every)) if given is not None]
         faults.lines += [f"{name}: it belongs to a run, and a motion is given; leave it out" for name in unread]
-    with noted(faults):
+    with faults.noted():
         spread = read_spread(scene, over, covariance, faults, starts=motion is None)
     faults.lines[:] = dict.fromkeys(faults.lines)
-    close(faults)
+    faults.close(SimulateError)
     assert spread is not None, "what is missing is a fault"
     parameters, places, rates = spread.moved(scene)
     scene = bind(scene, parameters) if parameters else scene

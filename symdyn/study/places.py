@@ -11,11 +11,11 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics import derive
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene, SceneUnits, bind
 from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation import FOLDS, read_measure, read_start
-from symdyn.simulation.prescribed import close, noted, number_of, parameter_values, read_columns, read_formula, words
+from symdyn.simulation.prescribed import number_of, parameter_values, read_columns, read_formula, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.over import Over, read_over
@@ -63,7 +63,7 @@ def at_places(
     Raises:
         SimulateError: with every fault, those that there are already among them.
     """
-    close(faults)
+    faults.close(SimulateError)
     moving = (*scene.coordinates, *scene.velocities)
     letters = _entries(scene, function, faults)
     varied = read_over(scene, over, [name for name in letters if name not in moving], faults)
@@ -72,22 +72,22 @@ def at_places(
     check_names(measures, [one.name for one in varied], faults)
     if block is not None and block < 1:
         faults.add("block", f"{block} is no number of sets; give 1 or more")
-    close(faults)
+    faults.close(SimulateError)
     assert planned is not None, "what is missing is a fault"
     first = dict(zip(planned.names, planned.values(0, 1)[0].tolist(), strict=True))
     scene = bind(scene, {one.name: first[one.name] for one in scene.free_parameters if one.name in first})
     mine = {one.name for one in scene.parameters}
     free = tuple(name for name in planned.names if name in mine)
-    with noted(faults):
+    with faults.noted():
         parameter_values(scene)
-    close(faults)
+    faults.close(SimulateError)
     call = called(scene, function, free)
     there, where = _places(scene, call, at, planned.names, faults)
     measures = tuple(one for one in (_checked(scene, one, call, len(there[TIME]), faults) for one in measures) if one)
     for name in planned.names:
         if name not in mine and name not in call.letters:
             faults.add("over", f"{function} takes no {name}; {suggestion(name, (*mine, *call.letters))}")
-    close(faults)
+    faults.close(SimulateError)
     size = block or max(FEWEST, BLOCK // len(there[TIME]))
     asked = {"function": function, "at": there, "varied": {"values": list(free)}}
     return Job("places", scene, planned, measures, asked, (("function", function), ("at", where)), size)
@@ -130,7 +130,7 @@ def _places(scene: Scene, call: Called, at: At, varied: Iterable[str], faults: F
     for name, one in given.items():
         if one.ndim and len(one) not in (1, count):
             faults.add("at", f"{name} has {len(one)} places, and another one has {count}")
-    close(faults)
+    faults.close(SimulateError)
     there = {name: np.broadcast_to(given.get(name, np.asarray(usual.get(name, 0.0))), (count,)) for name in known}
     times = given.get(TIME, np.arange(count, dtype=np.float64))
     return there | {TIME: np.broadcast_to(times, (count,))}, where
@@ -139,7 +139,7 @@ def _places(scene: Scene, call: Called, at: At, varied: Iterable[str], faults: F
 def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]:
     """Return what is given by name, and the same in words that are equal where the numbers are."""
     if isinstance(at, Path) or (isinstance(at, str) and at.strip().endswith(TABLE)):
-        with noted(faults):
+        with faults.noted():
             table = read_columns(Path(at.strip() if isinstance(at, str) else at))
             return _told({TIME: table.t, **table.values})
         return {}, ""

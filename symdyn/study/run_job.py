@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.errors import spoken
+from symdyn.errors import SimulateError, spoken
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Faults, Parameter, split_commas
 from symdyn.simulation import Forces, Values, check_run, read_forces, read_measure, read_start
-from symdyn.simulation.prescribed import Entries, close, noted, words
+from symdyn.simulation.prescribed import Entries, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.over import Over, read_over
@@ -82,14 +82,14 @@ def prepared(
     check_names(measures, names, faults)
     read = Forces()
     if not scene.free_parameters or not faults.lines:
-        with noted(faults):
+        with faults.noted():
             check_run(scene, until, every, rtol, atol, (), method)
-        with noted(faults):
+        with faults.noted():
             read = read_forces(scene, forces)
-        with noted(faults):
+        with faults.noted():
             read_start(scene, given["start"], given["start_rates"])
     faults.lines[:] = dict.fromkeys(faults.lines)
-    close(faults)
+    faults.close(SimulateError)
     assert planned is not None, "what is missing is a fault"
     asked = {
         "until": until, **given, "forces": read, "every": every, "method": method, "rtol": rtol, "atol": atol,

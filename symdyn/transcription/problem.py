@@ -14,7 +14,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, SceneLike, SceneUnits, scene_of
 from symdyn.scene.values import Faults, FormulaError, spell, suggestion
 from symdyn.simulation import Start, read_start
-from symdyn.simulation.prescribed import close, drive_names, noted, parameter_values, read_formula
+from symdyn.simulation.prescribed import drive_names, parameter_values, read_formula
 from symdyn.transcription.grid import grid
 from symdyn.transcription.layout import Layout, Number, Range, ends_of, known_names, texts
 from symdyn.transcription.remarks import remarks, taken
@@ -84,7 +84,7 @@ def collocation(
         raise SimulateError(f"{declared.name}: an input that the scene holds: {fault}") from None
     faults = Faults("")
     first = Start(np.zeros(0), np.zeros(0))
-    with noted(faults):
+    with faults.noted():
         first = read_start(scene, start if isinstance(start, Start) else texts(start), texts(start_rates))
     values = parameter_values(scene)
     mesh = _mesh(intervals, faults)
@@ -99,14 +99,14 @@ def collocation(
         "running": _formulas(scene, (cost,) if cost else (), (*state, *_drives(scene)), "cost", faults),
         "final": _formulas(scene, (final_cost,) if final_cost else (), state, "final cost", faults),
     }
-    close(faults)
+    faults.close(SimulateError)
     functions = source(scene, free, tuple(formulas.items()))
     found = functions.written
     made = Layout(scene, free, found, grid(METHODS[method], mesh), len(formulas["path"]), span)
     lower, upper = made.bounded(first, bounds or {}, values, faults)
     last = made.ended(end or {}, end_rates or {}, values, lower, upper, faults)
     around = np.array([ends_of(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
-    close(faults)
+    faults.close(SimulateError)
     rows_lower, rows_upper = np.zeros(made.rows), np.zeros(made.rows)
     rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
     guess = np.clip(made.guessed(first, last, values), lower, upper)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import TypeVar
 
-from symdyn.errors import SceneError, printable, spoken, without_long_words
+from symdyn.errors import SceneError, SimulateError, printable, spoken, without_long_words
 from symdyn.scene.values.body import ELEMENTARY, Pose
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.grammar import check_words
@@ -78,10 +79,18 @@ class Faults:
         own = Path(self.source).suffix in ("", ".toml")
         return 'write units = "none" at the top' if own else "read with --no-units"
 
-    def close(self) -> None:
+    @contextmanager
+    def noted(self) -> Iterator[None]:
+        """Take the faults that a block ends with to the others."""
+        try:
+            yield
+        except (SceneError, SimulateError) as error:
+            self.lines += error.faults
+
+    def close(self, error: Callable[[Sequence[str]], Exception] = SceneError) -> None:
         """Raise all faults together, if there are any."""
         if self.lines:
-            raise SceneError(self.lines)
+            raise error(self.lines)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,6 @@ from symdyn.simulation.forward import check_run
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import close, noted
 from symdyn.simulation.trajectory import END
 
 RTOL = 1e-9
@@ -103,16 +102,16 @@ def ensemble(
     lanes = read_lanes(scene_of(scene), start, start_rates, values, faults)
     times: npt.NDArray[np.float64] = np.zeros(1)
     read: tuple[Measure, ...] = ()
-    with noted(faults):
+    with faults.noted():
         given = forces if isinstance(forces, Forces) else read_forces(lanes.scene, forces)
-    with noted(faults):
+    with faults.noted():
         read = read_measures(lanes.scene, texts, faults)
-    with noted(faults):
+    with faults.noted():
         _, times = check_run(lanes.scene, until, every, rtol, atol, stops, method)
     if workers is not None and workers < 1:
         faults.add("", f"workers = {workers} is no number of threads; give 1 or more, or none")
     faults.lines[:] = dict.fromkeys(faults.lines)
-    close(faults)
+    faults.close(SimulateError)
     asked = METHODS.get((method or "").lower())
     usual = asked.rtol if asked is not None and asked.beyond_doubles else RTOL
     relative = usual if rtol is None else rtol

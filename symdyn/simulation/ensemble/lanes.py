@@ -18,7 +18,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, Scene, SceneUnits, bind
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults, spell, split_commas, suggestion, velocity_name
-from symdyn.simulation.prescribed.formulas_in_time import noted, parameter_values, read_formula, words
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula, words
 
 OFF = 1 + 1 / 17
 """Equations are made at values so much off those of a run, lest a zero or an equality there decide their form."""
@@ -135,7 +135,7 @@ def read_lanes(scene: Scene, start: object, rates: object, values: object, fault
     arrays = {name: np.broadcast_to(one, (count,)) if len(one) in (1, count) else one for name, one in arrays.items()}
     _positive(scene, arrays, faults)
     bound = _bound(scene, plain, arrays, faults)
-    with noted(faults):
+    with faults.noted():
         allowed, units, places = parameter_values(bound), SceneUnits(bound).letters, bound.coordinates
         _prescribed(bound, read, faults)
         for what in ("start", "start rates"):
@@ -198,7 +198,7 @@ def _bound(scene: Scene, plain: Mapping[str, Any], arrays: Mapping[str, Array], 
             near[p.name] = _number(p.value)
     for off in (OFF, 1.0):
         own = Faults("")
-        with noted(own):
+        with own.noted():
             off_these = {name: x * off or (0.0 if off == 1.0 else 1.0) for name, x in near.items()}
             return bind(scene, {**plain, **off_these}) if plain or near else scene
     faults.lines += own.lines

@@ -21,7 +21,7 @@ from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units
 from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
 from symdyn.simulation.prescribed.forces import ForceFunction, force_names, force_units, place_of, places_of
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values, read_formula
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
 
@@ -124,7 +124,7 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
     if len(initial) != len(names) or not all(map(math.isfinite, initial)):
         faults.add("feedback: initial", f"{list(initial)} are not {len(names)} finite numbers, one an input")
     ranges = _ranges(feedback, names, faults)
-    close(faults)
+    faults.close(SimulateError)
     least, most = zip(*(ranges[name] for name in names), strict=True)
     at, units = tuple(k for k in found if k is not None), force_units(scene)
     return Placed(feedback, names, tuple(units[k] for k in at), at, least, most, initial)
@@ -194,13 +194,13 @@ def feedback_of(
         SimulateError: with every fault, one line each.
     """
     values, units, faults, most = parameter_values(scene), SceneUnits(scene).letters, Faults(""), {}
-    with noted(faults):
+    with faults.noted():
         ask_for_units(scene.inputs, limits.items(), "--limits")
     for name, text in limits.items():
         formula = read_formula(text, values, f"--limits: {name}", faults, unit=units.get(name, ""))
         if formula is not None:
             most[name] = number_of(formula, values, f"--limits: {name}", faults)
-    close(faults)
+    faults.close(SimulateError)
     more: dict[str, Any] = {"period": period, "delay": delay, "limits": most or None}
     found = replace(read_feedback(scene, file), **{name: x for name, x in more.items() if x is not None})
     placed(scene, found, until)

@@ -26,7 +26,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Faults, suggestion
-from symdyn.simulation.prescribed.formulas_in_time import close, read_file
+from symdyn.simulation.prescribed.formulas_in_time import read_file
 from symdyn.unlocked import cached_property
 
 NEEDED, ALLOWED = ("K", "states", "inputs"), ("K", "states", "inputs", "x0", "u0", "period", "delay", "limits")
@@ -140,7 +140,7 @@ def gains_from(scene: Scene, said: Mapping[str, object], where: str) -> tuple[Ga
     for name in NEEDED:
         if name not in said:
             faults.add(name, "is missing")
-    close(faults)
+    faults.close(SimulateError)
     states, inputs = (_names(said[name], name, faults) for name in ("states", "inputs"))
     known = state_names(scene)
     quaternions = set(scene.coordinates) - set(known)
@@ -164,7 +164,7 @@ def gains_from(scene: Scene, said: Mapping[str, object], where: str) -> tuple[Ga
         isinstance(more["limits"], Mapping) and all(_finite(x) or _pair(x) for x in more["limits"].values())
     ):
         faults.add("limits", "is no table of sizes, or of [smallest, largest], by input")
-    close(faults)
+    faults.close(SimulateError)
     assert K is not None, "checked"
     initial = tuple(forces.get(name, 0.0) for name in inputs)
     return Gains(scene, K, tuple(states), tuple(inputs), q0, u0, initial), more

@@ -3,8 +3,6 @@
 from .entries import Entries as Entries, read_entries as read_entries
 from .forces import Table as Table, drive_names as drive_names, read_inputs as read_inputs
 from .formulas_in_time import (
-    close as close,
-    noted as noted,
     number_of as number_of,
     parameter_values as parameter_values,
     read_formula as read_formula,

@@ -26,7 +26,7 @@ from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
 from symdyn.scene.values import Faults, show, spell
-from symdyn.simulation.prescribed.formulas_in_time import noted, read_file, words
+from symdyn.simulation.prescribed.formulas_in_time import read_file, words
 from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, read_columns
 
 
@@ -66,7 +66,7 @@ def read_entries(entries: Entries, what: str, faults: Faults, needed: Collection
     found, plain = Said(), list[str]()
     alone = isinstance(entries, (str, Path, Mapping)) or callable(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
-        with noted(faults):
+        with faults.noted():
             if isinstance(entry, (str, Path)):
                 _words(str(entry), what, found, plain, faults, needed)
             elif _is_table(entry):
@@ -115,12 +115,12 @@ def _by_name(entries: Mapping[Any, Any], what: str, found: Said, faults: Faults)
         else:
             pair = _over(value)
             if isinstance(pair, (tuple, list)) and len(pair) == 2 and all(_dimensions(one) == 1 for one in pair):
-                with noted(faults):
+                with faults.noted():
                     found.tables.append(columns_of(f"{what}: {name}", pair[0], {name: pair[1]}, every=True))
             else:
                 faults.add(f"{what}: {name}", f"{_spoken(value)} is no course over time; give {KINDS}")
     if over:
-        with noted(faults):
+        with faults.noted():
             found.tables.append(columns_of(what, times, over, every=True))
 
 

@@ -21,7 +21,7 @@ from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import Faults, ask_for_units, force_unit, suggestion, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values, read_formula
 from symdyn.simulation.prescribed.function_laws import required_arguments
 from symdyn.unlocked import cached_property
 
@@ -198,7 +198,7 @@ def read_forces(scene: Scene, entries: Entries, differentiable: bool = False) ->
     if differentiable and functions:
         names = tuple(force_names(scene)[k] for k in functions)
         faults.add("forces", f"{', '.join(names)}: a function has no derivatives; write a formula")
-    close(faults)
+    faults.close(SimulateError)
     return Forces(formulas, tables, tuple(functions), tuple(dict.fromkeys(functions.values())))
 
 

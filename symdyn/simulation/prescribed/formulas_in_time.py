@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from symdyn.bounds import BOUNDS
@@ -86,21 +85,6 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
         return None
     assert value is not None, "all symbols were checked"
     return float(value)
-
-
-@contextmanager
-def noted(faults: Faults) -> Iterator[None]:
-    """Take the faults that a block ends with to the others."""
-    try:
-        yield
-    except (SceneError, SimulateError) as error:
-        faults.lines += error.faults
-
-
-def close(faults: Faults) -> None:
-    """Raise all faults together, if there are any."""
-    if faults.lines:
-        raise SimulateError(faults.lines)
 
 
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:

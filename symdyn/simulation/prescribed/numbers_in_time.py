@@ -21,7 +21,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene.values import Faults
-from symdyn.simulation.prescribed.formulas_in_time import close, read_file
+from symdyn.simulation.prescribed.formulas_in_time import read_file
 
 MOST = 10
 """Faults of one file that are told; the rest is counted."""
@@ -69,7 +69,7 @@ def read_columns(path: Path, needed: Collection[str] | None = None) -> Columns:
         faults.add("", f"has the column {name} twice")
     if len(rows) < 3:
         faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
-    close(faults)
+    faults.close(SimulateError)
     try:
         must = set(names if needed is None else {TIME, *needed})
         table = np.array([_numbers(row, names, number, must, faults) for number, row in enumerate(rows[1:], start=2)])
@@ -80,7 +80,7 @@ def read_columns(path: Path, needed: Collection[str] | None = None) -> Columns:
         raise SimulateError([*error.faults[:MOST], f"{path}: and more faults than are counted"]) from None
     if len(faults.lines) > MOST:
         faults.lines[MOST:] = [f"{path}: and {len(faults.lines) - MOST} faults more"]
-    close(faults)
+    faults.close(SimulateError)
     told = {name: table[:, k] for k, name in enumerate(names) if name != TIME}
     return Columns(str(path), t, {name: x for name, x in told.items() if name in must or np.isfinite(x).all()})
 
@@ -115,7 +115,7 @@ def columns_of(source: str, times: Any, values: Mapping[str, Any], every: bool =
     if t is not None:
         for k in np.flatnonzero(np.diff(t) <= 0)[:1]:
             faults.add("", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort by time")
-    close(faults)
+    faults.close(SimulateError)
     assert t is not None
     return Columns(source, t, {name: x for name, x in columns.items() if x is not None}, every)
 

@@ -11,7 +11,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.prescribed.entries import Entries, read_entries
-from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
 from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, counted, read_columns
 from symdyn.simulation.prescribed.point_path import TURNS, PointPath, ScenePath
@@ -53,7 +53,7 @@ def read_path(scene: Scene, entries: Entries) -> ScenePath:
         else:
             path = _from_laws(name, text, values, f"{where}: {name}", faults)
         _add(found, name, where, path, scene, faults)
-    close(faults)
+    faults.close(SimulateError)
     return ScenePath(tuple(found.values()))
 
 
@@ -134,7 +134,7 @@ def _from_arrays(name: str, times: object, values: object, faults: Faults) -> Po
             f"path: {name}", f"an array of shape {rows.shape} is no path; give x, y, z, or w, x, y, z behind them"
         )
         return None
-    with noted(faults):
+    with faults.noted():
         return _from_columns(name, columns_of(f"path: {name}", times, dict(zip(names, rows.T, strict=False))), faults)
     return None
 

@@ -11,11 +11,12 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import quaternions
+from symdyn.errors import SimulateError
 from symdyn.scene import Scene, SceneUnits
 from symdyn.scene.values import Faults, acceleration_name, suggestion, velocity_name
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.forces import Table
-from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 from symdyn.simulation.prescribed.function_laws import read_function
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
 from symdyn.simulation.prescribed.numbers_in_time import Columns, read_columns, sample_times
@@ -79,7 +80,7 @@ def read_motion(scene: Scene, entries: Entries) -> SceneMotion:
         missing = [name for name in group if name not in laws]
         if missing and len(missing) < len(group):
             faults.add("motion", f"{', '.join(missing)} missing; a quaternion moves as ({', '.join(group)})")
-    close(faults)
+    faults.close(SimulateError)
     letters = [(one.name, table) for one in scene.inputs for table in said.tables if one.name in table.values]
     return SceneMotion(laws, quasi, {name: Table(table.t, table.values[name]) for name, table in letters})
 
@@ -99,10 +100,10 @@ def motion_times(entries: Sequence[str], paths: Sequence[str], until: float | No
         until = float(read_columns(Path(tables[0])).t[-1])
     if until is None:
         faults.add("", "until when? give --until, the time of the end in seconds")
-        close(faults)
+        faults.close(SimulateError)
         until = 0.0
     times = sample_times(until, every, faults)
-    close(faults)
+    faults.close(SimulateError)
     return times
 
 
