@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,11 @@ class Extra:
 
     modules: tuple[str, ...]
     without: str
+
+    @property
+    def there(self) -> bool:
+        """Whether the first of its packages is installed, without which there is nothing of it."""
+        return find_spec(self.modules[0]) is not None
 
 
 GRAMMARS = ("c", "cpp", "cuda", "javascript", "python", "rust", "matlab", "julia")

@@ -9,7 +9,6 @@ import pytest
 from mpmath import mp
 
 from symdyn.bench import Bench, Curve, MotionPrecision, Point
-from symdyn.bench.extended import FINEST, Truth, truth
 from symdyn.bench.report import html, markdown, pictures
 from symdyn.bench.stress.scenes import offset_pendulum, rubbing
 from symdyn.bench.stress.stiff import RUBBED
@@ -17,8 +16,7 @@ from symdyn.bench.work_precision import UNTIL, lively, marked, motion
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
-from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.initial import read_start
+from symdyn.simulation.extended import FINEST, truth
 from symdyn.simulation.timed_runs import Runs
 
 pytestmark = pytest.mark.runs()
@@ -27,13 +25,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 def runs_of(scene: Scene) -> Runs:
-    begin = read_start(scene, lively(scene))
-    system = state_equations(scene)
-    return Runs(system, np.concatenate([begin.q, begin.u, np.zeros(int(system.works))]))
-
-
-def end_of(runs: Runs) -> Truth:
-    return truth(runs.system, runs.x, UNTIL, lambda name, tolerance: runs.run(name, tolerance, UNTIL).x[-1])
+    return Runs.of(scene, lively(scene))
 
 
 def test_finer_tolerances_take_more_work_and_leave_less_error() -> None:
@@ -69,7 +61,7 @@ def test_the_truth_has_more_digits_than_a_double() -> None:
     """A pendulum from rest in Jacobi's elliptic functions: sin(q/2) = k sn(K - w t), k = sin(q0/2), w^2 = g/l."""
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(offset_pendulum())
-    found = end_of(runs)
+    found = runs.truth(UNTIL)
 
     with mp.workdps(40):
         k = mp.sin(mp.mpf(float(runs.x[0])) / 2)
@@ -84,7 +76,7 @@ def test_the_truth_sees_dry_friction_turn() -> None:
     """A series of tanh is flat to the last digit and steps over the turn; three other methods agree with the truth."""
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(rubbing())
-    found = end_of(runs)
+    found = runs.truth(UNTIL)
 
     assert found.uncertain < 1e-15
     assert found.x[0] == pytest.approx(RUBBED, abs=1e-16)
@@ -95,7 +87,7 @@ def test_the_truth_sees_dry_friction_turn() -> None:
 def test_the_truth_of_a_closed_mechanism_is_where_its_loops_are_closed() -> None:
     pytest.importorskip("heyoka", reason="needs heyoka, the extra simulate")
     runs = runs_of(read(EXAMPLES / "four_bar.toml"))
-    found = end_of(runs)
+    found = runs.truth(UNTIL)
     r = runs.system.tell("constraint_residual", 0.0, found.x.astype(float))
 
     assert found.uncertain < 1e-15
@@ -106,7 +98,7 @@ def test_the_truth_of_a_closed_mechanism_is_where_its_loops_are_closed() -> None
 def test_without_a_library_for_more_digits_the_finest_run_stands_in_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("symdyn.bench.extended.importable", lambda module: False)
+    monkeypatch.setattr("symdyn.simulation.integrate.method.importable", lambda module: False)
     runs = runs_of(read(EXAMPLES / "double_pendulum.toml"))
     asked = []
 

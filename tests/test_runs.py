@@ -4,13 +4,13 @@ import io
 import subprocess
 import sys
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import symdyn
+from symdyn import extras
 from symdyn.cli import main
 from symdyn.errors import SceneError, SimulateError, SymdynError, UnknownNameError
 from symdyn.scene import read, read_text
@@ -19,8 +19,6 @@ from symdyn.simulation.columns import columns
 from symdyn.simulation.panels import panels
 from symdyn.simulation.plot import _label, draw
 from symdyn.simulation.prescribed.numbers_in_time import read_columns
-
-plots = import_module("symdyn.simulation.plot")  # a name that its package offers for something else
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "cart_pole.toml"
@@ -112,7 +110,7 @@ def test_a_package_that_is_missing_is_told_with_the_way_out(
 
 @pytest.mark.runs("cc")
 def test_plots_without_matplotlib_are_told_the_command(run: Trajectory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plots, "importable", lambda name: False)
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
     with pytest.raises(SimulateError, match=r'^plots need matplotlib; pip install "symdyn\[plot\]"$'):
         run.plot()
 

@@ -12,12 +12,11 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.extended import truth
 from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.extras import install
 from symdyn.scene import Scene, SceneUnits
-from symdyn.simulation import METHODS, IntegrationError, Runs, importable, runs_of
+from symdyn.simulation import METHODS, Runs
 
 Array = npt.NDArray[np.float64]
 
@@ -49,8 +48,8 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         DerivationError: there is no forward dynamics.
     """
     progress("a reference of the motion")
-    runs = runs_of(scene, lively(scene))
-    known = truth(runs.system, runs.x, UNTIL, lambda name, tolerance: runs.run(name, tolerance, UNTIL).x[-1])
+    runs = Runs.of(scene, lively(scene))
+    known = runs.truth(UNTIL)
     if known.distance(runs.x) == 0:
         raise SimulateError(f"{scene.name}: nothing moves from its start; give joints start or start_rates")
     notes, slow, precise, drifts = [], [], [], []
@@ -59,7 +58,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
     for name, method in METHODS.items():
         if quick and name not in QUICK_METHODS:
             continue
-        why = "" if importable(method.module) else f"{method.library} is not installed; {install(method.extra)}"
+        why = "" if method.installed else f"{method.library} is not installed; {install(method.extra)}"
         why = why or method.refuses(runs.system)
         if why:
             notes.append(f"{name} was not measured: {why}")
@@ -116,7 +115,7 @@ def _points(
             took = made.seconds
             if took < AGAIN:
                 took = min(took, *(runs.run(name, tolerance, UNTIL).seconds for _ in range(2)))
-        except IntegrationError:
+        except SimulateError:
             return
         spent, before, last = spent + took, last, took
         yield Point(tolerance, took, made.evaluations, max(distance(made.x[-1]), least))
@@ -129,6 +128,6 @@ def _drifts(runs: Runs, name: str, points: Sequence[Point], later: float, patien
             return
         try:
             made = runs.run(name, point.tolerance, later, SAMPLES)
-        except IntegrationError:
+        except SimulateError:
             return
         yield Point(point.tolerance, made.seconds, made.evaluations, runs.drift(made, later))

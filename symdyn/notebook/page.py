@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from symdyn.emit import in_html, verbatim
 from symdyn.emit.print import BREAK
 from symdyn.extras import EXTRAS, install
-from symdyn.simulation import importable
 
 
 @dataclass(frozen=True)
@@ -25,8 +24,8 @@ class Markup:
 
 Cell = str | int | float | Markup
 
-MATHEMATICS = EXTRAS["teach"].modules[0]
-"""The package that makes mathematics of browsers from LaTeX."""
+MATHEMATICS = EXTRAS["teach"]
+"""The job of the package that makes mathematics of browsers from LaTeX."""
 
 
 def page(*parts: Markup) -> str:
@@ -116,7 +115,7 @@ def _cell(cell: Cell) -> str:
 
 def formulas(lines: Iterable[str]) -> Markup:
     """Return formulas, given in LaTeX with break marks, one a paragraph; or what it takes to show them."""
-    if not importable(MATHEMATICS):
+    if not MATHEMATICS.there:
         return note(f"mathematics is shown with latex2mathml: {install('teach')}")
     from symdyn.teach import flow
 
@@ -126,7 +125,7 @@ def formulas(lines: Iterable[str]) -> Markup:
 
 def formula(latex: str) -> Markup:
     """Return a short formula in a line of text; the LaTeX itself where it cannot be shown."""
-    if not importable(MATHEMATICS):
+    if not MATHEMATICS.there:
         return Markup(f"<code>{in_html(latex)}</code>")
     from symdyn.teach import inline
 

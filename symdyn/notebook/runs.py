@@ -9,7 +9,7 @@ import numpy as np
 from symdyn.extras import EXTRAS, install
 from symdyn.identification import Excitation
 from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
-from symdyn.simulation import Ensemble, Trajectory, importable
+from symdyn.simulation import Ensemble, Trajectory
 from symdyn.transcription import Collocation, Solution
 
 MOST = 20_000
@@ -63,7 +63,7 @@ def excitation(found: Excitation) -> list[Markup]:
 def _plots(found: Trajectory) -> Markup:
     if not len(found.t):
         return Markup("")
-    if not importable(EXTRAS["plot"].modules[0]):
+    if not EXTRAS["plot"].there:
         return note(f"plots need matplotlib: {install('plot')}")
     kind: Literal["svg", "png"] = "svg" if len(found.t) * len(found.names) <= MOST else "png"
     return picture(found.drawn(kind), kind, f"plots of {found.scene.name}", dark=False)

@@ -10,7 +10,6 @@ from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Cell, Markup, head, note, notes, picture, table, verdict
-from symdyn.simulation import importable
 from symdyn.study import Indices, Study, Uncertainty
 
 MOST = 10_000
@@ -44,7 +43,7 @@ def study(found: Study) -> list[Markup]:
 def _picture(found: Study) -> Markup:
     if not any(np.isfinite(column).any() for column in found.measures.values()):
         return note("no run has a value")
-    if not importable(EXTRAS["plot"].modules[0]):
+    if not EXTRAS["plot"].there:
         return note(f"plots need matplotlib: {install('plot')}")
     kind: Literal["svg", "png"] = "svg" if len(found) <= MOST else "png"
     try:
@@ -79,7 +78,7 @@ def uncertainty(found: Uncertainty) -> list[Markup]:
         shares = zip(found.varied, found.shares(one.name)[-1], strict=True)
         due = ", ".join(f"{name} {100 * part:.3g} %" for name, part in shares)
         body.append([one.name, one.unit, float(found.run[one.name][-1]), float(found[one.name][-1]), due])
-    if importable(EXTRAS["plot"].modules[0]):
+    if EXTRAS["plot"].there:
         kind: Literal["svg", "png"] = "svg" if len(found.t) * len(found.names) <= MOST else "png"
         drawn = picture(found.drawn(kind), kind, f"error bars of {found.run.scene.name}", dark=False)
     else:

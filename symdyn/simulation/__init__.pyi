@@ -13,7 +13,6 @@ from .ensemble.measures import (
 from .ensemble.one_by_one import measured as measured
 from .equations.compiled_routines import argument as argument, compiled as compiled, plain as plain, points as points
 from .equations.opened import opened as opened
-from .equations.system import StateEquations as StateEquations
 from .equations.variational import Flow as Flow, flow as flow, smooth_flow as smooth_flow
 from .equations.written import state_equations as state_equations
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
@@ -22,8 +21,6 @@ from .forward import check_run as check_run, simulate as simulate
 from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start, Values as Values, read_guess as read_guess, read_start as read_start
 from .integrate import METHODS as METHODS
-from .integrate.heyoka_expressions import taylor_of as taylor_of
-from .integrate.method import IntegrationError as IntegrationError, importable as importable
 from .inverse_run import inverse as inverse
 from .panels import check_columns as check_columns, chosen as chosen
 from .plot import (
@@ -41,6 +38,6 @@ from .record import (
     write_whole as write_whole,
 )
 from .tables import columns_csv as columns_csv, frame as frame
-from .timed_runs import Runs as Runs, runs_of as runs_of
+from .timed_runs import Runs as Runs
 from .trajectory import Trajectory as Trajectory
 from .variations import UNTOLD as UNTOLD, variations as variations

@@ -20,7 +20,7 @@ from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
-from symdyn.simulation.integrate.method import DOUBLES, Method, importable
+from symdyn.simulation.integrate.method import DOUBLES, Method
 
 STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
 """Beyond both a system is stiff: steps that stability asks of an explicit method, decay over oscillation or growth."""
@@ -74,14 +74,14 @@ def choose(
             return Choice(
                 "radau", METHODS["radau"], "the system is stiff, and multistep methods would begin anew at samples"
             )
-        name = "cvode" if importable(METHODS["cvode"].module) else "radau"
+        name = "cvode" if METHODS["cvode"].installed else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
     why = refuses(system)
     if not why and overlooks(system):
         why = f"a series may overlook a turn of {overlooks(system)}"
     if not why and size(system) > LARGEST:
         why = f"{size(system)} operations would take heyoka long to compile"
-    if not why and not importable(METHODS["taylor"].module):
+    if not why and not METHODS["taylor"].installed:
         why = f"heyoka is not installed; {install('simulate')}"
     if not why:
         return Choice("taylor", METHODS["taylor"], "", OTHERWISE if system.closed else None)
@@ -98,7 +98,7 @@ def _asked(system: StateEquations, name: str, limited: bool, rtol: float | None,
     if name not in METHODS:
         raise MethodError(f"method {name} is not known; {suggestion(name, METHODS)}")
     method = METHODS[name]
-    if not importable(method.module):
+    if not method.installed:
         raise MethodError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
     if not method.finds_events and not why and limited:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from symdyn.draw import FilledFigure
 from symdyn.emit import in_html, render
 from symdyn.errors import SimulateError
-from symdyn.extras import install
-from symdyn.simulation.integrate.method import importable
+from symdyn.extras import EXTRAS, install
 from symdyn.simulation.panels import Curve, Panel, panels
 from symdyn.simulation.record import write_whole
 
@@ -33,7 +32,7 @@ def check_plot(path: Path | None = None) -> None:
     """
     if path is not None and path.suffix.lower() not in ENDINGS:
         raise SimulateError(f"{path}: plots are written to {', '.join(ENDINGS)} files")
-    if not importable("matplotlib"):
+    if not EXTRAS["plot"].there:
         raise SimulateError(f"plots need matplotlib; {install('plot')}")
 
 

@@ -13,6 +13,7 @@ from symdyn.scene import Scene
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
+from symdyn.simulation.extended import Truth, truth
 from symdyn.simulation.forward import ready
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS
@@ -38,6 +39,19 @@ class Runs:
     system: StateEquations
     x: Array
 
+    @classmethod
+    def of(cls, scene: Scene, at: Mapping[str, str]) -> Runs:
+        """Return a scene without drives, its start moved to `at`, ready to be run.
+
+        Raises:
+            SimulateError: it cannot be simulated, has parameters without values, or no accelerations at its start.
+            DerivationError: there is no forward dynamics.
+        """
+        system, begin = state_equations(scene), read_start(scene, at)
+        x = np.concatenate([begin.q, begin.u, np.zeros(int(system.works))])
+        ready(system, x)
+        return cls(system, x)
+
     def run(self, name: str, tolerance: float, until: float, samples: int = 2) -> Run:
         """Return a run; what comes before the first step, such as compiling, is not in its time.
 
@@ -55,20 +69,11 @@ class Runs:
         seconds = time.thread_time() - begin
         return Run(np.concatenate([piece.x for piece in pieces]), seconds, sum(piece.evaluations for piece in pieces))
 
+    def truth(self, until: float) -> Truth:
+        """Return where the motion ends, to more digits than a double has; errors as of `run`."""
+        return truth(self.system, self.x, until, lambda name, tolerance: self.run(name, tolerance, until).x[-1])
+
     def drift(self, made: Run, until: float) -> float:
         """Return the largest error of the balance of energy of a run over its size."""
         _, monitors = observe(self.system, np.linspace(0.0, until, len(made.x)), made.x)
         return monitors["energy"] / (monitors["energy_scale"] or 1.0)
-
-
-def runs_of(scene: Scene, at: Mapping[str, str]) -> Runs:
-    """Return a scene without drives, its start moved to `at`, ready to be run.
-
-    Raises:
-        SimulateError: it cannot be simulated, has parameters without values, or no accelerations at its start.
-        DerivationError: there is no forward dynamics.
-    """
-    system, begin = state_equations(scene), read_start(scene, at)
-    x = np.concatenate([begin.q, begin.u, np.zeros(int(system.works))])
-    ready(system, x)
-    return Runs(system, x)

@@ -22,8 +22,8 @@ from symdyn.simulation.ensemble import abreast, one_by_one
 from symdyn.simulation.ensemble.abreast_functions import VALUES
 from symdyn.simulation.ensemble.measures import Sums, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, replaced
+from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.integrate.heyoka_expressions import TURNING, UNSEEN, Expressions, library
-from symdyn.simulation.integrate.method import importable
 from symdyn.simulation.integrate.taylor import SHORTEST, SMALLEST
 from symdyn.simulation.integrator import LARGEST
 from symdyn.simulation.trajectory import END
@@ -34,7 +34,7 @@ CHUNK = 512
 
 def refuses(task: Task) -> str:
     """Return why series are not taken."""
-    if not importable("heyoka"):
+    if not METHODS["taylor"].installed:
         return "heyoka is not installed"
     why = abreast.shape(task)
     if why:

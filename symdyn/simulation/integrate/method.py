@@ -136,6 +136,11 @@ class Method:
     absolute: bool = True
 
     @property
+    def installed(self) -> bool:
+        """Whether its module is."""
+        return importable(self.module)
+
+    @property
     def beyond_doubles(self) -> bool:
         """Whether it computes with more digits than doubles have."""
         return self.finest < DOUBLES

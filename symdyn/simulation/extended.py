@@ -21,7 +21,9 @@ import numpy.typing as npt
 from symdyn.algebra import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
-from symdyn.simulation import METHODS, StateEquations, importable, taylor_of
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.integrate import METHODS
+from symdyn.simulation.integrate.heyoka_expressions import taylor_of
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]
@@ -80,7 +82,7 @@ def truth(system: StateEquations, x: Array, until: float, doubles: Doubles) -> T
     """
     n = system.nq + system.nv
     why = METHODS["taylor"].refuses(system)
-    if not why and not importable(METHODS["taylor"].module):
+    if not why and not METHODS["taylor"].installed:
         why = "heyoka is not installed"
     if not why and EPSILON > 1e-18:
         why = "long doubles are doubles here"
