@@ -17,13 +17,14 @@ from symdyn.scene import Scene, read
 from symdyn.scene.values import Joint
 from symdyn.scene.values.formula import parse as formula
 from symdyn.scene.values.table import Faults
-from symdyn.simulation import METHODS, SceneMotion, Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulation import METHODS, Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.integrator import is_stiff
 from symdyn.simulation.prescribed.motion_laws import Law, read_law
+from symdyn.simulation.prescribed.scene_motion import SceneMotion
 from symdyn.simulation.record import record
 
 pytestmark = pytest.mark.runs()

@@ -13,7 +13,7 @@ from symdyn.cli.talk import Bar, give, print_text, say, wrote
 from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.errors import IdentifyError, SimulateError
 from symdyn.identification import CRITERIA, FAMILIES, excite
-from symdyn.simulation import check_plot, check_record, plot, record
+from symdyn.simulation import CHECKS
 
 USUAL: dict[str, Any] = {
     "period": 10.0, "family": "fourier", "terms": 5, "criterion": "condition", "starts": 4, "seed": 0, "every": 0.01,
@@ -59,9 +59,9 @@ def run_exciting(options: argparse.Namespace) -> int:
         raise IdentifyError(f"--excite finds a motion to be measured; {options.data[0]} would be the log of one")
     try:
         for name in options.output:
-            check_record(Path(name))
+            CHECKS["table"](Path(name))
         if options.plot:
-            check_plot(Path(options.plot))
+            CHECKS["plot"](Path(options.plot))
     except SimulateError as fault:
         raise IdentifyError(fault.faults) from None
     scene = read_scene(options)
@@ -77,10 +77,10 @@ def run_exciting(options: argparse.Namespace) -> int:
             say=lambda line: say(f"symdyn: {line}"),
         )
     for name in options.output:
-        record(found.run, Path(name))
+        found.run.save(name)
         wrote(name)
     if options.plot:
-        plot(found.run, Path(options.plot))
+        found.run.save_plot(options.plot)
         wrote(options.plot)
     if options.json:
         columns = dict(zip(found.names, found.run.table()[1].T.tolist(), strict=True))

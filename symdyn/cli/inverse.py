@@ -17,8 +17,7 @@ from symdyn.cli.trajectory_options import (
     pairs,
 )
 from symdyn.errors import SimulateError
-from symdyn.simulation import inverse, read_motion
-from symdyn.simulation.prescribed import motion_times, read_inputs, read_path
+from symdyn.simulation import AskedMotion
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -66,26 +65,14 @@ def run(options: argparse.Namespace) -> int:
     laws, paths = flattened(options.motion), flattened(options.path)
     if not laws and not paths:
         raise SimulateError("nothing says how it moves; give --motion coordinate=law, or --path point=x,y,z")
-    motion, path, forces, start, _, times = collected(
-        lambda: read_motion(scene, laws),
-        lambda: read_path(scene, paths),
-        lambda: read_inputs(scene, forces_told(scene, options)),
+    asked, start, _ = collected(
+        lambda: AskedMotion.read(scene, laws, paths, forces_told(scene, options), options.until, options.every),
         lambda: pairs(options.start, "--start"),
         lambda: check_outputs(scene, options),
-        lambda: motion_times(laws, paths, options.until, options.every),
     )
     with Waiting() as progress:
         progress(f"computing forces of {scene.name}")
-        trajectory = inverse(
-            scene,
-            motion,  # type: ignore[arg-type]
-            times,  # type: ignore[arg-type]
-            options.reactions,
-            lambda line: say(f"symdyn: {line}"),
-            path=path,  # type: ignore[arg-type]
-            start=start,  # type: ignore[arg-type]
-            forces=forces,  # type: ignore[arg-type]
-        )
+        trajectory = asked.run(start, options.reactions, lambda line: say(f"symdyn: {line}"))  # type: ignore[attr-defined]
     deliver(trajectory, options)
     if trajectory.complete:
         return 0

@@ -14,7 +14,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear import System, locus_over
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults
-from symdyn.simulation import check_film, check_plot
+from symdyn.simulation import CHECKS
 
 ENDINGS = {
     "bode": (".csv", *PICTURES),
@@ -66,10 +66,10 @@ def check_asked(options: argparse.Namespace) -> None:
                 faults.add(str(path), f"there is no folder {path.parent}")
             elif option == "animate":
                 with faults.noted():
-                    check_film(path, reel(options))
+                    CHECKS["film"](path, reel(options))
             elif ending in PICTURES:
                 with faults.noted():
-                    check_plot(path)
+                    CHECKS["plot"](path)
     if not options.animate:
         with faults.noted():
             reel(options)

@@ -10,8 +10,7 @@ from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, forces_told, pairs
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
-from symdyn.scene import Scene
-from symdyn.simulation import Feedback, Trajectory, check_run, feedback_of, read_forces, read_start, simulate
+from symdyn.simulation import Trajectory, check_run, feedback_of, read_forces, read_start, simulate
 
 CTRL_C = 130
 
@@ -63,10 +62,18 @@ def run(options: argparse.Namespace) -> int:
     """Compute, write, and tell how well the laws were kept."""
     scene = read_scene_to_move(options)
     formulas = (*options.stop, *options.report)
-    forces, start, feedback, _, _ = collected(
+    forces, start, _, feedback, _, _ = collected(
         lambda: read_forces(scene, forces_told(scene, options)),
         lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
-        lambda: _feedback(scene, options),
+        lambda: _check_feedback(options),
+        lambda: (
+            None
+            if options.feedback is None
+            else feedback_of(
+                *(scene, options.feedback, options.period, options.delay),
+                *(pairs(options.limits, "--limits"), options.until),
+            )
+        ),
         lambda: check_outputs(scene, options),
         lambda: check_run(scene, options.until, options.every, options.rtol, options.atol, formulas, options.method),
     )
@@ -102,19 +109,11 @@ def run(options: argparse.Namespace) -> int:
     return ended
 
 
-def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:
-    """Return the controller that options say, None without one.
-
-    Raises:
-        SimulateError: with every fault, one line each.
-    """
-    if options.feedback is None:
-        told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
-        if told:
-            raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
-        return None
-    said = pairs(options.limits, "--limits")
-    return feedback_of(scene, options.feedback, options.period, options.delay, said, options.until)
+def _check_feedback(options: argparse.Namespace) -> None:
+    """Raise SimulateError for options of a controller that is not given."""
+    told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
+    if told and options.feedback is None:
+        raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
 
 
 def ending(trajectory: Trajectory) -> str:

@@ -15,7 +15,7 @@ from symdyn.draw import Reel, film
 from symdyn.errors import SimulateError, UnknownNameError
 from symdyn.scene import Scene
 from symdyn.scene.values import Faults, in_si_here, split_commas
-from symdyn.simulation import Trajectory, axes_of, check_columns, check_film, check_plot, check_record, plot, record
+from symdyn.simulation import CHECKS, Trajectory, axes_of, check_columns
 from symdyn.simulation.prescribed import words
 
 ANIMATED = ".html, .svg (without buttons), .gif, .mp4, or .glb (glTF, in space)"
@@ -105,10 +105,6 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
     return tuple(found)
 
 
-def _check_film(path: Path, options: argparse.Namespace) -> None:
-    check_film(path, reel(options))
-
-
 def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> None:
     with Bar(f"drawing {path.name}") as progress:
         shown, note = reel(options), lambda line: say(f"symdyn: {line}")
@@ -119,9 +115,9 @@ def _film(trajectory: Trajectory, path: Path, options: argparse.Namespace) -> No
 
 
 OUTPUTS: dict[str, tuple[Callable[..., None], Callable[..., None]]] = {
-    "output": (lambda path, _: check_record(path), lambda found, path, _: record(found, path)),
-    "plot": (lambda path, _: check_plot(path), lambda found, path, more: plot(found, path, _chosen(more))),
-    "animate": (_check_film, _film),
+    "output": (lambda path, _: CHECKS["table"](path), lambda found, path, _: found.save(path)),
+    "plot": (lambda path, _: CHECKS["plot"](path), lambda found, path, more: found.save_plot(path, _chosen(more))),
+    "animate": (lambda path, more: CHECKS["film"](path, reel(more)), _film),
 }
 """Options that name a file: what raises SimulateError where it cannot be one, and what writes a trajectory there."""
 

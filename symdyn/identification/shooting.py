@@ -19,7 +19,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.errors import IdentifyError, SymdynError
 from symdyn.scene import Scene, bind
-from symdyn.simulation import Flow, Forces, flow, smooth_flow, state_equations
+from symdyn.simulation import Flow, Forces
 
 MOST_STEPS = 128
 """Steps between two samples beyond which a motion is too fast for them."""
@@ -81,7 +81,7 @@ class Shooting:
             SymdynError: values that the scene cannot have.
         """
         scene = bind(self.scene, values) if values else self.scene
-        return flow(state_equations(scene, self.forces, (), self.start[: len(scene.coordinates)]), self.parameters)
+        return Flow.of(scene, self.forces, self.start[: len(scene.coordinates)], self.parameters)
 
     def grown(self, run: Run | None) -> float:
         """Return how many times moves of the start have grown until the end of a run."""
@@ -171,7 +171,7 @@ def shooting(scene: Scene, parameters: tuple[str, ...], forces: Forces, t: Array
         SimulateError: a force that jumps, or a parameter that the equations cannot be differentiated by.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
-    along = smooth_flow(state_equations(scene, forces, (), start[: len(scene.coordinates)]), parameters)
+    along = Flow.of(scene, forces, start[: len(scene.coordinates)], parameters, smooth=True)
     return with_steps(Shooting(scene, parameters, forces, t, start, along.independent(), 1, ()), 1)
 
 

@@ -21,7 +21,7 @@ from symdyn.dynamics import Workspace
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Mode, untouched
-from symdyn.simulation import check_film, opened
+from symdyn.simulation import CHECKS, opened
 
 if TYPE_CHECKING:
     from symdyn.linear.linearization import Linearization
@@ -88,7 +88,7 @@ def files(one: Linearization, path: Path, reel: Reel | None = None) -> list[tupl
         LinearizeError: nothing moves in any mode.
         SimulateError: an ending that no moving picture has.
     """
-    check_film(path, reel)
+    CHECKS["film"](path, reel)
     modes = shown(one)
     if not modes:
         raise LinearizeError(f"{one.scene.name}: --animate: no mode has a shape; all eigenvalues are zero")

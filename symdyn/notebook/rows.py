@@ -27,7 +27,7 @@ NOUNS = {
     "symdyn.simulation.ensemble.ensemble:Ensemble": "runs:ensemble",
     "symdyn.simulation.gradients:Sensitivity": "first_order:sensitivity",
     "symdyn.simulation.trajectory:Trajectory": "runs:trajectory",
-    "symdyn.study.error_bars:Uncertainty": "studies:uncertainty",
+    "symdyn.simulation.error_bars:Uncertainty": "studies:uncertainty",
     "symdyn.study.indices:Indices": "studies:indices",
     "symdyn.study.study:Study": "studies:study",
     "symdyn.transcription.solution:Solution": "runs:solution",

@@ -10,7 +10,8 @@ from symdyn.algebra import Array
 from symdyn.errors import SimulateError
 from symdyn.extras import EXTRAS, install
 from symdyn.notebook.page import Cell, Markup, head, note, notes, picture, table, verdict
-from symdyn.study import Indices, Study, Uncertainty
+from symdyn.simulation import Uncertainty
+from symdyn.study import Indices, Study
 
 MOST = 10_000
 """Numbers beyond which dots make a smaller picture than lines."""

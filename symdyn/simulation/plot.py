@@ -9,31 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from symdyn.draw import FilledFigure
 from symdyn.emit import in_html, render
-from symdyn.errors import SimulateError
-from symdyn.extras import EXTRAS, install
 from symdyn.simulation.panels import Curve, Panel, panels
-from symdyn.simulation.record import write_whole
+from symdyn.simulation.record import check_plot, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from symdyn.simulation.trajectory import Trajectory
 
-ENDINGS = (".svg", ".pdf", ".png", ".html")
-
 MOST_LINES = 12
 """Curves of one axis; further ones are left out, and the title says so."""
-
-
-def check_plot(path: Path | None = None) -> None:
-    """Raise SimulateError where a plot cannot be made: an ending that is not known, or no matplotlib.
-
-    Without a path it is shown, and not written.
-    """
-    if path is not None and path.suffix.lower() not in ENDINGS:
-        raise SimulateError(f"{path}: plots are written to {', '.join(ENDINGS)} files")
-    if not EXTRAS["plot"].there:
-        raise SimulateError(f"plots need matplotlib; {install('plot')}")
 
 
 def plot(trajectory: Trajectory, path: Path, names: Sequence[str] = ()) -> None:
@@ -50,7 +35,7 @@ def plot(trajectory: Trajectory, path: Path, names: Sequence[str] = ()) -> None:
 def write_picture(
     path: Path, title: str, picture: Callable[[str], bytes], facts: Sequence[tuple[str, str]] = ()
 ) -> None:
-    """Write a picture, made as "svg", "pdf" or "png", to a file of `ENDINGS`; a page says the facts beside it.
+    """Write a picture, made as "svg", "pdf" or "png", to a file of `PLOTS`; a page says the facts beside it.
 
     Raises:
         SimulateError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""Trajectories on disk: CSV, NumPy's .npz, and moving pictures of the mechanism in one file."""
+"""Trajectories on disk: CSV, NumPy's .npz; and what files may be of plots and of moving pictures."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from symdyn import draw
 from symdyn.draw import Reel
 from symdyn.emit import Contents, write
 from symdyn.errors import DrawError, EmitError, SimulateError
+from symdyn.extras import EXTRAS, install
 
 if TYPE_CHECKING:
     from symdyn.simulation.trajectory import Trajectory
@@ -39,6 +40,9 @@ WRITERS: Mapping[str, Callable[[Trajectory], Contents]] = {
 }
 
 
+PLOTS = (".svg", ".pdf", ".png", ".html")
+
+
 def check_record(path: Path) -> None:
     """Raise SimulateError for an ending that no table has."""
     if path.suffix.lower() not in WRITERS:
@@ -51,6 +55,21 @@ def check_film(path: Path, reel: Reel | None = None) -> None:
         draw.check_film(path, reel)
     except DrawError as fault:
         raise SimulateError(str(fault)) from None
+
+
+def check_plot(path: Path | None = None) -> None:
+    """Raise SimulateError where a plot cannot be made: an ending that is not known, or no matplotlib.
+
+    Without a path it is shown, and not written.
+    """
+    if path is not None and path.suffix.lower() not in PLOTS:
+        raise SimulateError(f"{path}: plots are written to {', '.join(PLOTS)} files")
+    if not EXTRAS["plot"].there:
+        raise SimulateError(f"plots need matplotlib; {install('plot')}")
+
+
+CHECKS: Mapping[str, Callable[..., None]] = {"table": check_record, "plot": check_plot, "film": check_film}
+"""What raises SimulateError where a file cannot be a table of a run, a plot or a film, before anything is computed."""
 
 
 def record(trajectory: Trajectory, path: Path) -> None:

@@ -201,6 +201,17 @@ class Trajectory(Shown):
                 raise EmitError(f"{self.scene.name}: file = {quoted(file)} takes no text: {fault}") from None
         return text
 
+    def save(self, file: str | Path) -> None:
+        """Write the columns to a .csv or .npz file, the latter with how it was made.
+
+        Raises:
+            SimulateError: another ending, or a file that cannot be written.
+        """
+        check_arguments(Trajectory.save, locals(), SimulateError)
+        from symdyn.simulation.record import record
+
+        record(self, Path(file))
+
     def to_pandas(self) -> pandas.DataFrame:
         """Return the columns as a data frame over the index t, s; `attrs["units"]` has a unit for each.
 
@@ -248,6 +259,18 @@ class Trajectory(Shown):
         from symdyn.simulation.plot import figure
 
         return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+
+    def save_plot(self, file: str | Path, names: Sequence[str] = ()) -> None:
+        """Write a plot to a .svg, .pdf, .png or .html file; `names` as of `plot`.
+
+        Raises:
+            UnknownNameError: there is no such column.
+            SimulateError: another ending, no matplotlib, or a file that cannot be written.
+        """
+        check_arguments(Trajectory.save_plot, locals(), SimulateError)
+        from symdyn.simulation.plot import plot
+
+        plot(self, Path(file), names)
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the usual plot as a picture; the same run, the same bytes.

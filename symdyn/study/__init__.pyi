@@ -3,7 +3,6 @@
 from .beside import beside as beside
 from .design import DESIGNS as DESIGNS
 from .door import open as open, sweep as sweep
-from .error_bars import Uncertainty as Uncertainty
 from .first_order import uncertainty as uncertainty
 from .indices import Indices as Indices, indices as indices
 from .over import FORMS as FORMS

@@ -1,8 +1,4 @@
-"""Measures of a run to first order, beside the same measures over many runs: where they differ, something is nonlinear.
-
-A fold is taken of the run as it is to first order on both sides of every uncertain name: the largest value follows the
-sample where it is, and a measure that jumps from one sample to another has no derivative there.
-"""
+"""Measures of a run to first order, beside the same measures over many runs: these differ where it is not linear."""
 
 from __future__ import annotations
 
@@ -16,7 +12,7 @@ import numpy as np
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.values import Faults
-from symdyn.simulation import measured, read_forces, read_measures, read_start, simulate, variations
+from symdyn.simulation import measure_slopes
 from symdyn.study.spread import read_spread
 from symdyn.study.study import Study
 
@@ -70,17 +66,9 @@ def beside(
     scene = bind(scene, parameters) if parameters else scene
     named = [text.partition("=") for text in measures]
     names = [name.strip() for name, _, _ in named]
-    read = read_measures(scene, [formula.strip() if equals else name for name, equals, formula in named], faults)
-    faults.close(SimulateError)
-    given = read_forces(scene, forces)
-    initial = read_start(scene, {**(start or {}), **places}, {**(start_rates or {}), **rates})
-    run = simulate(scene, given, until, initial, every=every, say=lambda _: None)
-    found = variations(run, given, initial, spread.names)
-    slopes = np.zeros((len(read), len(spread.names)))
-    for k in range(len(spread.names)):
-        step = found.step(k)
-        ahead, behind = (measured(found.beside(k, sign * step), read) for sign in (1, -1))
-        slopes[:, k] = (ahead - behind) / (2 * step)
+    formulas = [formula.strip() if equals else name for name, equals, formula in named]
+    places, rates = {**(start or {}), **places}, {**(start_rates or {}), **rates}
+    slopes = measure_slopes(scene, formulas, spread.names, forces, until, places, rates, every)
     lacking = [name for name, row in zip(names, slopes, strict=True) if not np.all(np.isfinite(row))]
     if lacking:
         raise SimulateError(f"{scene.name}: to first order there is no value of {', '.join(lacking)}")

@@ -17,29 +17,11 @@ import numpy.typing as npt
 
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
-from symdyn.scene import Scene, SceneLike, bind, scene_of, with_values
+from symdyn.scene import SceneLike, bind, scene_of, with_values
 from symdyn.scene.values import Faults
-from symdyn.simulation import (
-    FORCES,
-    UNTOLD,
-    Forces,
-    Trajectory,
-    Values,
-    chosen,
-    inverse,
-    read_forces,
-    read_motion,
-    read_start,
-    simulate,
-    variations,
-)
-from symdyn.simulation.prescribed import Entries, read_path
-from symdyn.study.error_bars import Uncertainty
-from symdyn.study.force_slopes import force_slopes
-from symdyn.study.spread import Spread, read_spread
-
-USUAL = ("coordinates", "velocities", "outputs", FORCES)
-"""Kinds of columns whose uncertainty is told where nobody chooses."""
+from symdyn.simulation import Forces, Uncertainty, Values, uncertain_forces, uncertain_run
+from symdyn.simulation.prescribed import Entries
+from symdyn.study.spread import read_spread
 
 
 def uncertainty(
@@ -114,20 +96,11 @@ def uncertainty(
     parameters, places, rates = spread.moved(scene)
     scene = bind(scene, parameters) if parameters else scene
     wanted = (columns,) if isinstance(columns, str) else tuple(columns)
+    names, C = spread.names, spread.covariance
     if motion is not None:
-        return _of_forces(scene, spread, motion, path, times, start, forces, wanted)
-    given = forces if isinstance(forces, Forces) else read_forces(scene, forces)
-    initial = read_start(scene, _with(start, places), _with(start_rates, rates))
-    notes: list[str] = []
-    run = simulate(scene, given, until, initial, every=every, say=notes.append)
-    if len(run.t) < 2 and run.complete:
-        raise SimulateError(f"{scene.name}: every = {every}: the run to {until:g} s has one sample; give less")
-    if len(run.t) < 2:
-        raise SimulateError(f"{scene.name}: {run.stopped}; there is nothing to tell the uncertainty of")
-    found = variations(run, given, initial, spread.names)
-    names = _columns(run, wanted)
-    said = () if run.complete else (f"{run.stopped}: the uncertainty is that of the rows until then",)
-    return Uncertainty(run, spread.names, spread.covariance, names, found.slopes(names), (*run.notes, *said))
+        return uncertain_forces(scene, names, C, motion, path, times, start, forces, wanted)
+    begin, rates_there = _with(start, places), _with(start_rates, rates)
+    return uncertain_run(scene, names, C, forces, until, begin, rates_there, every, wanted)
 
 
 def _with(given: Values | None, means: Mapping[str, float]) -> Values | None:
@@ -138,40 +111,3 @@ def _with(given: Values | None, means: Mapping[str, float]) -> Values | None:
         pairs = (part.partition("=") for part in given.split(",") if part.strip())
         given = {name.strip(): text.strip() for name, _, text in pairs}
     return {**(given or {}), **means}
-
-
-def _columns(run: Trajectory, wanted: Sequence[str]) -> tuple[str, ...]:
-    """Return the columns that are chosen, or the usual ones."""
-    if wanted:
-        names = chosen(run.names, wanted, run.scene.name)
-        lacking = [name for name in names if name in UNTOLD or name == "t"]
-        if lacking:
-            raise SimulateError(f"{run.scene.name}: {', '.join(lacking)} has no uncertainty that could be told")
-        return names
-    moving = {one.name for one in run.columns if one.kind == FORCES and run[one.name].any()}
-    return tuple(one.name for one in run.columns if one.kind in USUAL and (one.kind != FORCES or one.name in moving))
-
-
-def _of_forces(
-    scene: Scene,
-    spread: Spread,
-    motion: Entries,
-    path: Entries,
-    times: npt.ArrayLike,
-    start: Values | None,
-    forces: Forces | Entries,
-    wanted: Sequence[str],
-) -> Uncertainty:
-    """Return the uncertainty of what a motion takes."""
-    laws, ways = read_motion(scene, motion), read_path(scene, path)
-    notes: list[str] = []
-
-    def told(values: Mapping[str, float]) -> Trajectory:
-        return inverse(scene, laws, times, say=notes.append, values=values, path=ways, start=start, forces=forces)
-
-    run = told({})
-    names = chosen(run.names, wanted, scene.name) if wanted else _columns(run, ())
-    if not wanted:
-        names = tuple(name for name in names if name not in (*scene.coordinates, *scene.velocities))
-    slopes, said = force_slopes(run, told, laws, not ways.points, names, spread.names)
-    return Uncertainty(run, spread.names, spread.covariance, names, slopes, (*run.notes, *said))

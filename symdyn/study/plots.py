@@ -14,7 +14,7 @@ from symdyn.algebra import Array
 from symdyn.draw import FilledFigure
 from symdyn.errors import SimulateError
 from symdyn.scene.values import choice, suggestion
-from symdyn.simulation import check_plot, write_picture
+from symdyn.simulation import CHECKS, write_picture
 from symdyn.study.design import SALTELLI
 from symdyn.study.indices import indices
 
@@ -221,7 +221,7 @@ def fitting(study: Study) -> str:
 def check_study_plot(path: Path | None, kind: str | None) -> None:
     """Raise SimulateError where a plot cannot be made: an ending or a kind that is not known, or no matplotlib."""
     if path is not None:
-        check_plot(path)
+        CHECKS["plot"](path)
     if kind is not None and kind not in PLOTS:
         raise SimulateError(f"plot: {kind} is not known; {suggestion(kind, PLOTS)}")
 
@@ -234,7 +234,7 @@ def figure(study: Study, measures: Sequence[str] = (), kind: str | None = None) 
         UnknownNameError: there is no such measure.
     """
     filled = _filled(study, measures, kind)
-    check_plot()
+    CHECKS["plot"]()
     return filled.figure(len(study) * len(study.names))
 
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import gradient, tangents
-from symdyn.simulation import argument, compiled, plain
+from symdyn.simulation import compiled, plain
 from symdyn.transcription.grid import Places
-from symdyn.transcription.local import appearing, argument_of, inputs_of
+from symdyn.transcription.local import appearing, argument_of, inputs_of, symbols_of
 from symdyn.transcription.source import Source
 from symdyn.transcription.transcribed import PLACES, Collocation
 
@@ -147,7 +147,7 @@ def _compiled(source: Source) -> dict[str, Bends]:
             continue
         inputs = inputs_of(written, entries)
         symbols = [symbol for _, _, symbol in inputs]
-        weights = argument(w.graph, WEIGHTS, len(entries))
+        weights = argument_of(WEIGHTS, symbols_of(w, WEIGHTS, len(entries)))
         total = w.graph.total(x * y for x, y in zip(weights.symbols, entries, strict=True))
         slopes = gradient(total, symbols)
         bent = {

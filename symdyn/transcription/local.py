@@ -96,9 +96,9 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
         "q": w.state.q,
         "u": w.state.qd,
         "a": w.state.qdd,
-        "multiplier": _symbols(w, "multiplier", len(G)),
+        "multiplier": symbols_of(w, "multiplier", len(G)),
         "force": tuple(w.state.tau[k] for k in driven),
-        "slack": _symbols(w, "slack", len(holding) + len(G) + len(parts)),
+        "slack": symbols_of(w, "slack", len(holding) + len(G) + len(parts)),
         "free": tuple(graph.symbol(name) for name in free),
         TIME: (graph.symbol(TIME),),
     }
@@ -147,7 +147,8 @@ def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[
     return G, residual, rate, acceleration
 
 
-def _symbols(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:
+def symbols_of(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:
+    """Return so many symbols of unknowns."""
     return tuple(w.graph.symbol(f"{name}[{k}]") for k in range(count))
 
 

@@ -26,9 +26,12 @@ from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, Op, gradient, reachable, substitute, tangents
+from symdyn.scene import Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
+from symdyn.simulation.prescribed.forces import Forces
 
 ALONG, AGAINST = "along", "against"
 """The two sweeps: which of them is written, and compiled."""
@@ -51,6 +54,16 @@ class Flow:
     system: StateEquations
     parameters: tuple[str, ...]
     calls: Calls
+
+    @classmethod
+    def of(cls, scene: Scene, forces: Forces, q: Array, parameters: Sequence[str], smooth: bool = False) -> Flow:
+        """Return the flow of a scene under forces, from q on; `smooth` looks whether tangents see it all.
+
+        Raises:
+            SimulateError: of a smooth one, forces jump, or a parameter is none of the equations.
+            DerivationError: there is no forward dynamics, or loops cannot be closed.
+        """
+        return (smooth_flow if smooth else flow)(state_equations(scene, forces, (), q), parameters)
 
     @property
     def size(self) -> int:

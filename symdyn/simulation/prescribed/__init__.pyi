@@ -1,7 +1,7 @@
 """Names that `symdyn.simulation.prescribed` offers; each is imported when it is first used."""
 
 from .entries import Entries as Entries, read_entries as read_entries
-from .forces import Table as Table, drive_names as drive_names, read_inputs as read_inputs
+from .forces import Table as Table, drive_names as drive_names
 from .formulas_in_time import (
     number_of as number_of,
     parameter_values as parameter_values,
@@ -10,5 +10,3 @@ from .formulas_in_time import (
     words as words,
 )
 from .numbers_in_time import Columns as Columns, read_columns as read_columns
-from .path_entries import read_path as read_path
-from .scene_motion import motion_times as motion_times

@@ -16,7 +16,9 @@ from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
-from symdyn.simulation import Column, Trajectory, columns_csv, frame
+from symdyn.simulation.columns import Column
+from symdyn.simulation.tables import columns_csv, frame
+from symdyn.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -131,7 +133,7 @@ class Uncertainty(Shown):
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the plot of all columns as a picture; errors as of `plot`."""
         check_arguments(Uncertainty.drawn, locals(), SimulateError)
-        from symdyn.study.bands import drawn_bands
+        from symdyn.simulation.bands import drawn_bands
 
         return drawn_bands(self, kind)
 
@@ -143,6 +145,6 @@ class Uncertainty(Shown):
             SimulateError: matplotlib is not installed.
         """
         check_arguments(Uncertainty.plot, locals(), UnknownNameError)
-        from symdyn.study.bands import figure
+        from symdyn.simulation.bands import figure
 
         return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])

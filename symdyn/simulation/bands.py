@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symdyn.draw import FilledFigure
 from symdyn.scene.values import listed
-from symdyn.simulation import check_plot, chosen, write_picture
+from symdyn.simulation.panels import chosen
+from symdyn.simulation.record import check_plot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from symdyn.study.error_bars import Uncertainty
+    from symdyn.simulation.error_bars import Uncertainty
 
 MOST_PANELS = 12
 
@@ -31,18 +30,6 @@ def figure(found: Uncertainty, names: Sequence[str] = ()) -> Figure:
 def drawn_bands(found: Uncertainty, form: str, names: Sequence[str] = ()) -> bytes:
     """Return the picture as "svg", "pdf" or "png"; the same numbers, the same bytes."""
     return _filled(found, names).picture(form)
-
-
-def plot(found: Uncertainty, path: Path, names: Sequence[str] = ()) -> None:
-    """Write a plot to a .svg, .pdf, .png or .html file.
-
-    Raises:
-        SimulateError: another ending, no matplotlib, or a file that cannot be written.
-        UnknownNameError: there is no such column.
-    """
-    check_plot(path)
-    facts = [("scene", found.run.scene.name), ("uncertain", ", ".join(found.varied))]
-    write_picture(path, found.run.scene.name, partial(drawn_bands, found, names=names), facts)
 
 
 def _filled(found: Uncertainty, names: Sequence[str]) -> FilledFigure:

@@ -14,8 +14,10 @@ from symdyn.algebra import Array
 from symdyn.build import lambdify
 from symdyn.dynamics import LoopChoices, derive
 from symdyn.errors import DerivationError, SimulateError
-from symdyn.simulation import SceneMotion, Trajectory, opened
-from symdyn.simulation.prescribed import drive_names
+from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed.scene_motion import SceneMotion
+from symdyn.simulation.trajectory import Trajectory
 
 DERIVATIVES = "inverse_dynamics_by_parameters"
 
