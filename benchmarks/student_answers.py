@@ -27,8 +27,7 @@ from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.questions import questions_of
-from symdyn.teach.student.answer import EMPTY
-from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.answer import EMPTY, in_words
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.derivation_check import check_derivation
 

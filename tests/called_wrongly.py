@@ -31,9 +31,10 @@ from symdyn.linear.linearization import Linearization
 from symdyn.program.routine import Program
 from symdyn.resources import example_folder
 from symdyn.simulation.ensemble.ensemble import Ensemble
+from symdyn.simulation.error_bars import Uncertainty
 from symdyn.simulation.gradients import Sensitivity
 from symdyn.simulation.trajectory import Trajectory
-from symdyn.study import Study, Uncertainty
+from symdyn.study import Study
 from symdyn.transcription.transcribed import Collocation
 from symdyn.verify.certificate import Certificate
 

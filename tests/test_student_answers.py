@@ -13,7 +13,7 @@ from symdyn.algebra.form import Form
 from symdyn.scene import read
 from symdyn.teach.languages import language_of, languages
 from symdyn.teach.practice.questions import questions_of
-from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.course import Course
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.mistakes import RULES, mistakes

@@ -8,7 +8,7 @@ import pytest
 
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
-from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.verdict import DIFFERENT, PROVED
 

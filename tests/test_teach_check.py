@@ -21,7 +21,7 @@ from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op
 from symdyn.scene import Quantity, Scene, read, read_text
 from symdyn.teach.languages import language_of, languages
-from symdyn.teach.student.answers import in_words
+from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.statements import find_target, read_formula, read_statements

@@ -14,7 +14,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene
 from symdyn.cli.talk import Waiting, fail, give, print_text
 from symdyn.errors import SymdynError, TeachError, printable
-from symdyn.teach import check_derivation, in_words, languages
+from symdyn.teach import check_derivation, languages
 
 LARGEST = BOUNDS["bytes of a student's file"]
 
@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
     except SymdynError as fault:
         fail(fault)
         return 2
-    words = [[printable(line) for line in in_words(answer, options.language)] for answer in answers]
+    words = [[printable(line) for line in answer.in_words(options.language)] for answer in answers]
     if options.json:
         give([answer.as_dict() | {"words": lines} for answer, lines in zip(answers, words, strict=True)])
     else:

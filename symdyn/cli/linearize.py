@@ -13,7 +13,7 @@ from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, sp
 from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
 from symdyn.errors import LinearizeError
-from symdyn.linear import System, check_record, find_systems, record
+from symdyn.linear import System, SystemsFile, find_systems
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
 from symdyn.simulation import read_forces, read_start
@@ -73,8 +73,7 @@ def run(options: argparse.Namespace) -> int:
         raise LinearizeError("--along takes its points from a run; leave --at and --rates out")
     if options.at == REST and options.rates:
         raise LinearizeError("--at rest has no velocities; leave --rates out, or say where with --at")
-    if options.output:
-        check_record(Path(options.output))
+    file = SystemsFile(Path(options.output)) if options.output else None
     with Waiting() as progress:
         progress("linearising")
         systems, notes = _systems(scene, options)
@@ -82,8 +81,8 @@ def run(options: argparse.Namespace) -> int:
         told = [_json(one, options) if options.json else _text(one, options) for one in systems]
     for note in notes:
         say(f"symdyn: {note}")
-    if options.output:
-        record([one.found for one in systems], Path(options.output))
+    if file is not None:
+        file.write([one.found for one in systems])
         print_paths(options.output)
     if options.json:
         give(told if options.along is not None or options.at == REST else told[0])

@@ -29,7 +29,7 @@ from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneUnits, parse, read_bindings
 from symdyn.scene.values import Unit, UnitError, ask_for_units, fits
 from symdyn.verdict import DIFFERENT, PROVED
-from symdyn.verify import Certificate, Rigorous, Written, certify, rigorous
+from symdyn.verify import Certificate, Rigorous, certify, rigorous
 
 STATES = 4
 
@@ -219,7 +219,7 @@ def show(certificate: Certificate) -> None:
     fields = certificate.fields
     primes = " and ".join(map(str, fields.primes))
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
-    show_written(certificate.written)
+    show_written(certificate)
     for one in certificate.blocks:
         lengths = f"{one.functions} functions over 0, 1, … {one.longest} states in {' and in '.join(one.ways)}"
         print(f"{one.target} --{one.option}: {lengths}, as one state at a time: {one.verdict}.\n")
@@ -247,7 +247,7 @@ def show_measured(certificate: Certificate, measured: Sequence[tuple[str, ...]])
     print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
 
 
-def show_written(files: tuple[Written, ...]) -> None:
+def show_written(certificate: Certificate) -> None:
     """Print what was proved of files, if anything."""
     rows = [
         (
@@ -258,7 +258,7 @@ def show_written(files: tuple[Written, ...]) -> None:
             str(len(one.functions) or ""),
             str(one.compared),
         )
-        for one in files
+        for one in certificate.written
     ]
     if rows:
         columns = ("target", "file", "sha256", "arithmetic", "functions ", "bytes of fixed text ")

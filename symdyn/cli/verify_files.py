@@ -10,7 +10,6 @@ import argparse
 import re
 import shlex
 from collections.abc import Callable
-from hashlib import sha256
 from pathlib import Path
 from typing import NoReturn
 
@@ -21,8 +20,8 @@ from symdyn.dynamics import available
 from symdyn.emit import emit
 from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
-from symdyn.verdict import DIFFERENT, Unclaimed
-from symdyn.verify import Certificate, Written, read_back, taken_first, why_unread
+from symdyn.verdict import Unclaimed
+from symdyn.verify import Certificate, hiding_files, why_unread
 
 COMMAND = re.compile(r"^[^\w\n]*(symdyn generate [ -~]{1,4000})\r?$", re.MULTILINE)
 """The line of a header, whatever begins a comment there, or in JSON a string; no line is looked at twice."""
@@ -64,17 +63,11 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
     written = tuple(one for part in parts for one in part.written)
     named = {one.file for one in written}
     left = [name for name in sorted(_names(folder)) if name not in named]
-    texts = {
-        one.file: (folder / one.file).read_bytes().decode("utf-8", "replace")
-        for one in written
-        if (folder / one.file).is_file()
-    }
-    hiding = taken_first(texts, left)
-    written += tuple(
-        _hiding(folder, name, next(one for one in written if one.file == by)) for name, by in hiding.items()
-    )
+    hiding = hiding_files(folder, written, left)
+    written += hiding
+    hidden = {one.file for one in hiding}
     unread = {name: wanted[one].target for one, files in commands.items() if one not in read for name in files}
-    left = [name for name in left if name not in hiding and name not in unread]
+    left = [name for name in left if name not in hidden and name not in unread]
     ours = [name for name in left if any(name in files for files in commands.values())]
     told = (
         [f"not read, by their names they are another scene's: {', '.join(printable(one, '') for one in ours)}"]
@@ -99,13 +92,6 @@ def certify_files(options: argparse.Namespace, progress: Callable[[str], None]) 
         absent=tuple(dict.fromkeys(one for part in parts for one in part.absent)),
         unshown=tuple(unreadable),
     )
-
-
-def _hiding(folder: Path, name: str, file: Written) -> Written:
-    """Return the verdict on a file that hides what a proved one asks for."""
-    told = f"{file.file} asks for something of this name, and would be given this file"
-    contents = sha256((folder / name).read_bytes()).hexdigest()
-    return Written(file.target, file.option, name, contents, (), DIFFERENT, told, 0)
 
 
 def commands_in(folder: Path) -> dict[str, list[str]]:
@@ -181,6 +167,6 @@ def _of_command(
     progress("reading files back")
     fresh = emit(program, asked.target, asked.real, command, asked.option, asked.accuracy)
     there = {name: (folder / name).read_bytes() for name in fresh if (folder / name).is_file()}
-    written = read_back(fresh, there, options.seed)
-    progress("proving over finite fields")
-    return Certificate.of_files(equations, program, written, options.seed, (f"made by: {command}",))
+    return Certificate.of_files(
+        equations, program, fresh, there, options.seed, (f"made by: {command}",), progress
+    )  # fmt: skip

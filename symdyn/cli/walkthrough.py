@@ -10,7 +10,7 @@ from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError
-from symdyn.teach import GRADES, Handout, languages, rendered
+from symdyn.teach import GRADES, Handout, languages
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
@@ -87,10 +87,8 @@ def run(options: argparse.Namespace) -> int:
         if options.format == (SLIDERS,):
             print_paths(*placed({f"{page_stem(asked.shown.name)}.html": asked.page()}, options.output))
             return 0
-        document = asked.document()
-        progress("writing")
         chosen = options.format or (ENDINGS.get(Path(options.output).suffix.lower(), "md"),)
-        files = {name: text for one in chosen for name, text in rendered(document, one).items()}
+        files = asked.files(chosen, progress)
     print_paths(*placed(files, options.output))
     return 0
 

@@ -14,7 +14,7 @@ from .modes import Mode as Mode, Spectrum as Spectrum
 from .moving import animate_modes as animate_modes
 from .over_values import locus_over as locus_over, systems as systems
 from .reach import Reach as Reach, controllability as controllability, observability as observability, shown as shown
-from .record import check_record as check_record, record as record
+from .record import SystemsFile as SystemsFile
 from .regulator import Observer as Observer, Regulator as Regulator, kalman as kalman, lqr as lqr
 from .report import number as number
 from .sampled import Sampled as Sampled, sampled as sampled

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -83,24 +84,31 @@ WRITERS: Mapping[str, Callable[[Sequence[Linearization]], Contents]] = {
 }
 
 
-def check_record(path: Path) -> None:
-    """Raise LinearizeError for a file that a system cannot be written to."""
-    if path.suffix.lower() not in WRITERS:
-        raise LinearizeError(f"{path}: linear systems are written to {' or '.join(WRITERS)} files")
-    if not path.parent.is_dir():
-        raise LinearizeError(f"{path}: there is no folder {path.parent}")
-
-
-def record(found: Sequence[Linearization], path: Path) -> None:
-    """Write systems of the same states, inputs and outputs to a file.
+@dataclass(frozen=True)
+class SystemsFile:
+    """A file that linear systems are written to.
 
     Raises:
-        LinearizeError: another ending, systems of different states, or a file that cannot be written.
+        LinearizeError: an ending that is none of `WRITERS`, or no such folder.
     """
-    check_record(path)
-    if len({(one.states, one.inputs, one.outputs) for one in found}) != 1:
-        raise LinearizeError(f"{path}: these are systems of different states; write one at a time, with --at")
-    try:
-        write_whole(path, WRITERS[path.suffix.lower()](found))
-    except SimulateError as fault:
-        raise LinearizeError(fault.faults) from None
+
+    path: Path
+
+    def __post_init__(self) -> None:
+        if self.path.suffix.lower() not in WRITERS:
+            raise LinearizeError(f"{self.path}: linear systems are written to {' or '.join(WRITERS)} files")
+        if not self.path.parent.is_dir():
+            raise LinearizeError(f"{self.path}: there is no folder {self.path.parent}")
+
+    def write(self, found: Sequence[Linearization]) -> None:
+        """Write systems of the same states, inputs and outputs.
+
+        Raises:
+            LinearizeError: systems of different states, or a file that cannot be written.
+        """
+        if len({(one.states, one.inputs, one.outputs) for one in found}) != 1:
+            raise LinearizeError(f"{self.path}: these are systems of different states; write one at a time, with --at")
+        try:
+            write_whole(self.path, WRITERS[self.path.suffix.lower()](found))
+        except SimulateError as fault:
+            raise LinearizeError(fault.faults) from None

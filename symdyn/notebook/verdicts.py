@@ -6,7 +6,7 @@ from collections import Counter
 
 from symdyn.notebook.page import Markup, folded, head, note, notes, table, verdict
 from symdyn.verdict import PROVED, Claims
-from symdyn.verify import Certificate, Finding, Rigorous, Written
+from symdyn.verify import Certificate, Finding, Rigorous
 
 
 def certificate(found: Certificate) -> list[Markup]:
@@ -26,7 +26,7 @@ def certificate(found: Certificate) -> list[Markup]:
             table(("claim", "verdict", "degree", "chance of error"), map(_finding, found.findings)),
             note(f"at {fields.points} random points each over the primes {primes}, seed {fields.seed}"),
         ),
-        *([_files(found.written)] if found.written else []),
+        *([_files(found)] if found.written else []),
         folded(
             "error of the built code against 50 digits",
             table(
@@ -47,20 +47,18 @@ def _claims(found: Claims) -> list[Markup]:
     return [table((word, "why"), rows) for word, rows in found.apart.items()]
 
 
-def _files(files: tuple[Written, ...]) -> Markup:
+def _files(found: Certificate) -> Markup:
     return folded(
         "files read back",
         table(
             ("target", "option", "file", "SHA-256", "arithmetic", "functions", "bytes of fixed text"),
-            map(_file, files),
+            (
+                (w.target, w.option, w.file, w.sha256[:12], w.verdict or "none", len(w.functions), w.compared)
+                for w in found.written
+            ),
         ),
         note("the same functions, constants rounded correctly; fixed text is that of the templates, and measured"),
     )
-
-
-def _file(one: Written) -> tuple[str, str, str, str, str, int, int]:
-    arithmetic = one.verdict or "none"
-    return one.target, one.option, one.file, one.sha256[:12], arithmetic, len(one.functions), one.compared
 
 
 def _finding(one: Finding) -> tuple[str, str, str, str]:

@@ -5,12 +5,7 @@ from .columns import unit_of as unit_of
 from .ensemble.door import ensemble as ensemble
 from .ensemble.ensemble import Ensemble as Ensemble
 from .ensemble.measure_slopes import measure_slopes as measure_slopes
-from .ensemble.measures import (
-    FOLDS as FOLDS,
-    Measure as Measure,
-    fold_over as fold_over,
-    read_measure as read_measure,
-)
+from .ensemble.measures import Measure as Measure, read_measure as read_measure
 from .equations.compiled_routines import compiled as compiled, plain as plain, points as points
 from .equations.opened import opened as opened
 from .equations.variational import Flow as Flow

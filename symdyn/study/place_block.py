@@ -19,7 +19,7 @@ from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults
-from symdyn.simulation import Measure, fold_over, read_measure
+from symdyn.simulation import Measure, read_measure
 from symdyn.simulation.prescribed import drive_names
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
@@ -190,9 +190,10 @@ def _chunk(
         known |= {name: rows[..., k] for k, name in enumerate(one.entries) if name in needed}
     numbers = read.numbers | {name: column for name, column in columns.items() if name in needed}
     known |= {TIME: at[TIME]} | {name: column[..., None] for name, column in numbers.items()}
+
+    def over_places(inside: Quantity) -> Array:
+        return np.broadcast_to(np.asarray(read.value(inside, known), dtype=np.float64), (count, places))
+
     for k, measure in enumerate(read.measures):
-        folds = {}
-        for letter, fold, inside in measure.folds:
-            y = np.broadcast_to(np.asarray(read.value(inside, known), dtype=np.float64), (count, places))
-            folds[letter] = fold_over(fold, at[TIME], y)
+        folds = measure.folded(at[TIME], over_places)
         found[:, k] = read.value(measure.formula, numbers | folds)

@@ -14,7 +14,7 @@ from symdyn.dynamics import derive
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene, SceneUnits, bind
 from symdyn.scene.values import Faults, split_commas, suggestion
-from symdyn.simulation import FOLDS, read_measure, read_start
+from symdyn.simulation import read_measure, read_start
 from symdyn.simulation.prescribed import number_of, parameter_values, read_columns, read_formula, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
@@ -106,13 +106,11 @@ def _entries(scene: Scene, function: str, faults: Faults) -> tuple[str, ...]:
 def _checked(scene: Scene, one: Measured, call: Called, places: int, faults: Faults) -> Measured | None:
     """Return a measure that can be read, with a fold round it where there is but one place."""
     known = {*call.letters, *(p.name for p in scene.parameters)}
-    if places == 1 and not any(f"{fold}(" in one.formula.replace(" ", "") for fold in FOLDS):
-        one = replace(one, formula=f"end({one.formula})")
-    found = read_measure(scene, one.formula, faults, more=call.letters)
+    found = read_measure(scene, one.formula, faults, more=call.letters, alone="end" if places == 1 else "")
     for name in [] if found is None else dict.fromkeys(n for inside in found.insides for n in inside.symbols):
         if name not in known:
             faults.add("measure", f"{one.name}: {call.name} neither takes nor gives {name}; {suggestion(name, known)}")
-    return one if found is not None else None
+    return None if found is None else replace(one, formula=found.text)
 
 
 def _places(scene: Scene, call: Called, at: At, varied: Iterable[str], faults: Faults) -> tuple[dict[str, Array], str]:

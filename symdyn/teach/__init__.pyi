@@ -7,5 +7,5 @@ from .practice.exercises import GRADES as GRADES
 from .render import rendered as rendered
 from .render.handout import Handout as Handout
 from .roads.lessons import walkthrough as walkthrough
-from .student.answers import in_words as in_words
+from .student.answer import in_words as in_words
 from .student.derivation_check import check_derivation as check_derivation

@@ -7,6 +7,6 @@ from .law import Law as Law, entries as entries, everywhere as everywhere, of_lo
 from .laws import LAWS as LAWS, laws as laws
 from .laws_of_reactions import claims_of_reactions as claims_of_reactions, solvable as solvable
 from .rigorous import Bound as Bound, Rigorous as Rigorous, rigorous as rigorous
-from .texts import read_back as read_back, why_unread as why_unread
-from .written.beside import taken_first as taken_first
+from .texts import why_unread as why_unread
+from .written.beside import hiding_files as hiding_files
 from .written.proof import Written as Written

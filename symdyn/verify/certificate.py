@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from symdyn.arguments import check_arguments, walked, wholes
 from symdyn.dynamics import Equations, LoopChoices, Workspace
+from symdyn.emit import Sources
 from symdyn.emit.code import SINGLE, find_short_sines
 from symdyn.errors import VerifyError
 from symdyn.graph import growing
@@ -28,7 +29,7 @@ from symdyn.verify.law import Seen
 from symdyn.verify.laws_in_numbers import look
 from symdyn.verify.program_claims import composed_claims, loop_claim, program_claims
 from symdyn.verify.quaternions import on_unit_sphere
-from symdyn.verify.texts import texts_of, unread
+from symdyn.verify.texts import read_back, texts_of, unread
 from symdyn.verify.written.proof import Written
 
 Progress = Callable[[str], None]
@@ -99,19 +100,25 @@ class Certificate(Shown, Claims):
         cls,
         equations: Equations,
         program: Program,
-        written: Sequence[Written],
+        sources: Sources,
+        found: Mapping[str, bytes],
         seed: int = 1,
         notes: tuple[str, ...] = (),
+        progress: Callable[[str], None] = lambda _: None,
     ) -> Certificate:
-        """Return the certificate of files that were read back: they are the program, and the program is its equations.
+        """Return the certificate of files, read back: they are the program, and the program is its equations.
 
         Args:
             equations: what was asked for.
             program: what the files must compute, prepared or not.
-            written: what is known of the files.
+            sources: the files of the program, made now.
+            found: those that were found, by name, which must be the same.
             seed: of primes and points.
             notes: what else is said.
+            progress: told what is being done.
         """
+        written = read_back(sources, found, seed)
+        progress("proving over finite fields")
         scene = equations.scene
         plain = lower(equations)
         claims = program_claims(scene, equations.functions, plain) + composed_claims(plain, program)
@@ -119,7 +126,7 @@ class Certificate(Shown, Claims):
         claims, empty = compared(claims, equations.functions)
         claims = on_unit_sphere(scene, claims)
         fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
-        return cls(scene.name, fields, tuple(findings), (), notes, "", tuple(written), absent=tuple(empty))
+        return cls(scene.name, fields, tuple(findings), (), notes, "", written, absent=tuple(empty))
 
 
 def _of_finding(one: Finding) -> Judged:

@@ -110,6 +110,10 @@ class Measure:
         """Return its unit; "" where a number in it may carry one, or nothing tells it."""
         return SceneUnits(scene).of_formula(self.formula, fold_units(scene, self.folds), called)
 
+    def folded(self, t: Array, inside: Callable[[Quantity], Array]) -> dict[str, Array]:
+        """Return its folds by their letters, shape (N,), of formulas inside at times (T,), values (N, T)."""
+        return {letter: fold_over(fold, t, inside(formula)) for letter, fold, formula in self.folds}
+
     def value(self, sums: Mapping[Quantity, Sums], parameters: Mapping[str, Array]) -> Array:
         """Return the measure of every run, shape (N,), NaN where it has no value; sums by formula inside."""
         graph = Graph()
@@ -147,9 +151,11 @@ _LETTER = "fold_{}"
 
 
 def read_measure(
-    scene: Scene, text: object, faults: Faults, where: str = "measure", more: Sequence[str] = ()
+    scene: Scene, text: object, faults: Faults, where: str = "measure", more: Sequence[str] = (), alone: str = ""
 ) -> Measure | None:
     """Return a measure of runs of a scene, which may name `more` than what runs show; None after a fault.
+
+    `alone` is the fold of a formula that has none, where it may have none.
 
     >>> import symdyn
     >>> measure = read_measure(symdyn.example("cart_pole"), "max(abs(F)) - 2*end(x)", Faults(""))
@@ -157,6 +163,8 @@ def read_measure(
     ['max', 'end']
     """
     said, count = str(text), len(faults.lines)
+    if alone and not any(f"{fold}(" in said.replace(" ", "") for fold in FOLDS):
+        said = f"{alone}({said})"
     folds: list[tuple[str, str, Quantity]] = []
     left, rest = "", said
     while (match := _FOLDED.search(rest)) is not None:

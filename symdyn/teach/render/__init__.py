@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from symdyn.errors import EmitError
-from symdyn.teach.document import Document
+
+if TYPE_CHECKING:
+    from symdyn.teach.document import Document
 
 FORMATS: Mapping[str, tuple[str, str]] = {  # name: module and function, imported when asked for
     "md": ("markdown", "markdown"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from symdyn.scene import Scene
@@ -10,6 +11,7 @@ from symdyn.teach.interactive.page import interactive_page
 from symdyn.teach.practice.exercises import with_exercises
 from symdyn.teach.practice.sheet import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
+from symdyn.teach.render import rendered
 from symdyn.teach.roads.lessons import walkthrough
 from symdyn.unlocked import cached_property
 
@@ -58,3 +60,9 @@ class Handout:
         found = with_changes(found, self.variant) if self.variant else found
         found = with_exercises(found, self.grade, self.ask) if self.exercises else found
         return sheet(found, self.sheet == "solutions") if self.sheet else found
+
+    def files(self, formats: Iterable[str], progress: Callable[[str], None]) -> dict[str, str | bytes]:
+        """Return the files of the lesson in formats, by name; errors as of `document` and `rendered`."""
+        document = self.document()
+        progress("writing")
+        return {name: text for one in formats for name, text in rendered(document, one).items()}

@@ -7,8 +7,12 @@ searched before its own, and a function of MATLAB's path or of a private folder 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from pathlib import PurePath
+from collections.abc import Iterable, Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path, PurePath
+
+from symdyn.verdict import DIFFERENT
+from symdyn.verify.written.proof import Written
 
 INCLUDED = re.compile(r"^\s*#\s*include\s*[<\"]([^>\"\n]+)", re.MULTILINE)
 IMPORTED = re.compile(r"^\s*(?:import|from)\s+(\w+)", re.MULTILINE)
@@ -20,6 +24,19 @@ COMMENT = re.compile(r"%.*$", re.MULTILINE)
 OF_C = (".c", ".h", ".hpp", ".cu", ".cl")
 OF_PYTHON = (".py", ".pyc", ".so", ".pyd")
 OF_MATLAB = (".m", ".p", ".oct", ".mlx")
+
+
+def hiding_files(folder: Path, written: Sequence[Written], beside: Iterable[str]) -> tuple[Written, ...]:
+    """Return the verdicts on files of a folder, of those `beside`, that hide what a proved one asks for."""
+    there = {one.file: folder / one.file for one in written if (folder / one.file).is_file()}
+    texts = {name: path.read_bytes().decode("utf-8", "replace") for name, path in there.items()}
+    found = []
+    for name, by in taken_first(texts, beside).items():
+        file = next(one for one in written if one.file == by)
+        told = f"{by} asks for something of this name, and would be given this file"
+        contents = sha256((folder / name).read_bytes()).hexdigest()
+        found.append(Written(file.target, file.option, name, contents, (), DIFFERENT, told, 0))
+    return tuple(found)
 
 
 def taken_first(files: Mapping[str, str], beside: Iterable[str]) -> dict[str, str]:
