@@ -8,9 +8,11 @@ What is written for machines (CSV, JSON, generated code) has all digits whatever
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import Any
 
 ALL = 0
 MOST = 17
@@ -60,3 +62,12 @@ def in_digits(x: float, usual: int, kind: str = "g") -> str:
     if _ASKED.get() == ALL:
         return repr(float(x)).removesuffix(".0")
     return f"{x:.{digits_or(usual) - (kind == 'e')}{kind}}"
+
+
+def finite(value: Any) -> Any:
+    """Return a JSON value with null where a number is none, or infinite, for which JSON has no word."""
+    if isinstance(value, Mapping):
+        return {key: finite(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -30,7 +30,6 @@ from symdyn.teach import walkthrough
 from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
-from symdyn.verify.laws_of_reactions import solvable
 from symdyn.verify.quaternions import on_unit_sphere
 
 
@@ -151,9 +150,9 @@ def test_multipliers_of_lagranges_equations_are_the_reactions_of_the_cut_joint(o
     for label, size in zip(labels, derive_one(w, "multipliers", "lagrange").entries, strict=True):
         rows.append({places[label.owner, label.number]: w.graph.one, last: size})
 
-    assert verdicts(one, [solvable("cut", "lambda", "(5.18)", rows, last)]) == {PROVED}
+    assert verdicts(one, [Claim.solvable("cut", "lambda", "(5.18)", rows, last)]) == {PROVED}
     rows[-1][last] = 2 * rows[-1][last]
-    assert verdicts(one, [solvable("cut", "lambda", "(5.18)", rows, last)]) == {DIFFERENT}
+    assert verdicts(one, [Claim.solvable("cut", "lambda", "(5.18)", rows, last)]) == {DIFFERENT}
 
 
 def test_nothing_goes_through_the_free_joint_of_a_rolling_disc():

@@ -94,7 +94,7 @@ def test_json_tells_errors_too(capsys: Capture) -> None:
 
 
 def test_json_has_no_number_that_is_none(capsys: Capture) -> None:
-    from symdyn.cli.talk import finite
+    from symdyn.rounding import finite
 
     assert finite({"a": [float("nan"), 1.5, (float("inf"), "x")]}) == {"a": [None, 1.5, [None, "x"]]}
 

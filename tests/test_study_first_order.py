@@ -171,13 +171,11 @@ def test_what_cannot_be_is_refused_in_words_all_at_once() -> None:
 
 
 def test_tables_and_pictures_of_error_bars(tmp_path: Path) -> None:
-    from symdyn.simulation.bands import drawn_bands
-
     pandas = pytest.importorskip("pandas")
     found = symdyn.uncertainty(symdyn.example("cart_pole"), {"mp": 0.01, "theta": 0.02}, until=1, start=HANGING)
     assert found.to_csv(tmp_path / "found.csv").splitlines()[0].startswith("t,x,sd_x,theta,sd_theta")
     frame = pandas.read_csv(tmp_path / "found.csv")
     assert np.array_equal(frame["sd_theta"], found["theta"])
     assert found.to_pandas().attrs["units"]["sd_theta_dot"] == "rad/s"
-    assert drawn_bands(found, "svg") == drawn_bands(found, "svg")
+    assert found.drawn("svg") == found.drawn("svg")
     assert "image/svg+xml" in found.plot("theta")._repr_mimebundle_()  # type: ignore[attr-defined]

@@ -28,8 +28,8 @@ from symdyn.scene.values import Body
 from symdyn.scene.values.body import Particle
 from symdyn.spatial import Mat, add, cross, neg, scale, sub
 from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verify import Claim
 from symdyn.verify.equality import prove
-from symdyn.verify.laws_of_reactions import solvable
 
 SCENES = [single_loop(), two_link(), random_tree(2, 4)]
 
@@ -317,7 +317,7 @@ def test_a_planar_mechanism_needs_three_equations_a_body():
     drives = [u for u, one in enumerate(flat_system.unknowns) if one.kind == DRIVE]
     tau = derive_one(loop.w, "inverse_dynamics").entries
     given = [{u: loop.graph.one, len(flat_system.unknowns): force} for u, force in zip(drives, tau, strict=True)]
-    claim = solvable("drives", "tau", "(5.18)", [*flat_system.rows(), *given], len(flat_system.unknowns))
+    claim = Claim.solvable("drives", "tau", "(5.18)", [*flat_system.rows(), *given], len(flat_system.unknowns))
     assert prove([claim])[1][0].verdict == PROVED
 
 

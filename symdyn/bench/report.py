@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.emit import in_markdown, render
-from symdyn.rounding import in_digits
+from symdyn.rounding import finite, in_digits
 from symdyn.verdict import DIFFERENT, NOT_SHOWN
-from symdyn.verify import finite
 
 if TYPE_CHECKING:
     from symdyn.bench.case import Stress

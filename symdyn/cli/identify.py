@@ -10,11 +10,11 @@ from symdyn.cli.identify_files import add_file_options, check_files, write_files
 from symdyn.cli.identify_runs import OUTPUT_ERROR, RUNS, add_run_options, run_output_error
 from symdyn.cli.payload_options import FORM, payloads
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, say_values_alone
-from symdyn.cli.talk import Waiting, finite, give, print_table, print_text, say
+from symdyn.cli.talk import Waiting, give, print_table, print_text, say
 from symdyn.cli.trajectory_options import pairs
 from symdyn.errors import IdentifyError
 from symdyn.identification import GAINED, TERMS, Identification, identify
-from symdyn.rounding import in_digits
+from symdyn.rounding import finite, in_digits
 from symdyn.scene.values import split_commas
 
 EXCITE, REGRESSION = "--excite", "--by regression"

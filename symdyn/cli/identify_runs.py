@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.cli.talk import Waiting, finite, give, print_table, say
+from symdyn.cli.talk import Waiting, give, print_table, say
 from symdyn.cli.trajectory_options import pairs
-from symdyn.rounding import in_digits
+from symdyn.rounding import finite, in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values import split_commas
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.bench import FAMILIES, Stress, stress
+from symdyn.bench import FAMILIES, stress
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
 from symdyn.cli.talk import Waiting, give, print_table, print_text, wrote
 from symdyn.emit import write
@@ -35,17 +35,12 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         give(found.as_dict())
     else:
-        show(found)
+        columns = ("family", "case", "metric", "bound ", "measured ", "", "worst")
+        print_table(f"{found.scene or 'built-in scenes'}: hard cases", columns, found.rows())
+        for line in found.lines:
+            print(line)
+        not_shown = f", {len(found.not_shown)} not shown" if found.not_shown else ""
+        print(f"{len(found.cases)} cases, {len(found.failed) or 'none'} failed{not_shown}")
     if options.output is not None:
         wrote(*write(found.files(), options.output))
     return 0 if found.passed else 1
-
-
-def show(found: Stress) -> None:
-    """Print the table."""
-    columns = ("family", "case", "metric", "bound ", "measured ", "", "worst")
-    print_table(f"{found.scene or 'built-in scenes'}: hard cases", columns, found.rows())
-    for line in found.lines:
-        print(line)
-    not_shown = f", {len(found.not_shown)} not shown" if found.not_shown else ""
-    print(f"{len(found.cases)} cases, {len(found.failed) or 'none'} failed{not_shown}")

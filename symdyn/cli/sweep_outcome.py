@@ -10,7 +10,7 @@ from symdyn.cli.talk import print_table, say, wrote
 from symdyn.errors import SimulateError
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene
-from symdyn.study import PLOTS, Study, check_study_plot
+from symdyn.study import PLOTS, Study, beside, check_study_plot
 
 DIGITS = 4
 
@@ -82,7 +82,7 @@ def _indices(study: Study, quiet: bool) -> dict[str, Any]:
 
 def _first_order(study: Study, scene: Scene, options: argparse.Namespace, asked: dict[str, Any]) -> dict[str, Any]:
     """Return standard deviations both ways, and print them."""
-    found = study.beside(scene, options.over, options.measure, **asked)
+    found = beside(study, scene, options.over, options.measure, **asked)
     rows = []
     for one in found:
         shares = ", ".join(f"{name} {in_digits(100 * part, 3)} %" for name, part in one.shares.items())

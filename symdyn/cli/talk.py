@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -16,7 +15,7 @@ from typing import Any, Self
 from unicodedata import combining, east_asian_width
 
 from symdyn.errors import printable
-from symdyn.rounding import digits_or
+from symdyn.rounding import digits_or, finite
 
 PREFIX = "symdyn: "
 PATIENCE = 2.0  # seconds after which a user wants to know what is going on
@@ -117,15 +116,6 @@ def print_text(text: str, end: str = "\n") -> None:
 def give(value: Any) -> None:
     """Keep a result for machines: a JSON value, which `--json` prints in the end."""
     _answer().result = value
-
-
-def finite(value: Any) -> Any:
-    """Return a JSON value with null where a number is none, or infinite."""
-    if isinstance(value, Mapping):
-        return {key: finite(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_json(value: Any) -> None:

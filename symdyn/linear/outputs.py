@@ -14,8 +14,7 @@ from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.values import LETTERS, Faults, split_commas
-from symdyn.simulation import unit_of
-from symdyn.simulation.prescribed import read_seen
+from symdyn.simulation import read_output
 
 
 @dataclass(frozen=True)
@@ -44,15 +43,14 @@ def read_outputs(scene: Scene, texts: str | Sequence[str]) -> Outputs:
         units = tuple(scene.shown_unit(unit) for unit in SceneUnits(scene).coordinates)
         return Outputs(scene.coordinates, tuple(map(Quantity.symbol, scene.coordinates)), units)
     faults = Faults("")
-    formulas = [read_seen(scene, text, "outputs", faults) for text in texts]
+    read = [read_output(scene, text, "outputs", faults) for text in texts]
     for text in dict.fromkeys(text for text in texts if texts.count(text) > 1):
         faults.add("outputs", f"{text} is given twice; give it once")
     faults.close(SimulateError)
-    found = tuple(one for one in formulas if one is not None)
+    found = [one for one in read if one is not None]
     told = [declared[text].unit if text in declared else "" for text in texts]
-    return Outputs(
-        texts, found, tuple(one or unit_of(formula, scene) for one, formula in zip(told, found, strict=True))
-    )
+    known = tuple(one or unit for one, (_, unit) in zip(told, found, strict=True))
+    return Outputs(texts, tuple(formula for formula, _ in found), known)
 
 
 def on_graph(

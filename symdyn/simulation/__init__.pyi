@@ -1,18 +1,17 @@
 """Names that `symdyn.simulation` offers; each is imported when it is first used."""
 
 from .asked_motion import AskedMotion as AskedMotion
-from .columns import unit_of as unit_of
+from .columns import read_output as read_output
 from .ensemble.door import ensemble as ensemble
 from .ensemble.ensemble import Ensemble as Ensemble
 from .ensemble.measure_slopes import measure_slopes as measure_slopes
 from .ensemble.measures import Measure as Measure, read_measure as read_measure
-from .equations.compiled_routines import compiled as compiled, plain as plain, points as points
+from .equations.compiled_routines import compiled_entries as compiled_entries, points as points
 from .equations.opened import opened as opened
 from .equations.variational import Flow as Flow
 from .error_bars import Uncertainty as Uncertainty
 from .feedback.controller import Feedback as Feedback, feedback_of as feedback_of, read_feedback as read_feedback
 from .feedback.gains import state_names as state_names
-from .first_order import uncertain_forces as uncertain_forces, uncertain_run as uncertain_run
 from .forward import check_run as check_run, simulate as simulate
 from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start, Values as Values, read_guess as read_guess, read_start as read_start

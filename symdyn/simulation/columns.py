@@ -13,8 +13,9 @@ from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName, latex_symbols
 from symdyn.errors import quoted
 from symdyn.scene import Quantity, Scene, SceneUnits
-from symdyn.scene.values import acceleration_name, choice, force_unit
+from symdyn.scene.values import Faults, acceleration_name, choice, force_unit
 from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed.formulas_in_time import read_seen
 
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
@@ -137,6 +138,12 @@ def unit_of(formula: Quantity, scene: Scene) -> str:
     """Return the unit of what an output may name; "" where a number in it may carry one, or nothing tells."""
     names = (one.name for one in scene.inputs)
     return _unit(scene, formula, {one.name: one.unit for one in columns(replace(scene, outputs=()), names)})
+
+
+def read_output(scene: Scene, text: object, where: str, faults: Faults) -> tuple[Quantity, str] | None:
+    """Return a formula in what an output may name, as `read_seen` does, and its unit; None after a fault."""
+    formula = read_seen(scene, text, where, faults)
+    return None if formula is None else (formula, unit_of(formula, scene))
 
 
 def _unit(scene: Scene, formula: Quantity, units: Mapping[str, str], called: str = "") -> str:

@@ -1,28 +1,49 @@
-"""Error bars on motions and forces, to first order in what is uncertain: the noun."""
+"""Error bars on motions and forces, to first order in what is uncertain, and their plots: bands of one and two sd."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
+from symdyn.draw import FilledFigure
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit import write_file
 from symdyn.errors import EmitError, SimulateError, UnknownNameError, quoted
+from symdyn.scene import Scene
 from symdyn.scene.values import choice, listed
 from symdyn.shown import Shown
-from symdyn.simulation.columns import Column
+from symdyn.simulation.columns import FORCES, Column
+from symdyn.simulation.force_slopes import force_slopes
+from symdyn.simulation.forward import simulate
+from symdyn.simulation.initial import Values, read_start
+from symdyn.simulation.inverse_run import inverse
+from symdyn.simulation.panels import chosen
+from symdyn.simulation.prescribed.entries import Entries
+from symdyn.simulation.prescribed.forces import Forces, read_forces
+from symdyn.simulation.prescribed.path_entries import read_path
+from symdyn.simulation.prescribed.scene_motion import read_motion
+from symdyn.simulation.record import check_plot
 from symdyn.simulation.tables import columns_csv, frame
 from symdyn.simulation.trajectory import Trajectory
+from symdyn.simulation.variations import UNTOLD, variations
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     from matplotlib.figure import Figure
+
+USUAL = ("coordinates", "velocities", "outputs", FORCES)
+"""Kinds of columns whose uncertainty is told where nobody chooses."""
+
+MOST_PANELS = 12
+
+COLOUR = "#1f5f99"
 
 SD = "sd_"
 """What a standard deviation's column begins with, in """
@@ -47,6 +68,67 @@ class Uncertainty(Shown):
     names: tuple[str, ...]
     slopes: Array = field(repr=False)
     notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of_run(
+        cls,
+        scene: Scene,
+        names: Sequence[str],
+        covariance: Array,
+        forces: Forces | Entries,
+        until: float,
+        start: Values | None,
+        start_rates: Values | None,
+        every: float | None,
+        wanted: Sequence[str],
+    ) -> Uncertainty:
+        """Return the uncertainty of a run by that of `names`, shape (k,), of this covariance, shape (k, k).
+
+        `wanted` are columns or patterns, none for the usual ones; other arguments as of `simulate`.
+
+        Raises:
+            SimulateError: with every fault of the arguments; forces that have no derivative; or a run that fails.
+            UnknownNameError: a column that is none.
+        """
+        given = forces if isinstance(forces, Forces) else read_forces(scene, forces)
+        initial = read_start(scene, start, start_rates)
+        notes: list[str] = []
+        run = simulate(scene, given, until, initial, every=every, say=notes.append)
+        if len(run.t) < 2 and run.complete:
+            raise SimulateError(f"{scene.name}: every = {every}: the run to {until:g} s has one sample; give less")
+        if len(run.t) < 2:
+            raise SimulateError(f"{scene.name}: {run.stopped}; there is nothing to tell the uncertainty of")
+        found = variations(run, given, initial, names)
+        columns = _columns(run, wanted)
+        said = () if run.complete else (f"{run.stopped}: the uncertainty is that of the rows until then",)
+        return cls(run, tuple(names), covariance, columns, found.slopes(columns), (*run.notes, *said))
+
+    @classmethod
+    def of_forces(
+        cls,
+        scene: Scene,
+        names: Sequence[str],
+        covariance: Array,
+        motion: Entries,
+        path: Entries,
+        times: npt.ArrayLike,
+        start: Values | None,
+        forces: Forces | Entries,
+        wanted: Sequence[str],
+    ) -> Uncertainty:
+        """Return the uncertainty of what a motion takes; arguments as of `of_run` and `inverse`."""
+        laws, ways = read_motion(scene, motion), read_path(scene, path)
+        notes: list[str] = []
+
+        def told(values: Mapping[str, float]) -> Trajectory:
+            return inverse(scene, laws, times, say=notes.append, values=values, path=ways, start=start, forces=forces)
+
+        run = told({})
+        columns = chosen(run.names, wanted, scene.name) if wanted else _columns(run, ())
+        if not wanted:
+            columns = tuple(name for name in columns if name not in (*scene.coordinates, *scene.velocities))
+        slopes, said = force_slopes(run, told, laws, not ways.points, columns, names)
+        return cls(run, tuple(names), covariance, columns, slopes, (*run.notes, *said))
 
     def __repr__(self) -> str:
         what = f"{len(self.t)} rows of {listed(self.names)} by {listed(self.varied)}"
@@ -133,9 +215,7 @@ class Uncertainty(Shown):
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the plot of all columns as a picture; errors as of `plot`."""
         check_arguments(Uncertainty.drawn, locals(), SimulateError)
-        from symdyn.simulation.bands import drawn_bands
-
-        return drawn_bands(self, kind)
+        return _filled(self, ()).picture(kind)
 
     def plot(self, *names: str | Sequence[str]) -> Figure:
         """Return a figure of matplotlib, which a notebook shows: each column with bands of one and two deviations.
@@ -145,6 +225,52 @@ class Uncertainty(Shown):
             SimulateError: matplotlib is not installed.
         """
         check_arguments(Uncertainty.plot, locals(), UnknownNameError)
-        from symdyn.simulation.bands import figure
+        return _figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
 
-        return figure(self, [one for some in names for one in ([some] if isinstance(some, str) else some)])
+
+def _columns(run: Trajectory, wanted: Sequence[str]) -> tuple[str, ...]:
+    """Return the columns that are chosen, or the usual ones."""
+    if wanted:
+        names = chosen(run.names, wanted, run.scene.name)
+        lacking = [name for name in names if name in UNTOLD or name == "t"]
+        if lacking:
+            raise SimulateError(f"{run.scene.name}: {', '.join(lacking)} has no uncertainty that could be told")
+        return names
+    moving = {one.name for one in run.columns if one.kind == FORCES and run[one.name].any()}
+    return tuple(one.name for one in run.columns if one.kind in USUAL and (one.kind != FORCES or one.name in moving))
+
+
+def _figure(found: Uncertainty, names: Sequence[str]) -> Figure:
+    """Return the figure. Errors as of `Uncertainty.plot`."""
+    filled = _filled(found, names)
+    check_plot()
+    return filled.figure(3 * len(found.t) * len(found.names))
+
+
+def _filled(found: Uncertainty, names: Sequence[str]) -> FilledFigure:
+    every = chosen(found.names, names, found.run.scene.name) if names else found.names
+    shown = every[:MOST_PANELS]
+
+    def fill(made: Any) -> None:
+        axes = made.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, name in zip(axes, shown, strict=True):
+            _draw(axis, found, name)
+        more = len(every) - len(shown)
+        told = f"bands of one and two standard deviations, by {listed(found.varied)}"
+        told += f" (and {more} more columns)" if more else ""
+        axes[0].set_title(told, loc="left", fontsize=9).set_parse_math(False)
+        axes[-1].set_xlabel("$t$, s" if found.run.columns[0].unit else "$t$")
+        made.align_ylabels(axes)
+
+    return FilledFigure(found.run.scene.name, (8.0, max(2.2, 0.4 + 1.6 * len(shown))), fill)
+
+
+def _draw(axis: Any, found: Uncertainty, name: str) -> None:
+    place = found.names.index(name)
+    middle, sd = found.run[name], found.sd[:, place]
+    for count, alpha in ((2, 0.18), (1, 0.28)):
+        axis.fill_between(found.t, middle - count * sd, middle + count * sd, color=COLOUR, alpha=alpha, linewidth=0)
+    axis.plot(found.t, middle, color=COLOUR, linewidth=1.0)
+    unit = found.columns[place].printed_unit
+    axis.set_ylabel(f"{name}, {unit}" if unit else name).set_parse_math(False)
+    axis.grid(alpha=0.3)

@@ -1,5 +1,6 @@
 """Names that `symdyn.study` offers; each is imported when it is first used."""
 
+from .beside import beside as beside
 from .design import DESIGNS as DESIGNS
 from .door import open as open, sweep as sweep
 from .first_order import uncertainty as uncertainty

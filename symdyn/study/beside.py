@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import measure_slopes
 from symdyn.study.spread import read_spread
-
-if TYPE_CHECKING:
-    from symdyn.study.study import Study
+from symdyn.study.study import Study
 
 NEAR = 0.1
 """Part by which two standard deviations may differ, beside what so few runs leave open."""

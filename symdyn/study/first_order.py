@@ -19,7 +19,7 @@ from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, bind, scene_of, with_values
 from symdyn.scene.values import Faults
-from symdyn.simulation import Forces, Uncertainty, Values, uncertain_forces, uncertain_run
+from symdyn.simulation import Forces, Uncertainty, Values
 from symdyn.simulation.prescribed import Entries
 from symdyn.study.spread import read_spread
 
@@ -98,9 +98,9 @@ def uncertainty(
     wanted = (columns,) if isinstance(columns, str) else tuple(columns)
     names, C = spread.names, spread.covariance
     if motion is not None:
-        return uncertain_forces(scene, names, C, motion, path, times, start, forces, wanted)
+        return Uncertainty.of_forces(scene, names, C, motion, path, times, start, forces, wanted)
     begin, rates_there = _with(start, places), _with(start_rates, rates)
-    return uncertain_run(scene, names, C, forces, until, begin, rates_there, every, wanted)
+    return Uncertainty.of_run(scene, names, C, forces, until, begin, rates_there, every, wanted)
 
 
 def _with(given: Values | None, means: Mapping[str, float]) -> Values | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     from matplotlib.figure import Figure
 
-    from symdyn.scene import SceneLike
-    from symdyn.study.beside import Beside
     from symdyn.study.indices import Indices
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -210,14 +208,6 @@ class Study(Shown):
         from symdyn.study.plots import plot
 
         plot(self, Path(file), measures, kind)
-
-    def beside(
-        self, scene: SceneLike, over: Mapping[str, Any] | Iterable[str] | str, measures: Sequence[str], **asked: Any
-    ) -> tuple[Beside, ...]:
-        """Return the standard deviations of measures to first order beside those of the runs; arguments of `sweep`."""
-        from symdyn.study.beside import beside
-
-        return beside(self, scene, over, measures, **asked)
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the plot of all measures that have values as a picture; errors as of `plot`."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symdyn.algebra import Array
 from symdyn.dynamics.mechanism import TIME
 from symdyn.graph import gradient, tangents
-from symdyn.simulation import compiled, plain
+from symdyn.simulation import compiled_entries
 from symdyn.transcription.grid import Places
 from symdyn.transcription.local import appearing, argument_of, inputs_of, symbols_of
 from symdyn.transcription.source import Source
@@ -141,7 +141,7 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
 def _compiled(source: Source) -> dict[str, Bends]:
     """Return the second derivatives of the local functions that are not linear."""
     w, written = source.workspace, source.written
-    functions, pairs, takes = [], {}, {}
+    parts, pairs, takes = {}, {}, {}
     for name, entries in written.entries.items():
         if not entries:
             continue
@@ -162,8 +162,8 @@ def _compiled(source: Source) -> dict[str, Bends]:
         seen = appearing(bent.values())
         takes[name] = [kind for kind, those in written.kinds.items() if kind == "q" or not seen.isdisjoint(those)]
         known = [argument_of(kind, written.kinds[kind]) for kind in takes[name]]
-        functions.append(plain(f"{name}_bends", list(bent.values()), [*known, weights]))
-    calls = compiled(w.scene, w.graph, functions).calls if functions else {}
+        parts[f"{name}_bends"] = list(bent.values()), [*known, weights]
+    calls = compiled_entries(w, parts)
 
     def caller(name: str) -> Callable[[Mapping[str, Array], Array], Array]:
         call, kinds = calls[f"{name}_bends"], takes[name]

@@ -34,7 +34,7 @@ from symdyn.dynamics.mechanism import TIME, cost, refuse_ideal_friction
 from symdyn.dynamics.roads import inverse_derivatives
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity
-from symdyn.simulation import compiled, plain, points
+from symdyn.simulation import compiled_entries, points
 from symdyn.simulation.prescribed import drive_names
 
 Pattern = tuple[tuple[int, str, int], ...]
@@ -197,7 +197,7 @@ def slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -
 
 def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
     """Return the local functions that have entries, compiled into one library."""
-    functions, patterns, takes, linear = [], {}, {}, {}
+    parts, patterns, takes, linear = {}, {}, {}, {}
     for name, entries in found.entries.items():
         if not entries:
             continue
@@ -210,8 +210,8 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
             symbols = appearing(some)
             kinds = [kind for kind, those in found.kinds.items() if kind == "q" or not symbols.isdisjoint(those)]
             takes[which] = kinds
-            functions.append(plain(which, some, [argument_of(kind, found.kinds[kind]) for kind in kinds]))
-    calls = compiled(w.scene, w.graph, functions).calls
+            parts[which] = some, [argument_of(kind, found.kinds[kind]) for kind in kinds]
+    calls = compiled_entries(w, parts)
 
     def caller(which: str) -> Callable[[Mapping[str, Array]], Array]:
         if which not in calls:  # nothing varies

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
 from symdyn.arguments import check_arguments, walked, wholes
 from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.emit import Sources
@@ -16,6 +14,7 @@ from symdyn.emit.code import SINGLE, find_short_sines
 from symdyn.errors import VerifyError
 from symdyn.graph import growing
 from symdyn.program import Program, lower, prepare as prepare_program
+from symdyn.rounding import finite
 from symdyn.scene import SceneLike, scene_of
 from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed
@@ -261,12 +260,3 @@ class _Composed:
         """Return the function called `name`, of params."""
         call = getattr(self._module, name)
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
-
-
-def finite(value: Any) -> Any:
-    """Return `value` with infinities and NaNs, which JSON has no word for, as None."""
-    if isinstance(value, dict):
-        return {key: finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(entry) for entry in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

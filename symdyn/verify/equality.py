@@ -8,14 +8,16 @@ positive, and lie where every root and logarithm is real.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import lgamma, log
 from typing import Any
 
 from symdyn.algebra import Bound, Bounds, FiniteField, Needs, RealBalls, Redraw
 from symdyn.errors import VerifyError
 from symdyn.graph import Algebra, Expr, Op, reachable
 from symdyn.verdict import verdict
+from symdyn.verify.elimination import eliminate
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, FirstPoints, NumberPoints, field_values
 from symdyn.verify.roots import Roots, conjugated, radicands, signed
 
@@ -39,6 +41,16 @@ class Claim:
     left: tuple[Expr, ...]
     right: tuple[Expr, ...]
 
+    @staticmethod
+    def solvable(
+        name: str, left_name: str, right_name: str, rows: Sequence[Mapping[int, Expr]], unknowns: int
+    ) -> Solvable:
+        """Return the claim that A x = b has a solution; rows are of A, with b in the column behind `unknowns`."""
+        places = tuple((r, c) for r, row in enumerate(rows) for c in row)
+        left = tuple(entry for row in rows for entry in row.values())
+        zeros = tuple(entry.graph.zero for entry in left)
+        return Solvable(name, left_name, right_name, left, zeros, places, unknowns)
+
     def compared(
         self, left: list[Any], right: list[Any], field: Algebra[Any], zero: Any, weigh: Callable[[Any], Any]
     ) -> tuple[list[Any], list[Any]]:
@@ -51,6 +63,36 @@ class Claim:
     def widened(self, bound: Bound) -> Bound:
         """Return the bound of what is compared, for the bound of the two sides."""
         return bound
+
+
+@dataclass(frozen=True)
+class Solvable(Claim):
+    """A claim that A x = b has a solution wherever it is looked at, be it unique or not; pivots are chosen there.
+
+    Attributes:
+        left: entries of A and b, what is zero left out; right are as many zeros.
+        places: row and column of each; b is the column behind the unknowns.
+        unknowns: how many.
+    """
+
+    places: tuple[tuple[int, int], ...] = ()
+    unknowns: int = 0
+
+    def compared(
+        self, left: list[Any], right: list[Any], field: Algebra[Any], zero: Any, weigh: Callable[[Any], Any]
+    ) -> tuple[list[Any], list[Any]]:
+        """Return what is left of b when A is eliminated, and zeros; see `Claim.compared`."""
+        rows: list[dict[int, Any]] = [{} for _ in range(1 + max((r for r, _ in self.places), default=-1))]
+        for (r, c), value in zip(self.places, left, strict=True):
+            rows[r][c] = value
+        rest = eliminate(rows, self.unknowns, field, zero, weigh).left
+        return [rest.get(r, zero) for r in range(len(rows))], [zero] * len(rows)
+
+    def widened(self, bound: Bound) -> Bound:
+        """Return the bound of a determinant of A with b, each row of it multiplied out."""
+        size = self.unknowns + 1
+        wide = size * (size + 1)
+        return Bound(wide * bound.degree, wide * bound.height + lgamma(size + 1) / log(2))
 
 
 @dataclass(frozen=True)

@@ -10,19 +10,15 @@ p, L     momentum, and angular momentum about the origin of the ground: ∫ r ×
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from fractions import Fraction
-from math import lgamma, log
-from typing import Any
 
-from symdyn.algebra import Bound
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.dynamics.reactions import Equilibrium, Hinge, carried
 from symdyn.errors import DerivationError
-from symdyn.graph import Algebra, Expr, substitute, tangents
+from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene.forces import without_place
 from symdyn.spatial import (
     Inertia,
@@ -33,47 +29,8 @@ from symdyn.spatial import (
     cross,
     scale,
 )
-from symdyn.verify.elimination import eliminate
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere, of_loops
-
-
-@dataclass(frozen=True)
-class Solvable(Claim):
-    """A claim that A x = b has a solution wherever it is looked at, be it unique or not; pivots are chosen there.
-
-    Attributes:
-        left: entries of A and b, what is zero left out; right are as many zeros.
-        places: row and column of each; b is the column behind the unknowns.
-        unknowns: how many.
-    """
-
-    places: tuple[tuple[int, int], ...] = ()
-    unknowns: int = 0
-
-    def compared(
-        self, left: list[Any], right: list[Any], field: Algebra[Any], zero: Any, weigh: Callable[[Any], Any]
-    ) -> tuple[list[Any], list[Any]]:
-        """Return what is left of b when A is eliminated, and zeros; see `Claim.compared`."""
-        rows: list[dict[int, Any]] = [{} for _ in range(1 + max((r for r, _ in self.places), default=-1))]
-        for (r, c), value in zip(self.places, left, strict=True):
-            rows[r][c] = value
-        rest = eliminate(rows, self.unknowns, field, zero, weigh).left
-        return [rest.get(r, zero) for r in range(len(rows))], [zero] * len(rows)
-
-    def widened(self, bound: Bound) -> Bound:
-        """Return the bound of a determinant of A with b, each row of it multiplied out."""
-        size = self.unknowns + 1
-        wide = size * (size + 1)
-        return Bound(wide * bound.degree, wide * bound.height + lgamma(size + 1) / log(2))
-
-
-def solvable(name: str, left_name: str, right_name: str, rows: Sequence[Mapping[int, Expr]], unknowns: int) -> Solvable:
-    """Return the claim that A x = b has a solution; rows are of A with b beside it, in the column behind `unknowns`."""
-    places = tuple((r, c) for r, row in enumerate(rows) for c in row)
-    left = tuple(entry for row in rows for entry in row.values())
-    zeros = tuple(entry.graph.zero for entry in left)
-    return Solvable(name, left_name, right_name, left, zeros, places, unknowns)
 
 
 def _reactions(w: Workspace) -> list[Wrench]:
@@ -137,7 +94,7 @@ def _met(w: Workspace, system: Equilibrium, R: Sequence[Expr], motion: Mapping[E
     if motion:
         found = iter(substitute([entry for row in rows for entry in row.values()], motion))
         rows = [{c: next(found) for c in row} for row in rows]
-    return solvable(name, "recursive", "equilibrium (5.18) of every body", rows, len(system.unknowns))
+    return Claim.solvable(name, "recursive", "equilibrium (5.18) of every body", rows, len(system.unknowns))
 
 
 def drives_in_reactions(w: Workspace) -> Claim | None:

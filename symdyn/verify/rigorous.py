@@ -25,6 +25,7 @@ from symdyn.emit.code import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Sampling, lower
+from symdyn.rounding import finite
 from symdyn.scene import Quantity, Scene, SceneLike, scene_of
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import suggestion
@@ -32,7 +33,6 @@ from symdyn.shown import Shown
 from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed, together, verdict
 from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, wanted_targets
-from symdyn.verify.certificate import finite
 from symdyn.verify.claims import taken
 from symdyn.verify.natural import lost_rank
 

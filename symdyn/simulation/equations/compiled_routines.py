@@ -131,6 +131,12 @@ def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compi
     return Compiled(program, prepared, load_program(prepared))
 
 
+def compiled_entries(w: Workspace, parts: Mapping[str, tuple[Sequence[Expr], Sequence[Argument]]]) -> Calls:
+    """Return functions by name, of their entries and arguments, compiled; none where there are no entries."""
+    functions = [plain(name, *part) for name, part in parts.items()]
+    return compiled(w.scene, w.graph, functions).calls if functions else {}
+
+
 class Kept(Generic[T]):
     """What was made for the last few keys, of which the one that was longest not asked for goes first."""
 

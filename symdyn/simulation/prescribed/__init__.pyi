@@ -6,7 +6,6 @@ from .formulas_in_time import (
     number_of as number_of,
     parameter_values as parameter_values,
     read_formula as read_formula,
-    read_seen as read_seen,
     words as words,
 )
 from .numbers_in_time import Columns as Columns, read_columns as read_columns

@@ -19,7 +19,7 @@ from symdyn.teach.roads.dalembert.shown_motion import determined, no_motion, sol
 from symdyn.teach.roads.lagrange.velocities import PAGE, folded, length
 from symdyn.teach.shown_state import Chosen
 from symdyn.verdict import DIFFERENT, PROVED
-from symdyn.verify import Claim, claims_of_reactions, prove, solvable
+from symdyn.verify import Claim, claims_of_reactions, prove
 
 
 def solved_steps(lesson: Balance) -> list[Step]:
@@ -64,7 +64,7 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
         laws = {f"roads.{name}": claim for name, claim in claims_of_reactions(lesson.workspace).items()}
         last = len(lesson.system.unknowns)
         given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
-        same = solvable("drives", "Lagrange", "D'Alembert", [*lesson.proved.rows(), *given], last)
+        same = Claim.solvable("drives", "Lagrange", "D'Alembert", [*lesson.proved.rows(), *given], last)
     claims = {**({"roads.drives": same} if other else {}), **laws}
     fields, findings = prove(list(claims.values()), positive=[p.name for p in lesson.scene.parameters if p.positive])
     assert all(one.verdict != DIFFERENT for one in findings), "the two roads differ"
