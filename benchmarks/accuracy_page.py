@@ -8,9 +8,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from symdyn.bench import bench
+from symdyn.bench import bench, stress
 from symdyn.bench.report import COLUMNS, DRIFT, PRECISION, curve_rows, pictures, rows, stress_rows, table, told
-from symdyn.bench.stress import stress
 from symdyn.scene import read
 
 ROOT = Path(__file__).parent.parent

@@ -13,8 +13,7 @@ from pathlib import Path
 from statistics import median
 
 from symdyn.dynamics import derive
-from symdyn.scene import Scene, body, read, read_text, revolute, scene, with_symbolic_inertia
-from symdyn.scene.starters import starter
+from symdyn.scene import Scene, body, read, read_text, revolute, scene, starter, with_symbolic_inertia
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

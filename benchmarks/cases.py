@@ -16,12 +16,10 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Batches
+from symdyn.algebra import Batches
 from symdyn.graph import evaluate
-from symdyn.program import Program, formulate, lower
-from symdyn.program.states import quaternion_places
-from symdyn.scene import Scene, body, read, revolute, scene, write_text
-from symdyn.scene.units import SceneUnits
+from symdyn.program import Program, formulate, lower, quaternion_places
+from symdyn.scene import Scene, SceneUnits, body, read, revolute, scene, write_text
 
 Array = npt.NDArray[np.float64]
 Value = TypeVar("Value")

@@ -92,7 +92,7 @@ CASES = {"two_link": two_link, "puma": lambda: arm("puma", PUMA), "iiwa": lambda
 
 def measure(name: str) -> None:
     """Print one line for one case."""
-    from symdyn.dynamics.closed_forms.closed_form import closed_form
+    from symdyn.dynamics import closed_form
 
     scene = CASES[name]()
     start = time.perf_counter()

@@ -21,8 +21,7 @@ from statistics import median
 import numpy as np
 
 from symdyn.scene import Scene, bind, read
-from symdyn.simulation import Trajectory, simulate
-from symdyn.simulation.integrate import METHODS
+from symdyn.simulation import METHODS, Trajectory, simulate
 
 HERE = Path(__file__).parent
 EXAMPLES, DATA = HERE.parent / "examples", HERE / "data"

@@ -35,8 +35,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 import symdyn
-from symdyn.dynamics import Equations, Function, row_of
-from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics import Equations, Function, derive_one, row_of
 from symdyn.program import lower
 from symdyn.simulation.equations.compiled_routines import plain
 from symdyn.transcription import Collocation, solve

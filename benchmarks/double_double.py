@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symdyn
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra import BigFloats
 from symdyn.build import build
 from symdyn.dynamics import Function
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code import stem
 from symdyn.graph import evaluate
 from symdyn.scene import read_text
 

@@ -85,7 +85,8 @@ def ours(case: Case, what: str) -> float:
 
     It is what `symdyn generate` and `symdyn.build` do: roads chosen by counting, the package's flags for this machine.
     """
-    from symdyn.build.compiler import compile_library, find_compiler
+    from symdyn.build import find_compiler
+    from symdyn.build.compiler import compile_library
     from symdyn.emit import emit
     from symdyn.program import formulate, lower
 

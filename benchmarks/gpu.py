@@ -32,9 +32,8 @@ from gpu_peers import FD, ID, TIMED, Said, checked, compared, given, ran  # noqa
 from native import HERE, MissingError  # noqa: E402
 
 import symdyn  # noqa: E402
-from symdyn.emit import emit  # noqa: E402
-from symdyn.emit.code.real import REALS, SINGLE  # noqa: E402
-from symdyn.emit.targets.gpu.kernels import rooms  # noqa: E402
+from symdyn.emit import emit, rooms  # noqa: E402
+from symdyn.emit.code import REALS, SINGLE  # noqa: E402
 from symdyn.emit.targets.gpu.room import SIZES, Room  # noqa: E402
 from symdyn.program import Program, formulate, lower  # noqa: E402
 from symdyn.scene import with_symbols  # noqa: E402

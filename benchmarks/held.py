@@ -8,9 +8,8 @@ import numpy as np
 from cases import EXAMPLES, Array, Case
 
 from symdyn.bench.states import positions_of
-from symdyn.program.states import quaternion_places
-from symdyn.scene import read, read_text
-from symdyn.scene.units import SceneUnits
+from symdyn.program import quaternion_places
+from symdyn.scene import SceneUnits, read, read_text
 
 FEET = {"fl": ("0.19", "0.13"), "fr": ("0.19", "-0.13"), "rl": ("-0.19", "0.13"), "rr": ("-0.19", "-0.13")}
 """Where the feet stand at the start, m."""

@@ -30,7 +30,7 @@ from scipy.stats import binom  # noqa: E402
 from simulated_logs import ARMS, DRIVEN, TERMS, Arm, Coverage, Driven, coverage, coverage_of_gains  # noqa: E402
 
 from symdyn.identification import identify  # noqa: E402
-from symdyn.scene.scene_files import write_text  # noqa: E402
+from symdyn.scene import write_text  # noqa: E402
 
 LEAST, MOST = 90, 99
 """Seeds of 100 that are to hold."""

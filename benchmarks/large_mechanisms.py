@@ -20,7 +20,7 @@ from pathlib import Path
 import loops_over_tables
 from bars import Bar, in_time
 
-from symdyn.scene.starters import starter
+from symdyn.scene import starter
 
 HERE = Path(__file__).resolve().parent.parent
 

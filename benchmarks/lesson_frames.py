@@ -17,7 +17,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code import stem
 from symdyn.scene import read
 from symdyn.teach import walkthrough
 from symdyn.teach.practice.exercises import with_exercises

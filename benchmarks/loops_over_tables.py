@@ -15,7 +15,7 @@ import numpy.typing as npt
 from bars import Bar
 from native import address, loops as clock
 
-from symdyn.build.c_module import bind_rows, build
+from symdyn.build import bind_rows, build
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
 from symdyn.scene import read

@@ -19,8 +19,7 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from symdyn.scene import Scene
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene import Quantity, Scene
 
 AXES = {"x": 0, "y": 1, "z": 2}
 

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra import BigFloats
 from symdyn.dynamics import Workspace
 from symdyn.graph import evaluate
 from symdyn.scene import Scene

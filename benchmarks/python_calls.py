@@ -21,8 +21,7 @@ import numpy as np
 from bars import Bar
 
 import symdyn
-from symdyn.build import build, run_python
-from symdyn.build.extension import build_extension
+from symdyn.build import build, build_extension, run_python
 from symdyn.emit import emit
 from symdyn.program import formulate
 from symdyn.scene import Scene

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from symdyn.scene import Scene, dh_table, scene, with_symbolic_inertia
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene import Quantity, Scene, dh_table, scene, with_symbolic_inertia
 
 RIGHT, LEFT = "pi/2", "-pi/2"
 

@@ -23,9 +23,9 @@ import numpy as np
 
 import symdyn
 from symdyn.scene import read_text
+from symdyn.simulation import read_start
 from symdyn.simulation.equations import implicit
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import scipy_ivp, sundials
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -19,17 +19,17 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from symdyn.algebra.form import Form
+from symdyn.algebra import Form
 from symdyn.errors import SymdynError
 from symdyn.graph import gradient
 from symdyn.resources import template_folder
 from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
+from symdyn.teach import check_derivation, in_words
 from symdyn.teach.languages import language_of
 from symdyn.teach.practice.questions import questions_of
-from symdyn.teach.student.answer import EMPTY, in_words
+from symdyn.teach.student.answer import EMPTY
 from symdyn.teach.student.course import Course
-from symdyn.teach.student.derivation_check import check_derivation
 
 ROOT = Path(__file__).parent.parent
 LISTS = tuple(ROOT / "tests" / "data" / "student_answers" / f"{name}.toml" for name in ("first", "second"))

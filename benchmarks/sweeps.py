@@ -26,7 +26,7 @@ import numpy as np
 
 import symdyn
 from symdyn.scene import Scene, with_symbols
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values import Faults
 from symdyn.study import places
 from symdyn.study.block import block
 from symdyn.study.cluster import Cluster

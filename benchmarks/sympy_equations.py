@@ -14,8 +14,7 @@ import sympy  # noqa: F401  not counted
 
 import symdyn
 from symdyn.errors import DerivationError
-from symdyn.scene import Scene, read_text, with_symbolic_inertia
-from symdyn.scene.starters import starter
+from symdyn.scene import Scene, read_text, starter, with_symbolic_inertia
 
 
 def cases() -> Iterator[tuple[str, Scene]]:

@@ -21,9 +21,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symdyn.scene import Scene, read, read_text
+from symdyn.simulation import METHODS
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.integrate import METHODS, Problem
+from symdyn.simulation.integrate import Problem
 from symdyn.simulation.integrate.heyoka_expressions import size, translate
 from symdyn.simulation.integrate.taylor import integrator
 

@@ -19,10 +19,9 @@ import numpy as np
 from bars import Bar
 
 from symdyn import derive, lower, read
-from symdyn.build import build
-from symdyn.build.c_module import CFunction, bind_rows
+from symdyn.build import CFunction, bind_rows, build
 from symdyn.build.on_threads import GRAIN, WORTH, price, run_rows, split
-from symdyn.program.assemble import shared
+from symdyn.program import shared
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CASES = (

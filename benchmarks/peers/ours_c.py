@@ -11,10 +11,10 @@ from cases import Case
 from harness import Timed, moved
 from native import address, compiled, loops
 
-from symdyn.build.compiler import find_compiler
+from symdyn.build import find_compiler
 from symdyn.build.dialects import FLAGS
 from symdyn.emit import emit
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code import stem
 
 NAME, FILLING, ALONE = "symdyn", "filling the result's array", "symdyn, arithmetic alone"
 

@@ -17,7 +17,7 @@ from native import address, loops
 import symdyn
 from peers import ours_c
 from peers.ours_c import BATCH, LONG, longs, padded
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code import stem
 
 NAME = "symdyn"
 

@@ -12,7 +12,7 @@ from harness import Timed, python_sweep
 from native import MissingError
 
 from peers.ours_c import BATCH
-from symdyn.algebra.sympy_algebra import graph_to_sympy
+from symdyn.algebra import graph_to_sympy
 
 NAME = "SymPy lambdify, our graph"
 

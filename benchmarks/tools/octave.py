@@ -13,7 +13,7 @@ from harness import Timed
 
 from symdyn.build.run_octave import compile_mex, find_octave
 from symdyn.emit import emit, write
-from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code import stem
 from symdyn.emit.targets.matlab import FLAGS, MEX
 from tools.ours import MANY, OUTPUTS, many
 

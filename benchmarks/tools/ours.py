@@ -7,7 +7,7 @@ from cases import Case
 from harness import Timed, python_sweep
 from peers import ours_c
 
-from symdyn.build.extension import build_extension
+from symdyn.build import build_extension
 from symdyn.emit import emit
 
 MANY = 10_000

@@ -5,8 +5,9 @@ from __future__ import annotations
 from cases import Case
 from harness import Timed
 
+from symdyn.build import find_compiler
 from symdyn.build.c_module import run_rust
-from symdyn.build.compiler import RUSTC, find_compiler
+from symdyn.build.compiler import RUSTC
 from symdyn.build.dialects import RUST
 from symdyn.emit import emit
 from tools.cpp import many_states, one_state
