@@ -119,6 +119,8 @@ OTHERS: dict[str, Callable[[], dict[str, Any]]] = {
     "Scene.order": lambda: {"names": [one.name for one in cart().joints]},
     "Linearization.without": lambda: {"positions": ()},
     "Trajectory.animate": lambda: {"file": "run.svg"},
+    "Trajectory.save_plot": lambda: {"file": "run.svg"},
+    "Study.save_plot": lambda: {"file": "study.svg"},
     "Study.indices": lambda: {"measure": "max(abs(x))"},
     "Study.quantiles": lambda: {"name": "mc"},
 }

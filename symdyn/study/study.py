@@ -198,8 +198,8 @@ class Study(Shown):
 
         return figure(self, measures, kind)
 
-    def save_plot(self, file: str | Path, *measures: str, kind: str | None = None) -> None:
-        """Write a plot to a .svg, .pdf, .png or .html file; else as `plot`.
+    def save_plot(self, file: str | Path, kind: str | None = None) -> None:
+        """Write a plot of all measures to a .svg, .pdf, .png or .html file; `kind` as of `plot`.
 
         Raises:
             SimulateError: another ending, or a file that cannot be written; and as of `plot`.
@@ -207,7 +207,7 @@ class Study(Shown):
         check_arguments(Study.save_plot, locals(), SimulateError)
         from symdyn.study.plots import plot
 
-        plot(self, Path(file), measures, kind)
+        plot(self, Path(file), kind=kind)
 
     def drawn(self, kind: Literal["svg", "pdf", "png"]) -> bytes:
         """Return the plot of all measures that have values as a picture; errors as of `plot`."""
