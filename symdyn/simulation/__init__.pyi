@@ -4,8 +4,8 @@ from .asked_motion import AskedMotion as AskedMotion
 from .columns import read_output as read_output
 from .ensemble.door import ensemble as ensemble
 from .ensemble.ensemble import Ensemble as Ensemble
-from .ensemble.measure_slopes import measure_slopes as measure_slopes
 from .ensemble.measures import Measure as Measure, read_measure as read_measure
+from .ensemble.one_by_one import measure_slopes as measure_slopes
 from .equations.compiled_routines import compiled_entries as compiled_entries, points as points
 from .equations.opened import opened as opened
 from .equations.variational import Flow as Flow

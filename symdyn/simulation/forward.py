@@ -18,10 +18,9 @@ from symdyn.simulation.control import Control, control
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.exact_start import beyond_doubles
 from symdyn.simulation.feedback.controller import Feedback, Law
 from symdyn.simulation.feedback.gains import Gains
-from symdyn.simulation.initial import Start, Values, read_start, singular
+from symdyn.simulation.initial import Start, Values, beyond_doubles, read_start, singular
 from symdyn.simulation.integrate import FINEST, METHODS
 from symdyn.simulation.integrate.method import Problem
 from symdyn.simulation.integrator import Choice, choose

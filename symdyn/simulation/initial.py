@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,6 +14,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
+from symdyn.program import constants
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name
@@ -24,6 +26,9 @@ from symdyn.simulation.prescribed.formulas_in_time import bound, number_of, para
 
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
+
+NEAR = Fraction(1, 2**50)
+"""What a number may be off beside its size and still be the double of its formula; else it was moved, and stays."""
 
 NAMED = 6
 """Coordinates that a note names."""
@@ -102,6 +107,27 @@ def read_start(scene: Scene, start: Values | Start | None = None, rates: Values 
         faults.close(SimulateError)
     no_equations(numbers, q)
     return Start(q, u, tuple(notes), tuple(bound(one, values) for one in formulas))
+
+
+def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
+    """Return what the formulas of a start are beyond its doubles, shape (size,); zero where there are none.
+
+    A third of a radian is no double, and a run with 31 digits starts there.
+
+    Quaternions are brought to length one.
+    """
+    low, graph = np.zeros(size), Graph()
+    numbers = [formula.express(graph) for formula in start.formulas]
+    for group in quaternions(scene) if numbers else ():
+        first = list(scene.coordinates).index(group[0])
+        four = numbers[first : first + 4]
+        length = graph.sqrt(graph.total(x * x for x in four))
+        numbers[first : first + 4] = [x / length for x in four]
+    known = constants(numbers)
+    for k, (number, double) in enumerate(zip(numbers, (*start.q, *start.u)[: len(numbers)], strict=True)):
+        off = known[number] - Fraction(float(double))
+        low[k] = float(off) if abs(off) <= NEAR * abs(known[number]) else 0.0
+    return low
 
 
 def read_guess(scene: Scene, start: Values | None = None) -> Array:

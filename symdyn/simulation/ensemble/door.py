@@ -18,11 +18,11 @@ from symdyn.arguments import check_arguments, doubles, flags
 from symdyn.errors import SimulateError
 from symdyn.scene import SceneLike, scene_of
 from symdyn.scene.values import Faults
+from symdyn.simulation.ensemble import abreast, one_by_one, taylor_abreast
 from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.ensemble.lanes import read_lanes
 from symdyn.simulation.ensemble.measures import Measure, read_measures
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, joined, nothing
-from symdyn.simulation.ensemble.ways import choose
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.prescribed.entries import Entries
@@ -31,6 +31,13 @@ from symdyn.simulation.trajectory import END
 
 RTOL = 1e-9
 """Tolerance if none is given."""
+
+WAYS: Mapping[str, Way] = {
+    "abreast": abreast.WAY,
+    "taylor abreast": taylor_abreast.WAY,
+    "one by one": one_by_one.WAY,
+}
+"""By name, in the order in which they are tried; the last one takes everything."""
 
 
 def ensemble(
@@ -194,3 +201,16 @@ def _parts(parts: Sequence[slice], runner: Runner, workers: int) -> Iterator[tup
     finally:
         runner.halt()
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def choose(task: Task) -> tuple[str, Way, str]:
+    """Return the way that runs a task, its name, and why no faster one does, "" if none was refused."""
+    why: list[str] = []
+    for name, way in WAYS.items():
+        if way.methods and task.method is not None and task.method not in way.methods:
+            continue
+        reason = way.refuses(task)
+        if not reason:
+            return name, way, "; ".join(dict.fromkeys(why))
+        why.append(reason)
+    raise AssertionError("the last way takes everything")

@@ -7,20 +7,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from symdyn.algebra import Array, Batches
-from symdyn.errors import MethodError, SymdynError
+from symdyn.errors import MethodError, SimulateError, SymdynError
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Quantity
-from symdyn.scene.values import LETTERS
-from symdyn.simulation.ensemble.measures import Measure, Sums, sums_of
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.values import LETTERS, Faults
+from symdyn.simulation.ensemble.measures import Measure, Sums, read_measures, sums_of
 from symdyn.simulation.ensemble.task import Block, Runner, Task, Way, nothing
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.forward import simulate
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.forces import read_forces
 from symdyn.simulation.reaction_columns import multiplier_columns
 from symdyn.simulation.trajectory import INTERRUPTED, Trajectory
+from symdyn.simulation.variations import variations
 
 
 def ready(task: Task) -> Runner:
@@ -98,6 +102,40 @@ def measured(run: Trajectory, measures: Sequence[Measure]) -> Array:
     sums = sums_over(tuple(dict.fromkeys(inside for one in measures for inside in one.insides)), run)
     known = {name: np.asarray(value) for name, value in opened(run.scene).values.items()}
     return np.array([float(one.value(sums, known)) for one in measures])
+
+
+def measure_slopes(
+    scene: Scene,
+    measures: Sequence[str],
+    names: Sequence[str],
+    forces: Any,
+    until: float,
+    start: Mapping[str, Any],
+    start_rates: Mapping[str, Any],
+    every: float | None,
+) -> Array:
+    """Return the derivatives of measures of a run by each of the names, shape (measures, names); NaN where none is.
+
+    A fold is taken of the run as it is to first order on both sides of every name: the largest value follows the
+    sample where it is, and a measure that jumps from one sample to another has no derivative there.
+    Arguments as of `simulate`; names as of `variations`.
+
+    Raises:
+        SimulateError: with every fault.
+    """
+    faults = Faults("")
+    read = read_measures(scene, measures, faults)
+    faults.close(SimulateError)
+    given = read_forces(scene, forces)
+    initial = read_start(scene, start, start_rates)
+    run = simulate(scene, given, until, initial, every=every, say=lambda _: None)
+    found = variations(run, given, initial, names)
+    slopes = np.zeros((len(read), len(names)))
+    for k in range(len(names)):
+        step = found.step(k)
+        ahead, behind = (measured(found.beside(k, sign * step), read) for sign in (1, -1))
+        slopes[:, k] = (ahead - behind) / (2 * step)
+    return slopes
 
 
 WAY = Way("each run by `simulate`", "symdyn", 1, ready, lambda task: "", threads=False)

@@ -6,10 +6,11 @@ Every operation of the graph has its row in `WORDS`; those that branch (abs, sig
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from typing import Any
 
@@ -17,14 +18,15 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn import shell
+from symdyn.build import trusted_folder
 from symdyn.dynamics import Function
 from symdyn.dynamics.mechanism import TIME
+from symdyn.errors import MissingCompiler
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.interrupts import interrupts_wait
 from symdyn.program import Program
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations
-from symdyn.simulation.integrate.heyoka_folder import settle
 
 WORDS: Mapping[Op, str] = {
     Op.SIN: "sin",
@@ -44,6 +46,23 @@ TURNING = (Op.SQRT, Op.ATAN2)
 """Functions with branches: √x² is |x|, whose series on one side of zero says -x on the other."""
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+
+
+def settle(heyoka: Any) -> None:
+    """Let heyoka keep its code in our cache, in a process that is the shell's own; elsewhere its settings are others'.
+
+    heyoka runs what it finds there, whoever wrote it. A folder that the user named in $HEYOKA_CACHE_DIR stays. Where
+    there is none to trust, nothing is kept.
+    """
+    states = heyoka.llvm_state
+    if shell.is_own() and not os.environ.get("HEYOKA_CACHE_DIR") and hasattr(states, "set_diskcache_path"):
+        heyoka.set_logger_level_error()  # it warns where it can keep nothing, such as on a full disk
+        with suppress(OSError, MissingCompiler):
+            folder = trusted_folder() / "heyoka"
+            folder.mkdir(mode=0o700, exist_ok=True)
+            states.set_diskcache_path(str(folder))
+            return
+        states.set_diskcache_enabled(False)
 
 
 def library() -> Any:
