@@ -10,7 +10,7 @@ from symdyn.cli.talk import Waiting, print_paths
 from symdyn.emit import write
 from symdyn.emit.code import page_stem
 from symdyn.errors import EmitError
-from symdyn.teach import GRADES, Handout, languages
+from symdyn.teach import Handout, languages
 
 SLIDERS = "sliders"
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
@@ -51,7 +51,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--grade",
         type=int,
-        choices=tuple(GRADES),
+        choices=Handout.grades,
         help="of the exercises: 1 asks for every step, 2 for the results of each part (default), 3 for energies and "
         "equations without the way",
     )

@@ -3,7 +3,6 @@
 from .document import Document as Document
 from .languages import languages as languages
 from .mathml import flow as flow, inline as inline
-from .practice.exercises import GRADES as GRADES
 from .render import rendered as rendered
 from .render.handout import Handout as Handout
 from .roads.lessons import walkthrough as walkthrough

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from symdyn.scene import Scene
 from symdyn.teach.document import Document
 from symdyn.teach.interactive.page import interactive_page
-from symdyn.teach.practice.exercises import with_exercises
+from symdyn.teach.practice.exercises import GRADES, with_exercises
 from symdyn.teach.practice.sheet import sheet
 from symdyn.teach.practice.variants import Variant, variant, with_changes
 from symdyn.teach.render import rendered
@@ -26,8 +27,11 @@ class Handout:
         seed: draws a variant of the scene; None for the scene itself.
         exercises: whether results are left out.
         grade, ask: which, as of `with_exercises`.
+        grades: those that there are.
         sheet: "questions" or "solutions" of exercises to be printed; "" for the whole lesson.
     """
+
+    grades: ClassVar[tuple[int, ...]] = tuple(GRADES)
 
     scene: Scene
     language: str = "en"
