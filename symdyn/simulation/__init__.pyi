@@ -1,6 +1,5 @@
 """Names that `symdyn.simulation` offers; each is imported when it is first used."""
 
-from .asked_motion import AskedMotion as AskedMotion
 from .columns import read_output as read_output
 from .ensemble.door import ensemble as ensemble
 from .ensemble.ensemble import Ensemble as Ensemble
@@ -16,7 +15,7 @@ from .forward import check_run as check_run, simulate as simulate
 from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
 from .initial import Start as Start, Values as Values, read_guess as read_guess, read_start as read_start
 from .integrate import METHODS as METHODS
-from .inverse_run import inverse as inverse
+from .inverse_run import AskedMotion as AskedMotion, inverse as inverse
 from .panels import check_columns as check_columns
 from .plot import write_picture as write_picture
 from .prescribed.forces import Forces as Forces, read_forces as read_forces

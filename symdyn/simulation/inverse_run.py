@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,7 @@ from symdyn.simulation.prescribed.formulas_in_time import bound, parameter_value
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
 from symdyn.simulation.prescribed.path_entries import read_path
 from symdyn.simulation.prescribed.point_path import ScenePath
-from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
+from symdyn.simulation.prescribed.scene_motion import SceneMotion, motion_times, read_motion
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.signal_columns import input_columns, output_columns
 from symdyn.simulation.trajectory import END, Trajectory
@@ -140,6 +140,50 @@ def inverse(
     elif stopped != END:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
     return Trajectory(scene, t, q, u, a, tau, apart(scene, columns), stopped=stopped, notes=tuple(notes))
+
+
+@dataclass(frozen=True)
+class AskedMotion:
+    """A motion that is prescribed: of a scene, its laws, paths of its points, what is given of inputs, and times."""
+
+    scene: Scene
+    motion: SceneMotion
+    path: ScenePath
+    forces: Forces
+    times: Array
+
+    @classmethod
+    def read(
+        cls,
+        scene: Scene,
+        laws: Sequence[str],
+        paths: Sequence[str],
+        forces: Sequence[str],
+        until: float | None,
+        every: float | None,
+    ) -> AskedMotion:
+        """Return what words and files say; until and every, s, of None are those of the one table among them.
+
+        Raises:
+            SimulateError: with every fault of all, one line each.
+        """
+        faults = Faults("")
+        with faults.noted():
+            motion = read_motion(scene, laws)
+        with faults.noted():
+            path = read_path(scene, paths)
+        with faults.noted():
+            given = read_inputs(scene, forces)
+        with faults.noted():
+            times = motion_times(laws, paths, until, every)
+        faults.close(SimulateError)
+        return cls(scene, motion, path, given, times)
+
+    def run(self, start: Values, reactions: str, say: Callable[[str], None]) -> Trajectory:
+        """Return the driving forces that it takes; arguments and errors as of `inverse`."""
+        return inverse(
+            self.scene, self.motion, self.times, reactions, say, path=self.path, start=start, forces=self.forces
+        )  # fmt: skip
 
 
 def _times(times: npt.ArrayLike) -> Array:
