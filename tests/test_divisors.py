@@ -10,7 +10,7 @@ import pytest
 
 import symdyn
 from symdyn.build import run_python
-from symdyn.dynamics import Unasked, Workspace, derive_one, expected, of_place, roads_of, there
+from symdyn.dynamics import Unasked, Wanted, Workspace, derive_one, expected, of_place, roads_of
 from symdyn.emit import emit
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
@@ -100,7 +100,7 @@ def test_no_divisor_is_zero_everywhere(path):
     workspace = Workspace(scene)
     wanted = [*expected(scene, Unasked.PROVED), *of_place(scene.bodies[-1].name, Unasked.PROVED)]
     seen = 0
-    for name in there(workspace, wanted, derive_one)[0]:
+    for name in Wanted(workspace, tuple(wanted), ()).there(derive_one)[0]:
         for formulation in roads_of(name, scene):
             entries = derive_one(workspace, name, formulation).entries
             divisors = [node.args[1] for node in reachable(entries) if node.op is Op.DIV]

@@ -83,7 +83,7 @@ def test_both_derivations_agree(one: Scene) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("one", [*SHORT, *GIMBALS, *ROTORS], ids=by_name)
 def test_every_law_holds(one: Scene) -> None:
-    claims = [claim for claim in laws(workspace(one)) if claim.left]
+    claims = [claim for claim in laws(workspace(one), expected(one)) if claim.left]
     findings = prove(on_unit_sphere(one, claims))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()

@@ -240,7 +240,7 @@ def test_both_roads_and_all_laws_are_proved(one):
 
 def test_a_distance_that_is_a_square_is_proved_for_either_sign_of_its_root():
     """The balls of the governor are 2 l |sin θ| apart: what holds for one sign of the root need not for the other."""
-    findings = prove(laws(Workspace(governor())))[1]
+    findings = prove(laws(Workspace(governor()), expected(governor())))[1]
 
     assert {finding.verdict for finding in findings} == {PROVED}
 

@@ -12,7 +12,7 @@ from mechanisms import random_tree
 
 import symdyn
 from symdyn.build.c_module import build
-from symdyn.dynamics import OUTPUTS, Workspace, derive_one, roads_of
+from symdyn.dynamics import OUTPUTS, Workspace, derive_one, kept_in_lines, roads_of
 from symdyn.dynamics.recursive.aba_loop import aba_loop
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable, lacking
 from symdyn.dynamics.recursive.rnea_loop import rnea_loop
@@ -23,7 +23,7 @@ from symdyn.dynamics.roads.named_functions import Argument, Function
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.program import formulate, in_lines, kept_in_lines, lower
+from symdyn.program import formulate, in_lines, lower
 from symdyn.scene import Quantity, Scene, body, revolute, scene as declared
 from symdyn.verify.accuracy import measure
 from symdyn.verify.equality import Claim, prove

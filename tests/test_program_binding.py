@@ -8,7 +8,7 @@ from formulas import argument, function, one
 
 from symdyn.dynamics import Equations, derive
 from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.count import BINDING, count_by_binding
+from symdyn.dynamics.roads.count import BINDING
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
 from symdyn.scene import Scene, read
@@ -21,7 +21,7 @@ def test_an_operation_is_bound_when_its_last_argument_is_known():
     q, qd, tau, m = (g.symbol(name) for name in ("q", "qd", "tau", "m"))
     arguments = [argument(name, [x]) for name, x in (("q", q), ("qd", qd), ("tau", tau), ("params", m))]
     entry = (m * m) * g.sin(q) * qd + tau / (1 + m)
-    counts = count_by_binding(function("f", arguments, (1,), [entry]))
+    counts = Counts.by_binding(function("f", arguments, (1,), [entry]))
 
     assert counts == {
         "params": Counts(1, 1),
@@ -57,7 +57,7 @@ def test_an_argument_of_another_name_is_known_last():
     g = Graph()
     (f,) = one([g.symbol("x") * g.symbol("y")], [g.symbol("x")]).functions
 
-    assert count_by_binding(f)["all"] == Counts(1)
+    assert Counts.by_binding(f)["all"] == Counts(1)
 
 
 def test_cost_weighs_what_is_slow():

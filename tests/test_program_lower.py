@@ -11,13 +11,13 @@ from formulas import QUARTER, every_op, one, states
 from graphs import Fractions
 from mechanisms import random_tree
 
+from symdyn.algebra import constants
 from symdyn.algebra.numeric import Batches
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, lower
-from symdyn.program.constants import constants
 from symdyn.scene import Quantity, Scene, read_text
 from symdyn.scene.values import Parameter
 

@@ -11,7 +11,6 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.dynamics import available, derive
 from symdyn.dynamics.roads import Counts
-from symdyn.dynamics.roads.count import count_by_binding
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
@@ -138,8 +137,8 @@ def test_what_is_known_early_is_put_together():
     before = function("f", [argument("q", [x, y]), argument("params", [m, n])], (3,), entries)
     after = optimise(before, ("factor",))
 
-    assert count_by_binding(after)["params"] == Counts(1, 1)
-    assert count_by_binding(before)["params"] == Counts()
+    assert Counts.by_binding(after)["params"] == Counts(1, 1)
+    assert Counts.by_binding(before)["params"] == Counts()
     assert Counts.of(after).cost < Counts.of(before).cost
     _, (finding,) = prove([Claim("early", "after", "before", after.entries, before.entries)])
     assert finding.verdict in (PROVED, NUMERICAL)

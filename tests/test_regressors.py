@@ -12,8 +12,8 @@ from counts_of_literature import state_dependent_counts
 import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one, linear_parameters
-from symdyn.dynamics.roads.base_columns import base_columns, base_values
-from symdyn.dynamics.roads.linear_forces import columns, parameters
+from symdyn.dynamics.roads.base_columns import BaseColumns, base_columns
+from symdyn.dynamics.roads.linear_forces import Linear, columns
 from symdyn.dynamics.roads.passivity_outputs import PASSIVITY
 from symdyn.dynamics.roads.regressor_outputs import REGRESSORS
 from symdyn.errors import DerivationError
@@ -97,7 +97,7 @@ def test_the_regressor_of_one_scene_gives_the_forces_of_another_with_its_joints(
     q, qd, qdd = rng.uniform(-2, 2, (3, len(scene.coordinates)))
     Y = symdyn.lambdify(bind(scene, known), "regressor")(q, qd, qdd)
     w = Workspace(bind(scene, other))
-    pi = evaluate(parameters(w), Floats(), {w.graph.symbol(one): value for one, value in other.items()})
+    pi = evaluate(Linear.of(w).parameters(), Floats(), {w.graph.symbol(one): value for one, value in other.items()})
     tau = symdyn.lambdify(bind(scene, other), "inverse_dynamics")(q, qd, qdd)
 
     np.testing.assert_allclose(Y @ pi, tau, rtol=1e-13)
@@ -150,7 +150,7 @@ def test_no_column_of_the_base_regressor_depends_on_others(name: str, count: int
     assert Y.shape[-1] == count == np.linalg.matrix_rank(Y.reshape(-1, Y.shape[-1]))
 
     w = Workspace(scene)
-    pi = evaluate(base_values(w), Floats(), {w.graph.symbol(one): value for one, value in known.items()})
+    pi = evaluate(BaseColumns.of(w).values(), Floats(), {w.graph.symbol(one): value for one, value in known.items()})
     tau = symdyn.lambdify(scene, "inverse_dynamics")(q, qd, qdd)
     np.testing.assert_allclose(Y @ pi, tau, rtol=1e-12, atol=1e-12)
 

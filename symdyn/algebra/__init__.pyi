@@ -10,6 +10,7 @@ from .big import (
 )
 from .collect import rounded as rounded
 from .compact import Compactor as Compactor
+from .constants import constants as constants, is_simple as is_simple
 from .degree import Bound as Bound, Bounds as Bounds
 from .finite_field import (
     FiniteField as FiniteField,

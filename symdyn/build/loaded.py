@@ -11,20 +11,11 @@ from symdyn.arguments import check_arguments
 from symdyn.build.later import Later, Makers, plain, soon
 from symdyn.build.numeric_function import NumericFunction, numeric_function
 from symdyn.build.runners import RUNNERS, or_warn, run_or_python
-from symdyn.dynamics import (
-    Function,
-    LoopChoices,
-    Workspace,
-    available_on,
-    called,
-    loop_alone,
-    request_of,
-    row_of,
-)
+from symdyn.dynamics import Function, LoopChoices, Wanted, Workspace, called, request_of, row_of
 from symdyn.emit import TARGETS, C, emit
 from symdyn.errors import EmitError, SceneError, UnknownNameError, quoted
 from symdyn.graph import growing
-from symdyn.program import Candidates, Program, formulate, identifier, lower, prepare as prepare_program
+from symdyn.program import Program, formulate, identifier, lower, prepare as prepare_program
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
@@ -185,13 +176,8 @@ def loaded(
 @growing()
 def _heads(workspace: Workspace, requests: Sequence[str]) -> tuple[Function, ...] | None:
     """Return how functions are called, underived; None where only their derivations tell."""
-    found = [_head(workspace, one) for one in requests]
+    found = [called(workspace, one) for one in requests]
     return None if None in found else tuple(one for one in found if one)
-
-
-def _head(workspace: Workspace, request: str) -> Function | None:
-    loop = Candidates(workspace, request).loop()
-    return loop_alone(workspace, request, loop) if loop else called(workspace, request)
 
 
 def _program(scene: Scene, request: str, closing: LoopChoices) -> Program:
@@ -206,7 +192,7 @@ def _one_loaded(*settings: Any) -> NumericFunction:
 
 def usual(workspace: Workspace) -> tuple[str, ...]:
     """Return the functions that `load` takes unasked; what may be lacking is then derived in the workspace."""
-    outputs, _ = available_on(workspace)
+    outputs, _ = Wanted.of(workspace).available()
     return tuple(name for name in outputs if not row_of(name)[0].is_large)
 
 

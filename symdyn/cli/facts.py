@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
 
 from symdyn.cli.frames_text import frame_texts
-from symdyn.dynamics import (
-    LARGEST,
-    Equations,
-    LoopChoices,
-    Workspace,
-    available_on,
-    on_request,
-)
+from symdyn.dynamics import Equations, LoopChoices, Wanted, Workspace
 from symdyn.dynamics.roads import Counts
 from symdyn.emit.print import base_parameter_texts
 from symdyn.errors import DerivationError
@@ -33,16 +27,15 @@ MEASURED = 50
 def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     workspace = Workspace(scene, closing)
-    outputs, left_out = available_on(workspace)
-    if workspace.state.n > LARGEST:  # deriving is most of the work, and the order of the nodes counts for nothing
+    wanted = Wanted.of(workspace)
+    outputs, left_out = wanted.available()
+    if workspace.state.n > wanted.LARGEST:  # deriving is most of the work, and the order of nodes counts for nothing
         equations = Equations(scene, workspace.graph, choose(workspace, outputs, road), closing)
     else:
         equations = formulate(scene, outputs, road, closing)
     counted, more = _counted(equations, outputs)
     left_out += [*more, *_no_reactions(scene)]
     freedoms = _mobility(scene, closing)
-    if freedoms:
-        freedoms["loose_reactions"] = _loose(scene, closing)
     told = SceneUnits(scene).told
     facts = {
         "name": scene.name,
@@ -77,7 +70,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
         "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].says(row)} for row in scene.rows],
         "leaves": list(scene.leaves),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
-        "on_request": on_request(scene),
+        "on_request": wanted.on_request,
         "parameters": [
             {
                 "name": p.name,
@@ -118,9 +111,9 @@ def _written(letter: Letter) -> dict[str, str]:
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
     """Return what the functions cost, what can be prepared, and what was left out; and what many velocities forbid."""
     n, said, first, program = len(equations.scene.velocities), [], None, None
-    if n > LARGEST:
+    if n > Wanted.LARGEST:
         said.append(
-            f"operations are counted as derived, before passes over the code, for more than {LARGEST} velocities"
+            f"operations are counted as derived, before passes over the code, for more than {Wanted.LARGEST} velocities"
         )
         bindings = count_derived(equations)
     else:
@@ -163,25 +156,21 @@ def _no_reactions(scene: Scene) -> list[str]:
 
 
 def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
-    """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
+    """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed.
+
+    Beside it are entries of reactions, axes of the children, that rigid bodies do not tell, in words; "" for none.
+    """
     if not scene.is_closed:
         return None
+    from symdyn.dynamics import loose_reactions
     from symdyn.dynamics.loops import mobility
 
-    try:
-        return asdict(mobility(scene, closing))
-    except DerivationError:  # `available` has told why
-        return None
-
-
-def _loose(scene: Scene, closing: LoopChoices) -> str:
-    """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
-    from symdyn.dynamics import loose_reactions
-
-    try:
-        return loose_reactions(scene, closing)
-    except DerivationError:  # `available` has told why
-        return ""
+    with suppress(DerivationError):  # why, what is available has told
+        found = asdict(mobility(scene, closing)) | {"loose_reactions": ""}
+        with suppress(DerivationError):
+            found["loose_reactions"] = loose_reactions(scene, closing)
+        return found
+    return None
 
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from typing import NoReturn
 from symdyn.bounds import BOUNDS
 from symdyn.cli import Parser, add_talk, generate
 from symdyn.cli.scene_options import closing_of, read_scene, split
-from symdyn.dynamics import available
+from symdyn.dynamics import Wanted, Workspace
 from symdyn.emit import emit
 from symdyn.errors import VerifyError, printable
 from symdyn.program import lower, prepare
@@ -160,7 +160,8 @@ def _of_command(
     closing = closing_of(asked, scene)
     progress("deriving")
     names = split(asked.functions)
-    equations = generate.equations_of(asked, scene, available(scene, closing)[0] if names is None else names, closing)
+    outputs = Wanted.of(Workspace(scene, closing)).available()[0] if names is None else names
+    equations = generate.equations_of(asked, scene, outputs, closing)
     program = lower(equations)
     if asked.prepare:
         program = prepare(program)

@@ -14,7 +14,6 @@ import numpy as np
 from symdyn.algebra import Batches
 from symdyn.draw.drawn import Key, drawn
 from symdyn.draw.outlines import Outlined, outlines
-from symdyn.dynamics.mechanism import at_time
 from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Scene
@@ -173,7 +172,7 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
     graph = Graph()
     wanted = drawn(scene, graph)
     known: dict[str, Any] = dict.fromkeys(scene.velocities, np.float64(0))
-    known |= {str(node.value): np.float64(x) for node, x in at_time(scene, graph).items()}
+    known |= {str(node.value): np.float64(x) for node, x in scene.at_time(graph).items()}
     known |= dict(zip(scene.coordinates, q.T, strict=True))
     known |= {name: np.float64(value) for name, value in parameters.items()}
     values = {graph.symbol(name): value for name, value in known.items()}

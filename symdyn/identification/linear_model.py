@@ -14,8 +14,8 @@ import numpy as np
 
 from symdyn.algebra import Array, Floats
 from symdyn.build import load
-from symdyn.dynamics import Workspace, derive_one, linear_parameters
-from symdyn.dynamics.roads import remainder
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.roads import BaseColumns, Linear
 from symdyn.errors import DerivationError, IdentifyError
 from symdyn.graph import evaluate, reachable
 from symdyn.identification.unknowns import TEN
@@ -147,13 +147,13 @@ def linear_model(scene: Scene, terms: Sequence[str] = ()) -> LinearModel:
     # what is zero drops out of a derivation: open, it stays
     opened = [p if p.name in declared else replace(p, value=None) for p in augmented.parameters]
     scene = replace(augmented, parameters=tuple(opened))
-    told = linear_parameters(scene, "base_regressor")
+    told = BaseColumns.of(Workspace(scene)).named()
     if not told:
         raise IdentifyError(f"{scene.name}: its driving forces depend on no parameter")
     w = Workspace(scene)
     try:
         entries = derive_one(w, "base_regressor").entries
-        left = remainder(w)
+        left = Linear.of(w).remainder()
     except DerivationError as error:
         raise IdentifyError(f"{scene.name}: {error}") from None
     if not all(one.is_zero for one in left):

@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics import linear_parameters
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.roads import BaseColumns
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.identification.by_name import places_of
 from symdyn.identification.unknowns import never_negative, without_values
@@ -83,7 +84,7 @@ def fit_names(
     """
     from scipy.optimize import least_squares
 
-    told = linear_parameters(without_values(scene, unbound), "base_regressor")
+    told = BaseColumns.of(Workspace(without_values(scene, unbound))).named()
     beta = [told[k][1] for k in places_of(base, [name for name, _ in told])]
     graph = beta[0].graph
     places = {name for one in quantities_in(_geometry(scene)) for name in one.symbols}

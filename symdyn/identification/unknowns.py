@@ -18,7 +18,7 @@ import numpy as np
 
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.roads import base_columns, base_of_columns, linear
+from symdyn.dynamics.roads import BaseColumns, Linear
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.scene import INERTIAL, Quantity, Scene
@@ -81,11 +81,11 @@ def unknowns(scene: Scene, unbound: Collection[str] = ()) -> Unknowns:
         told = ", ".join(free)
         raise SceneError(f"{scene.source or scene.name}: {told}: without a value; give each one, such as {free[0]}=1")
     w = Workspace(without_values(scene, unbound))
-    found = w.once(linear)
+    found, base = Linear.of(w), BaseColumns.of(w)
     there = found.workspace
     graph = there.graph
     columns = [graph.symbol(name) for name in found.columns]
-    rows = [gradient(one, columns) for one in substitute(base_of_columns(w), found.known)]
+    rows = [gradient(one, columns) for one in substitute(base.of_columns(), found.known)]
     signed, signs = _signs(there, columns)
     values = _numbers(found.declared, there, scene)
     return Unknowns(
@@ -93,7 +93,7 @@ def unknowns(scene: Scene, unbound: Collection[str] = ()) -> Unknowns:
         there.scene,
         found.columns,
         np.array(values),
-        base_columns(w),
+        base.names,
         np.array([_numbers(row, there, scene) for row in rows]).reshape(-1, len(columns)),
         np.array(signs).reshape(-1, len(columns)),
         signed,

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.roads import Moving, expressed
+from symdyn.dynamics.roads import Moving
 from symdyn.errors import DerivationError, LinearizeError, SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Quantity, Scene, SceneUnits
@@ -66,8 +66,10 @@ def on_graph(
         name = "forward_reactions" if w.scene.is_closed else "reactions"
         return substitute(derive_one(w, name if axes == LETTERS.axes[0] else f"{name}:{axes}").entries, acting)
 
-    moving = Moving(lambda: w.state.qdd, lambda: [acting[tau] for tau in w.state.tau], reactions, lambda: multipliers)
+    moving = Moving(
+        w, lambda: w.state.qdd, lambda: [acting[tau] for tau in w.state.tau], reactions, lambda: multipliers
+    )
     try:
-        return expressed(w, formulas, moving, inputs={one: acting[one] for one in w.inputs})
+        return moving.expressed(formulas, inputs={one: acting[one] for one in w.inputs})
     except DerivationError as fault:
         raise LinearizeError(str(fault)) from None

@@ -1,13 +1,10 @@
 """Names that `symdyn.program` offers; each is imported when it is first used."""
 
 from .assemble import ANGULAR as ANGULAR, assemble as assemble, identifier as identifier, shared as shared
-from .constants import constants as constants
 from .formulation import (
     Candidates as Candidates,
     choose as choose,
     formulate as formulate,
-    kept_in_lines as kept_in_lines,
-    known_road as known_road,
 )
 from .in_lines import in_lines as in_lines
 from .lower import count_derived as count_derived, lower as lower
@@ -16,5 +13,4 @@ from .routine import Program as Program, Routine as Routine, Step as Step
 from .row_loop import RowLoop as RowLoop
 from .skipped import skipped as skipped
 from .states import Sampling as Sampling, quaternion_places as quaternion_places
-from .table_numbers import TableNumbers as TableNumbers
 from .tunable import tunable as tunable

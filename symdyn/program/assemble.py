@@ -16,10 +16,10 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import count
 
+from symdyn.algebra import constants
 from symdyn.dynamics import Argument, Function
-from symdyn.dynamics.roads import count_by_binding
+from symdyn.dynamics.roads import Counts
 from symdyn.graph import Expr, Graph, Op, reachable
-from symdyn.program.constants import constants
 from symdyn.program.routine import Program, Routine, Step
 from symdyn.scene import Scene
 
@@ -56,7 +56,7 @@ def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Pro
 def _routine(function: Function, known: Constants) -> Routine:
     """Return one function as named steps."""
     if function.is_loop_alone:
-        return Routine(function, (), (), (), count_by_binding(function), frozenset())
+        return Routine(function, (), (), (), Counts.by_binding(function), frozenset())
     needed = [node for node in reachable(function.entries) if node not in known]
     symbols = {node for node in needed if node.op is SYMBOL}
     lines = _lines(function, needed, known)
@@ -70,7 +70,7 @@ def _routine(function: Function, known: Constants) -> Routine:
         ),
         steps=_named(lines, function),
         unused=tuple(a.name for a in function.arguments if symbols.isdisjoint(a.symbols)),
-        binding=count_by_binding(function),
+        binding=Counts.by_binding(function),
         operations=frozenset(node.op for node in needed),
     )
 

@@ -22,24 +22,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.dynamics import (
-    OUTPUTS,
-    TABLE_LOOPS,
     Equations,
     Function,
     LoopChoices,
-    TableLoop,
     Workspace,
     derive_one,
-    lacking,
+    known_road,
     loop_alone,
+    looped,
     roads_of,
     row_of,
 )
 from symdyn.dynamics.roads import Counts
-from symdyn.errors import DerivationError
 from symdyn.graph import growing
 from symdyn.program.lower import lower
-from symdyn.program.pivots import may_vanish
 from symdyn.scene import Scene
 
 LONGEST = 16
@@ -85,32 +81,6 @@ def choose(
     return tuple(one.chosen(road, lines) for one in every)
 
 
-def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
-    """Raise DerivationError where a road is asked for that no output has."""
-    known = dict.fromkeys(one for request in outputs for one in roads_of(request, scene)) if road is not None else {}
-    if road is not None and road not in known:
-        loop = any(
-            road in OUTPUTS[name].roads and OUTPUTS[name].roads[road].loop for name in outputs if name in OUTPUTS
-        )
-        why = lacking(scene) if loop else ""
-        raise DerivationError(
-            f"no output that was asked for has the road {road!r}{why and f' ({why})'}; there are {', '.join(known)}"
-        )
-
-
-def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
-    """Return why large functions that might be loops over a table are lines, "" where there are none."""
-    rows = {name: OUTPUTS[name] for name in outputs if name in OUTPUTS}
-    fewest = {
-        name: TABLE_LOOPS[road].fewest for name, row in rows.items() for road in row.roads if row.roads[road].loop
-    }
-    might = [name for name, joints in fewest.items() if len(scene.velocities) >= joints]
-    if not might:
-        return ""
-    why = lacking(scene)
-    return f"{scene.name}: {', '.join(might)} in lines, not as a loop over a table: {why}" if why else ""
-
-
 @dataclass(frozen=True)
 class Candidates:
     """The derivations of one output that may become code.
@@ -151,23 +121,16 @@ class Candidates:
         loop, workspace = self.loop(road), self.workspace
         if loop and not lines:
             alone = loop_alone(workspace, self.request, loop)
-            if not (TABLE_LOOPS[loop].divides and may_vanish(workspace.joint_table, workspace.scene)):
+            if not (alone.loop and alone.loop.may_fail(workspace.scene)):
                 return alone
         if road is not None and road in self._roads():
             return derive_one(workspace, self.request, road)
         found = self.cheapest()
-        return replace(found, loop=TableLoop(loop, workspace.joint_table)) if loop else found
+        return replace(found, loop=workspace.table_loop(loop)) if loop else found
 
     def loop(self, road: str | None = None) -> str:
         """Return the road by which it is a loop over a table: the one asked for, or by count; "" for none."""
-        roads, n = row_of(self.request, self.workspace.scene)[0].roads, self.workspace.state.n
-        loops = [name for name, one in roads.items() if one.loop]
-        if not loops or (road is None and all(n < TABLE_LOOPS[name].fewest for name in loops)):
-            return ""
-        there = self._roads()
-        if road in there:
-            return road if roads[road].loop else ""
-        return next((name for name in there if roads[name].loop and n >= TABLE_LOOPS[name].fewest), "")
+        return looped(self.workspace, self.request, road)
 
     def _roads(self) -> tuple[str, ...]:
         return roads_of(self.request, self.workspace.scene)

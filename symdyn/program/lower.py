@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from symdyn.algebra import constants, is_simple
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Argument, Equations, Function
-from symdyn.dynamics.roads import Counts, count_by_binding
+from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable, substitute
 from symdyn.program.assemble import assemble
-from symdyn.program.constants import constants, is_simple
 from symdyn.program.passes import DEFAULT, optimise
 from symdyn.program.routine import Program
 
@@ -51,7 +51,7 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
 @growing()
 def count_derived(equations: Equations) -> list[dict[str, Counts]]:
     """Return the operations of every function by binding time, as it was derived: no pass has saved any."""
-    return [count_by_binding(function) for function in _bind(equations)]
+    return [Counts.by_binding(function) for function in _bind(equations)]
 
 
 def entries_of(functions: Functions) -> list[Expr]:

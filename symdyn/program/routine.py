@@ -39,7 +39,7 @@ class Routine:
         inputs: names of the argument entries that are needed, in calling order.
         steps: named intermediate results, each after all it needs.
         unused: names of the arguments of which no entry is needed.
-        binding: operations of one call by binding time, as `count_by_binding` gives them.
+        binding: operations of one call by binding time, as `Counts.by_binding` gives them.
         operations: which there are.
     """
 

@@ -17,7 +17,7 @@ from itertools import chain
 from weakref import WeakKeyDictionary
 
 from symdyn.dynamics import Equations, Function
-from symdyn.dynamics.mechanism import RowSolve, stepped
+from symdyn.dynamics.mechanism import RowSolve
 from symdyn.graph import Expr
 from symdyn.program.lower import lower
 from symdyn.program.routine import Program
@@ -80,7 +80,7 @@ class RowLoop:
         for step in self.steps:
             for c in range(self.width):
                 taken = ((r[factor], r[row + c]) for factor, row in step.terms)
-                r[step.row + c] = stepped(r[step.row + c], r[step.scale], taken)
+                r[step.row + c] = RowSolve.stepped(r[step.row + c], r[step.scale], taken)
         return [r[place] for place in self.places]
 
 

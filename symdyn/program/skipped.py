@@ -17,8 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.dynamics import Equations, Ungrouped, Workspace, angle_groups, derive_one, roads_of
-from symdyn.dynamics.mechanism import counts_alone
+from symdyn.dynamics import Equations, Workspace, angle_groups, derive_one, roads_of
 from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
@@ -62,7 +61,7 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
         Skipped(
             "regrouped inertias",
             "what a joint cannot feel of a body belongs to the body before it",
-            _saved(on, Ungrouped(scene), chosen),
+            _saved(on, Workspace(scene, regrouped=False), chosen),
         )
     )
     first = {request: roads_of(request, scene)[0] for request in requests}
@@ -77,7 +76,7 @@ def _dead(workspace: Workspace, chosen: Mapping[str, str]) -> Iterator[Skipped]:
     """Return what the chosen roads derive on the way and no function needs; other roads do not count."""
     functions = [derive_one(workspace, request, road) for request, road in chosen.items()]
     alive = set(reachable([entry for function in functions for entry in function.entries]))
-    dead = sum(counts_alone(node.op) and node not in alive for node in workspace.graph.nodes)
+    dead = sum(Counts.counts_alone(node.op) and node not in alive for node in workspace.graph.nodes)
     if dead:
         yield Skipped("dead operations", f"{dead} that the chosen roads derive on the way and no function needs")
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.build import lambdify
-from symdyn.dynamics import LoopChoices, derive
+from symdyn.dynamics import LoopChoices, Workspace, derive_one
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import drive_names
@@ -74,7 +74,7 @@ def _exact(run: Trajectory, motion: SceneMotion, names: Sequence[str]) -> Array 
     given = tuple(name for name in scene.coordinates if name in motion.laws) if scene.is_closed else ()
     choices = LoopChoices(independent=given)
     try:
-        labels = derive(scene, [DERIVATIVES], closing=choices).functions[0].labels
+        labels = derive_one(Workspace(scene, choices), DERIVATIVES).labels
         call = lambdify(scene, DERIVATIVES, closing=choices)
     except DerivationError:
         return None

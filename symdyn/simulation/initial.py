@@ -9,12 +9,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symdyn.algebra import Array, Floats
+from symdyn.algebra import Array, Floats, constants
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import TIME, prescribed, quaternions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
-from symdyn.program import constants
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import Faults, split_commas, suggestion, velocity_name

@@ -18,14 +18,14 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.reactions import ties, why_no_reactions
-from symdyn.dynamics.roads import WrittenDecisions, multiplier_names, reaction_names, unique_entries
+from symdyn.dynamics.reactions import why_no_reactions
+from symdyn.dynamics.roads import WrittenDecisions, reaction_names, unique
 from symdyn.graph import reachable
 from symdyn.program import Candidates, formulate
 from symdyn.scene import Scene
 from symdyn.scene.values import LETTERS, Faults
 from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
-from symdyn.simulation.equations.decisions import loop_decisions, written_decisions
+from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.trajectory import Trajectory
 
@@ -62,11 +62,8 @@ def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
     scene = motion.scene
     if not scene.is_closed:
         return {}
-    decisions, numbers = loop_decisions(scene)
-    if not decisions.kept:
-        return {}
-    names = multiplier_names(scene, decisions, numbers, written_decisions(scene).loose)
-    return dict(zip(names, multipliers(motion, written_decisions(scene)).T, strict=True))
+    decisions = written_decisions(scene)
+    return dict(zip(decisions.letters, multipliers(motion, decisions).T, strict=True)) if decisions.kept else {}
 
 
 def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dict[str, Array]:
@@ -106,10 +103,10 @@ def choices(scene: Scene, axes: str) -> Hashable:
         return None
     found = opened(scene)
     w = Workspace(found.scene, found.closing)
-    closing = [x for one in ties(w.hanging) for part in one.wrench or () for x in part]
+    closing = w.hanging.closing
     place = {node: k for k, node in enumerate(reachable(closing))}
     nodes = tuple((node.op, node.value, *(place[arg] for arg in node.args)) for node in place)
-    return written_decisions(scene), unique_entries(w, axes), nodes, tuple(place[x] for x in closing)
+    return written_decisions(scene), w.once(unique, axes), nodes, tuple(place[x] for x in closing)
 
 
 def axes_of(reactions: bool | str, faults: Faults, scene: Scene | None = None) -> str:

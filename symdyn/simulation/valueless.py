@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.mechanism import at_time, ends_apart, pull
+from symdyn.dynamics.mechanism import ends_apart, pull
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.forces import FORCES
@@ -23,7 +23,7 @@ def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str
     graph = Graph()
     values = dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
     values |= dict(zip(map(graph.symbol, scene.velocities), u.tolist(), strict=True))
-    values |= at_time(scene, graph, t)
+    values |= scene.at_time(graph, t)
     for parameter in scene.parameters:
         if parameter.value is not None:
             values[graph.symbol(parameter.name)] = evaluate([parameter.value.express(graph)], Floats(), {})[0]

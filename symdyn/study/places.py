@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics import derive
+from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene, SceneUnits, bind
 from symdyn.scene.values import Faults, split_commas, suggestion
@@ -96,7 +96,7 @@ def at_places(
 def _entries(scene: Scene, function: str, faults: Faults) -> tuple[str, ...]:
     """Return names of the entries of the arguments."""
     try:
-        arguments = derive(scene, [function]).functions[0].arguments
+        arguments = derive_one(Workspace(scene), function).arguments
     except DerivationError as fault:
         faults.add("function", str(fault))
         return ()

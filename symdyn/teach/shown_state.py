@@ -16,7 +16,7 @@ import numpy as np
 from symdyn.algebra import Floats
 from symdyn.draw import limits_of, pose
 from symdyn.dynamics import Energies, Workspace
-from symdyn.dynamics.mechanism import TIME, State, at_time, prescribed
+from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate, gradient
 from symdyn.scene import Scene, SceneUnits
@@ -69,7 +69,7 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
     """
     q, parameters, moment = _placed(scene, _parameters(scene, moving))
     values = {graph.symbol(name): value for name, value in parameters.items()}
-    values |= at_time(scene, graph, moment)
+    values |= scene.at_time(graph, moment)
     values |= dict(zip(state.q, q, strict=True))
     given = starting_rates(scene, parameters)
     for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):

@@ -7,19 +7,17 @@ from collections.abc import Sequence
 from symdyn.dynamics import (
     Function,
     Unasked,
+    Wanted,
     Workspace,
     derive_one,
-    expected,
-    of_place,
+    known_road,
     request_of,
     roads_lacking,
     roads_of,
     row_of,
-    there,
-    wanted_on,
 )
 from symdyn.errors import DerivationError
-from symdyn.program import Candidates, Program, choose, known_road
+from symdyn.program import Candidates, Program, choose
 from symdyn.verdict import Unclaimed
 from symdyn.verify.equality import Claim
 from symdyn.verify.laws import laws
@@ -36,11 +34,8 @@ def taken(
     if outputs is not None:
         outputs = tuple(dict.fromkeys(request_of(name, workspace.scene) for name in outputs))
         return outputs, choose(workspace, outputs, road), [], []
-    scene = workspace.scene
-    wanted, left_out = wanted_on(workspace)
-    wanted += of_place(scene.bodies[-1].name, Unasked.PROVED)
-    wanted += [name for name in expected(scene, Unasked.PROVED) if row_of(name)[0].unasked is Unasked.PROVED]
-    known_road(scene, wanted, road)
+    wanted = Wanted.of(workspace, Unasked.PROVED)
+    known_road(workspace.scene, wanted.outputs, road)
     functions: list[Function] = []
     why: dict[str, str] = {}
 
@@ -51,9 +46,9 @@ def taken(
             why[name] = str(fault)
             raise
 
-    found, faults = there(workspace, wanted, derive)
+    found, faults = wanted.there(derive)
     names = {fault: ", ".join(name for name, one in why.items() if one == fault) for fault in faults}
-    return found, tuple(functions), left_out, [Unclaimed(names[fault], fault) for fault in faults]
+    return found, tuple(functions), list(wanted.left_out), [Unclaimed(names[fault], fault) for fault in faults]
 
 
 def claims_of(

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from math import prod
 
-from symdyn.dynamics import Workspace, coefficients, expected
+from symdyn.dynamics import Workspace, coefficients
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene.forces import elastic
 from symdyn.verify.equality import Claim
@@ -30,16 +30,15 @@ from symdyn.verify.laws_of_reactions import LAWS_OF_REACTIONS
 from symdyn.verify.laws_of_regressors import LAWS_OF_REGRESSORS
 
 
-def laws(workspace: Workspace, outputs: Collection[str] | None = None) -> list[Claim]:
-    """Return the laws about `outputs` as claims, None for those that the scene has unasked.
+def laws(workspace: Workspace, outputs: Collection[str]) -> list[Claim]:
+    """Return the laws about `outputs` as claims.
 
     A law that needs another output is left out.
 
     Raises:
         DerivationError: an output does not exist, such as forward dynamics where M is singular.
     """
-    known = expected(workspace.scene) if outputs is None else outputs
-    claims = (law.claim(workspace) for law in LAWS if law.fits(workspace.scene, known))
+    claims = (law.claim(workspace) for law in LAWS if law.fits(workspace.scene, outputs))
     return [claim for claim in claims if claim is not None]
 
 

@@ -12,7 +12,6 @@ Reference: Orin, Goswami and Lee, Centroidal dynamics of a humanoid robot, Auton
 from __future__ import annotations
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.mechanism import mass, tree_placements
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Quantity
 from symdyn.spatial import Vec, add, cross, sub
@@ -37,13 +36,13 @@ def _velocity(w: Workspace) -> Claim:
 
 
 def _linear(w: Workspace) -> Claim:
-    m = mass(w.scene, w.tree)
+    m = w.mass
     J = tuple(m * one for one in entries(w, "centre_of_mass_jacobian"))
     return Claim("momentum", "upper half of A", "m J", entries(w, "centroidal_momentum_matrix")[: len(J)], J)
 
 
 def _weight(w: Workspace) -> Claim:
-    J, n, m = entries(w, "centre_of_mass_jacobian"), w.state.n, mass(w.scene, w.tree)
+    J, n, m = entries(w, "centre_of_mass_jacobian"), w.state.n, w.mass
     pulled = tuple(-m * w.graph.total(J[i * n + k] * w.tree.gravity[i] for i in range(3)) for k in range(n))
     return Claim("weight", "g", "-m J^T g_0", entries(w, "gravity_forces"), pulled)
 
@@ -63,7 +62,7 @@ def _share_of_base(w: Workspace) -> Claim | None:
     if not free or base.armature != Quantity.ZERO or tree.parent.count(0) > 1:
         return None
     carrier, here = tree.joint[base.name][1]
-    T, C = tree_placements(tree)[carrier] @ here, entries(w, "centre_of_mass")
+    T, C = tree.placements()[carrier] @ here, entries(w, "centre_of_mass")
     p, L = _vectors(_momentum(w))
     turning = add(L, cross(sub((C[0], C[1], C[2]), T.p), p))
     share = (*T.R.T @ p, *T.R.T @ turning)

@@ -16,7 +16,7 @@ from fractions import Fraction
 
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism import body_placements, vector
-from symdyn.dynamics.reactions import Equilibrium, Hinge, carried
+from symdyn.dynamics.reactions import Equilibrium, Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene.forces import without_place
@@ -61,7 +61,7 @@ def _contacts(w: Workspace) -> list[tuple[Hinge, Wrench]]:
     """Return contacts with what they exert on their bodies, axes of the bodies."""
     hanging, first = w.hanging, len(w.hanging.loops)
     total = [Wrench.none(w.graph)] * len(hanging.cuts)
-    for one, size in carried(w.hanging) if w.scene.is_closed else []:
+    for one, size in w.hanging.carried() if w.scene.is_closed else []:
         if one.wrench is not None:
             total[one.loop] = total[one.loop] + one.wrench.scaled(size)
     return [(hinge, hinge.on_child(wrench)) for hinge, wrench in zip(hanging.cuts[first:], total[first:], strict=True)]
@@ -104,7 +104,7 @@ def drives_in_reactions(w: Workspace) -> Claim | None:
         return None
     driving = w.hanging.driving(w.hanging.felt(_reactions(w)[: len(w.scene.joints)]))
     tau = list(entries(w, "inverse_dynamics"))
-    for one, size in carried(w.hanging) if w.scene.is_closed else []:
+    for one, size in w.hanging.carried() if w.scene.is_closed else []:
         if one.wrench is None:  # what keeps a formula goes through the joints of its velocities
             tau = [force + size * x for force, x in zip(tau, one.G, strict=True)]
     sides = substitute([*driving, *tau], motion)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.roads import base_values, drives_of, energies_by_momentum, parameters, remainder
+from symdyn.dynamics.roads import BaseColumns, Linear
 from symdyn.graph import Expr, substitute
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere
@@ -34,7 +34,8 @@ def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
         known = values(w)
         if not known:
             return None
-        rest = drives_of(w, remainder(w)) if w.scene.is_closed else remainder(w)
+        rest = Linear.of(w).remainder()
+        rest = w.loops.drives_of(rest) if w.scene.is_closed else rest
         sums = [a + b for a, b in zip(_product(w, entries(w, output), known), rest, strict=True)]
         return Claim(output.replace("_", " "), "Y parameters + rest", "tau", tuple(sums), entries(w, DRIVING))
 
@@ -42,8 +43,8 @@ def _of_forces(output: str, values: Callable[[Workspace], list[Expr]]) -> Law:
 
 
 def _energies(w: Workspace) -> Claim:
-    products = _product(w, entries(w, "energy_regressor"), parameters(w))
-    sums = [a + b for a, b in zip(products, remainder(w, energies_by_momentum), strict=True)]
+    products = _product(w, entries(w, "energy_regressor"), Linear.of(w).parameters())
+    sums = [a + b for a, b in zip(products, Linear.of(w).remainder(Workspace.energies_by_momentum), strict=True)]
     both = (*entries(w, "kinetic_energy"), *entries(w, "potential_energy"))
     return Claim("energy regressor", "Y pi + rest", "K, P", tuple(sums), both)
 
@@ -74,8 +75,8 @@ def _velocity_forces(w: Workspace) -> Claim:
 
 
 LAWS_OF_REGRESSORS: tuple[Law, ...] = (
-    _of_forces("regressor", parameters),
-    _of_forces("base_regressor", base_values),
+    _of_forces("regressor", lambda w: Linear.of(w).parameters()),
+    _of_forces("base_regressor", lambda w: BaseColumns.of(w).values()),
     everywhere(_energies, "kinetic_energy", "potential_energy", "energy_regressor"),
     Law((DRIVING, "slotine_li_forces"), (DRIVING_TREE, "slotine_li_forces"), _passive),
     everywhere(_passive_columns, "slotine_li_regressor", "base_regressor"),

@@ -24,8 +24,7 @@ import numpy as np
 
 from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.mechanism import at_time
-from symdyn.dynamics.reactions import Equilibrium, InNumbers, why_no_reactions
+from symdyn.dynamics.reactions import Equilibrium, why_no_reactions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.scene import SceneUnits
@@ -220,7 +219,7 @@ def _entries(w: Workspace) -> list[Expr]:
 
 def _values(w: Workspace, q: Array, u: Array, tau: Array) -> dict[Expr, float]:
     """Return values of all symbols but the accelerations, at t = 0."""
-    values = w.loops.values(q.tolist()) | at_time(w.scene, w.graph)
+    values = w.loops.values(q.tolist()) | w.scene.at_time(w.graph)
     for symbols, numbers in ((w.state.qd, u), (w.state.tau, tau)):
         values |= dict(zip(symbols, numbers.tolist(), strict=True))
     return values
@@ -270,7 +269,7 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> tuple[Findi
     given = any(argument.name == "tau" for argument in derived.arguments)
     # what is prescribed takes its own drive
     drives = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
-    system = InNumbers(Equilibrium.of(w.hanging, tau=drives if given else None, whole=True))
+    system = Equilibrium.of(w.hanging, tau=drives if given else None, whole=True).in_numbers
     compared: list[str] = []
     lost: dict[str, str] = {}
     wrong, holes, general = [], [], 0

@@ -70,6 +70,7 @@ class Constraints:
         residual: what vanishes where the row is kept, shape (m,); 0 for one that says nothing about q.
         G: shape (m, nv).
         bias: Ġ u, shape (m,).
+        cuts: of the loops and contacts.
         columns: by loop the relative twists (angular, linear at P, axes of J) of unit velocities, by velocity.
     """
 
@@ -77,15 +78,16 @@ class Constraints:
     residual: tuple[Expr, ...]
     G: tuple[tuple[Expr, ...], ...]
     bias: tuple[Expr, ...]
+    cuts: tuple[Cut, ...]
     columns: dict[str, dict[int, Twist]]
 
 
 Entry = tuple[Label, Expr, tuple[Expr, ...], Expr]
 
 
-def _gathered(entries: Sequence[Entry], columns: dict[str, dict[int, Twist]]) -> Constraints:
+def _gathered(entries: Sequence[Entry], there: Sequence[Cut], columns: dict[str, dict[int, Twist]]) -> Constraints:
     labels, residual, G, bias = zip(*entries, strict=True) if entries else ((), (), (), ())
-    return Constraints(tuple(labels), tuple(residual), tuple(G), tuple(bias), columns)
+    return Constraints(tuple(labels), tuple(residual), tuple(G), tuple(bias), tuple(there), columns)
 
 
 # Recursive
@@ -110,15 +112,15 @@ class _Relative:
 
 def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
     """Return the rows of a scene by recursion along its tree."""
-    entries, columns = [], {}
+    entries, columns, there = [], {}, cuts(scene, tree.graph)
     speeds = cache(lambda: (tree.rates(state.qd), tree.bias(state.qd)))
-    for cut in cuts(scene, tree.graph):
+    for cut in there:
         relative = _walk(tree, cut, speeds)
         entries += _of_cut(cut, relative, state)
         if cut.joint:
             columns[cut.owner] = relative.columns
     formulas = [_polarised(*one, scene, state, tree.graph) for one in _formulas(scene)]
-    return _gathered(_in_order(scene, entries + formulas), columns)
+    return _gathered(_in_order(scene, entries + formulas), there, columns)
 
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
@@ -272,8 +274,8 @@ def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Gra
 
 def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
     """Return the rows of a scene by differentiating placements in the ground frame."""
-    placed, entries = body_placements(scene, graph), []
-    for cut in cuts(scene, graph):
+    placed, there, entries = body_placements(scene, graph), cuts(scene, graph), []
+    for cut in there:
         X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
         velocity = tangents(X.p, state.velocity)
         turning = X.R.spin([tangents(row, state.velocity) for row in X.R])
@@ -284,7 +286,7 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
     for name, left in _formulas(scene):
         label = Label(name)
         entries.append((label, graph.zero, *_slopes(left.express(graph), state)))
-    return _gathered(_in_order(scene, entries), {})
+    return _gathered(_in_order(scene, entries), there, {})
 
 
 def _slopes(power: Expr, state: State) -> tuple[tuple[Expr, ...], Expr]:

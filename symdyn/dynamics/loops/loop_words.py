@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.loops.constraint_rows import Label
-from symdyn.dynamics.loops.cuts import FLAT, gauges
-from symdyn.dynamics.mechanism.angles import angles_of
-from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import Scene
 
 if TYPE_CHECKING:
@@ -65,16 +62,3 @@ def direction_words(vector: Array) -> str:
         if abs(abs(unit[k]) - 1) < 1e-12:
             return name
     return "(" + ", ".join(f"{x + 0.0:.4g}" for x in unit) + ")"
-
-
-def ends(scene: Scene, graph: Graph) -> list[tuple[Expr, str]]:
-    """Return what crosses zero where equations of motion end, and what is said there.
-
-    It is the volume of the axes of three turns, whose sign changes where the angles are singular; and w² - FLAT² of a
-    wheel, since w itself is a size and has no other sign behind its zero.
-    """
-    found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
-    least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
-    found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
-    moving = {graph.symbol(name) for name in scene.coordinates}
-    return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]

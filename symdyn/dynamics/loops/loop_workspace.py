@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
+from symdyn.dynamics.loops.cuts import FLAT, gauges
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.reduced_rows import Partitioned
 from symdyn.dynamics.loops.reduction import (
     AllRows,
     Reduction,
-    all_by_normal_equations,
     all_rows,
     nonzero,
     reduction,
-    solve_dependent,
-    solve_transposed,
     with_multipliers,
 )
 from symdyn.dynamics.mechanism.ldl import Factored, factored
-from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.errors import DerivationError, NoValueError
-from symdyn.graph import Expr, evaluate, substitute
+from symdyn.graph import Expr, evaluate, reachable, substitute
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -91,6 +89,22 @@ class LoopWorkspace:
         return tuple(by_rate.get(qd, qd) for qd in self.w.state.qd)
 
     @cached_property
+    def ends(self) -> list[tuple[Expr, str]]:
+        """What crosses zero where equations of motion end, and what is said there, in trees too.
+
+        It is the volume of the axes of three turns, whose sign changes where the angles are singular; and w² - FLAT² of
+        a wheel, since w itself is a size and has no other sign behind its zero.
+        """
+        from symdyn.dynamics.mechanism.angles import angles_of  # with NumPy
+
+        scene, graph = self.w.scene, self.w.graph
+        found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
+        least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
+        found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
+        moving = {graph.symbol(name) for name in scene.coordinates}
+        return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
+
+    @cached_property
     def singular_somewhere(self) -> bool:
         """Whether M of the spanning tree is singular at zeros, at the start or at a generic position."""
         import numpy as np
@@ -102,7 +116,7 @@ class LoopWorkspace:
         zeros = self.numbers.normalised(np.zeros(len(w.state.q)))
         for q in map(np.array, (zeros, assembly.q, assembly.typical, *assembly.places)):
             try:
-                numbers = evaluate(entries, Floats(), self.values(q) | at_time(w.scene, w.graph))
+                numbers = evaluate(entries, Floats(), self.values(q) | w.scene.at_time(w.graph))
             except NoValueError:  # no position of this mechanism
                 continue
             found = np.array(numbers, dtype=np.float64)
@@ -169,12 +183,12 @@ class LoopWorkspace:
     @cached_property
     def recursive_manifold(self) -> Manifold:
         """Directions by recursion, dependent ones by blocks."""
-        return self._manifold(self.recursive, solve_dependent)
+        return self._manifold(self.recursive, Partition.solve_dependent)
 
     @cached_property
     def differentiated_manifold(self) -> Manifold:
         """Directions by differentiation, dependent ones by normal equations of all rows."""
-        return self._manifold(self.differentiated, all_by_normal_equations)
+        return self._manifold(self.differentiated, Partition.solve_normal)
 
     def _manifold(self, rows: Constraints, solve: Solve) -> Manifold:
         held, places = self.held_positions
@@ -197,6 +211,19 @@ class LoopWorkspace:
         """The same with prescribed accelerations put in: only what forces decide is left."""
         given = self.w.prescribed
         return self.reduction.led(given.place, given.acceleration)
+
+    def drives_of(self, forces: list[Expr]) -> list[Expr]:
+        """Return what forces of the tree take from the drives, by the rows of the recursion; linear in the forces."""
+        G = self.G(self.recursive)
+        return self.at_drives(forces, G, self.driven.solve_transposed(G, forces))
+
+    def at_drives(self, forces: list[Expr], G: Matrix, multipliers: list[Expr]) -> list[Expr]:
+        """Return f - Gᵀ λ at driven velocities, zero at passive ones; without any drive, at independent ones."""
+        graph = self.w.graph
+        tau = [graph.zero] * self.w.state.n
+        for k in self.w.scene.driven_velocities or self.driven.independent:
+            tau[k] = forces[k] - graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True))
+        return tau
 
     # Lagrange road: with multipliers
 
@@ -262,11 +289,11 @@ class LoopWorkspace:
         if together:
             x, found = self._all_rows.solve(rest, [*gamma, *(-one for one in led)])
             return x, found[: len(G)]
-        fixed = solve_dependent(G, partition, [-one for one in gamma])
+        fixed = partition.solve_dependent(G, [-one for one in gamma])
         whole = Reduction(self.reduction.independent, self.reduction.T, tuple(fixed.get(k, zero) for k in n))
         motion = whole.led(place, led)
         left = [one - w.graph.total(M[k][j] * motion.s[j] for j in n) for k, one in enumerate(rest)]
         free = [row[0] for row in self._factored.solve([[one] for one in motion.gathered(left)])]
         x = motion.spread(free)
         excess = [w.graph.total(M[k][j] * x[j] for j in n) - one for k, one in enumerate(rest)]
-        return x, solve_transposed(G, partition, excess)
+        return x, partition.solve_transposed(G, excess)

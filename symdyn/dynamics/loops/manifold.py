@@ -18,16 +18,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.loops.dense import Matrix
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.mechanism.state import State
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.unlocked import cached_property
 
-Matrix = Sequence[Sequence[Expr]]
 Seeds = dict[Expr, Expr]
 Slopes = dict[str, list[Expr]]
-Solve = Callable[[Matrix, Partition, Sequence[Expr]], dict[int, Expr]]
+Solve = Callable[[Partition, Matrix, Sequence[Expr]], dict[int, Expr]]
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ class Manifold:
     def _solved(self, rows: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[int, Expr]:
         if all(one.is_zero for one in b):
             return {}
-        return {k: x for k, x in self.solve(rows, partition, b).items() if not x.is_zero}
+        return {k: x for k, x in self.solve(partition, rows, b).items() if not x.is_zero}
 
     @cached_property
     def powers(self) -> list[Expr]:
@@ -161,14 +160,14 @@ class Manifold:
             if name not in arguments:
                 continue
             slopes = substitute(gradient(phi, symbols), known)
-            y = solve_transposed(self.G, self.partition, slopes)
+            y = self.partition.solve_transposed(self.G, slopes)
             found[name] = self._left(self.G, self.partition, slopes, y)
             fixed = [self.graph.symbol(f"y {name}[{k}]") for k in range(len(y))]
             known |= dict(zip(fixed, y, strict=True))
             phi = phi - self.graph.total(a * x for a, x in zip(fixed, vanishing, strict=True))
         partial = dict(zip(state.q, substitute(gradient(phi, state.q), known), strict=True))
         slopes = [self.graph.total(h * partial[q] for q, h in seeds.items()) for seeds in self.along]
-        y = solve_transposed(self.held, self.places, slopes)
+        y = self.places.solve_transposed(self.held, slopes)
         found["q"] = self._left(self.held, self.places, slopes, y)
         return {name: found[name] for name in arguments}
 

@@ -28,7 +28,6 @@ from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loop_decisions_a
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.partition import LoopChoices
-from symdyn.dynamics.mechanism.kinematics import tree_placements
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
@@ -217,7 +216,7 @@ def _moved_by(numbers: Numbers, q: Array) -> list[list[tuple[int, Array]]]:
     """
     tree = numbers.tree
     entries = []
-    for T, (z, s) in zip(tree_placements(tree), tree.S, strict=True):
+    for T, (z, s) in zip(tree.placements(), tree.S, strict=True):
         turned = T.R @ z
         entries += [*turned, *add(T.R @ s, cross(T.p, turned))]
     axes = numbers.at(entries, q).reshape(-1, 6)

@@ -14,6 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from symdyn.dynamics.loops.dense import Matrix, solve_normal, solve_square
+from symdyn.graph import Expr
 from symdyn.scene import Scene
 from symdyn.scene.values import spell
 
@@ -49,6 +51,10 @@ class Block:
     rows: tuple[int, ...]
     velocities: tuple[int, ...]
 
+    def solve(self, G: Matrix, b: Sequence[Expr]) -> list[Expr]:
+        """Return x of the velocities with G x = b in the rows, b of shape (rows,); as many rows as velocities."""
+        return solve_square([[G[r][k] for k in self.velocities] for r in self.rows], b)
+
 
 @dataclass(frozen=True)
 class Partition:
@@ -57,6 +63,38 @@ class Partition:
     independent: tuple[int, ...]
     dependent: tuple[int, ...]
     blocks: tuple[Block, ...]
+
+    def solve_dependent(self, G: Matrix, b: Sequence[Expr]) -> dict[int, Expr]:
+        """Return x with G_d x = b by velocity, block by block, b of shape (kept rows,)."""
+        x: dict[int, Expr] = {}
+        for block in self.blocks:
+            rest = [_without(b[r], G[r], x) for r in block.rows]
+            x |= dict(zip(block.velocities, block.solve(G, rest), strict=True))
+        return x
+
+    def solve_normal(self, G: Matrix, b: Sequence[Expr]) -> dict[int, Expr]:
+        """Return what `solve_dependent` does, by the normal equations of all rows at once."""
+        square = [[row[k] for k in self.dependent] for row in G]
+        return dict(zip(self.dependent, solve_normal(square, b) if G else [], strict=True))
+
+    def solve_transposed(self, G: Matrix, f: Sequence[Expr]) -> list[Expr]:
+        """Return λ with Gᵀ λ = f in the velocities of the blocks, shape (rows,), f of shape (nv,).
+
+        Of a block with more velocities than rows λ misses least in the sum of squares; f is met where it can be.
+        """
+        found: dict[int, Expr] = {}
+        for block in reversed(self.blocks):
+            rest = [_without(f[k], [row[k] for row in G], found) for k in block.velocities]
+            matrix = [[G[r][k] for r in block.rows] for k in block.velocities]
+            solve_block = solve_square if len(block.rows) == len(block.velocities) else solve_normal
+            found |= dict(zip(block.rows, solve_block(matrix, rest), strict=True))
+        return [found[r] for r in range(len(G))]
+
+
+def _without(b: Expr, row: Sequence[Expr], x: Mapping[int, Expr]) -> Expr:
+    """Return b less a row times what is known, term by term in the order in which it became known."""
+    zero = b.graph.zero
+    return b - b.graph.total(row[k] * one for k, one in x.items() if row[k] is not zero)
 
 
 def over_driven(scene: Scene, free: int) -> str:

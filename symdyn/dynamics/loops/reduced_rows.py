@@ -16,8 +16,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
+from symdyn.dynamics.loops.dense import CRAMER, Matrix, inverse, squared
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.loops.reduction import CRAMER, Matrix, Reduction, inverse, nonzero, squared
+from symdyn.dynamics.loops.reduction import Reduction, nonzero
 from symdyn.dynamics.mechanism.ldl import Factored
 from symdyn.dynamics.mechanism.row_solve import RowStep
 from symdyn.graph import Expr

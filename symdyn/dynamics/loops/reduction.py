@@ -14,10 +14,7 @@ where A = M and no Gᵀ γ will do if M is regular, also at natural positions. T
 constraint manifold too. Where rows without loops have no partition that will do at every position, the first road takes
 all rows at once as well.
 
-Blocks of G_d up to six rows are solved by Cramer's rule with shared minors: a block is singular where the dependent
-velocities are undetermined and nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those
-with more equations than unknowns, are solved by their normal equations, which are singular nowhere else either.
-Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
+G_d is solved by its blocks, see `dense`. Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.5 and 3.2; Wehage and Haug (1982); Baumgarte,
 Stabilization of constraints and integrals of motion in dynamical systems (1972).
@@ -25,18 +22,14 @@ Stabilization of constraints and integrals of motion in dynamical systems (1972)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
+from symdyn.dynamics.loops.dense import Matrix
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.mechanism.ldl import Factored, Singular, factored, solve
 from symdyn.graph import Expr, Graph
-
-Matrix = Sequence[Sequence[Expr]]
-
-CRAMER = 6
-"""Rows of the largest block that is solved by Cramer's rule."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +92,11 @@ def reduction(G: Matrix, gamma: Sequence[Expr], partition: Partition, n: int, gr
     T: list[dict[int, Expr]] = [{} for _ in range(n)]
     for i in partition.independent:
         T[i][i] = graph.one
-        for k, x in solve_dependent(G, partition, [-row[i] for row in G]).items():
+        for k, x in partition.solve_dependent(G, [-row[i] for row in G]).items():
             if not x.is_zero:
                 T[k][i] = x
     s = [graph.zero] * n
-    for k, x in solve_dependent(G, partition, [-one for one in gamma]).items():
+    for k, x in partition.solve_dependent(G, [-one for one in gamma]).items():
         s[k] = x
     return Reduction(partition.independent, tuple(T), tuple(s))
 
@@ -120,121 +113,6 @@ def nonzero(row: Sequence[Expr]) -> list[tuple[int, Expr]]:
     """Return what of a row is not zero, with its place: large mechanisms have long rows of few entries."""
     zero = row[0].graph.zero if row else None
     return [(k, x) for k, x in enumerate(row) if x is not zero]
-
-
-# G_d and its transpose, block by block
-
-
-def solve_dependent(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[int, Expr]:
-    """Return x with G_d x = b by velocity, b of shape (kept rows,)."""
-    x: dict[int, Expr] = {}
-    for block in partition.blocks:
-        rest = [_without(b[r], G[r], x) for r in block.rows]
-        matrix = [[G[r][k] for k in block.velocities] for r in block.rows]
-        x |= dict(zip(block.velocities, solve_square(matrix, rest), strict=True))
-    return x
-
-
-def _without(b: Expr, row: Sequence[Expr], x: Mapping[int, Expr]) -> Expr:
-    """Return b less a row times what is known, term by term in the order in which it became known."""
-    zero = b.graph.zero
-    return b - b.graph.total(row[k] * one for k, one in x.items() if row[k] is not zero)
-
-
-def all_by_normal_equations(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[int, Expr]:
-    """Return what `solve_dependent` does, by the normal equations of all rows at once."""
-    square = [[row[k] for k in partition.dependent] for row in G]
-    return dict(zip(partition.dependent, solve_normal(square, b) if G else [], strict=True))
-
-
-def solve_transposed(G: Matrix, partition: Partition, f: Sequence[Expr]) -> list[Expr]:
-    """Return λ with Gᵀ λ = f in the velocities of the partition's blocks, shape (rows,), f of shape (nv,).
-
-    Of a block with more velocities than rows the λ that misses least in the sum of squares; where f can be met, it is.
-    """
-    found: dict[int, Expr] = {}
-    for block in reversed(partition.blocks):
-        rest = [_without(f[k], [row[k] for row in G], found) for k in block.velocities]
-        matrix = [[G[r][k] for r in block.rows] for k in block.velocities]
-        solve_block = solve_square if len(block.rows) == len(block.velocities) else solve_normal
-        found |= dict(zip(block.rows, solve_block(matrix, rest), strict=True))
-    return [found[r] for r in range(len(G))]
-
-
-def solve_square(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
-    """Return B⁻¹ b: by Cramer's rule, beyond six rows by normal equations."""
-    size = len(B)
-    if all(one.is_zero for one in b):
-        return list(b)
-    if size > CRAMER:
-        return solve_normal(B, b)
-    minors = _Minors(B)
-    every = tuple(range(size))
-    det = minors.value(every, every)
-    if size == 1:
-        return [b[0] / det]
-    inverse = 1 / det
-    found = []
-    for j in every:
-        columns = every[:j] + every[j + 1 :]
-        total = det.graph.zero
-        for i in every:
-            if not b[i].is_zero:
-                minor = minors.value(every[:i] + every[i + 1 :], columns)
-                total = total + minor * b[i] if (i + j) % 2 == 0 else total - minor * b[i]
-        found.append(total * inverse)
-    return found
-
-
-def inverse(B: Matrix) -> list[list[Expr]]:
-    """Return B⁻¹ of at most six rows, by its minors and one reciprocal."""
-    minors, every = _Minors(B), tuple(range(len(B)))
-    plus = 1 / minors.value(every, every)
-
-    def entry(j: int, i: int) -> Expr:
-        found = minors.value(every[:i] + every[i + 1 :], every[:j] + every[j + 1 :]) * plus
-        return found if (i + j) % 2 == 0 else -found
-
-    return [[entry(j, i) for i in every] for j in every]
-
-
-class _Minors:
-    """Minors of a matrix by expansion along their first rows, each computed once."""
-
-    def __init__(self, B: Matrix) -> None:
-        """Begin with a square matrix."""
-        self.B = B
-        self.known: dict[tuple[tuple[int, ...], tuple[int, ...]], Expr] = {}
-
-    def value(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> Expr:
-        """Return the determinant of the part."""
-        graph = self.B[0][0].graph
-        if not rows:
-            return graph.one
-        key = (rows, columns)
-        if key not in self.known:
-            total = graph.zero
-            for place, c in enumerate(columns):
-                entry = self.B[rows[0]][c]
-                if not entry.is_zero:
-                    term = entry * self.value(rows[1:], columns[:place] + columns[place + 1 :])
-                    total = total + term if place % 2 == 0 else total - term
-            self.known[key] = total
-        return self.known[key]
-
-
-def solve_normal(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
-    """Return x with Bᵀ B x = Bᵀ b by Lᵀ D L: B⁻¹ b, or the least squares of more equations than unknowns."""
-    graph, columns = B[0][0].graph, zip(*B, strict=True)
-    right = [[graph.total(x * y for x, y in zip(column, b, strict=True))] for column in columns]
-    return [row[0] for row in squared(B).solve(right)]
-
-
-def squared(B: Matrix) -> Factored:
-    """Return Bᵀ B factored."""
-    graph, columns = B[0][0].graph, list(zip(*B, strict=True))
-    square = [[graph.total(x * y for x, y in zip(one, other, strict=True)) for other in columns] for one in columns]
-    return factored(graph, range(-1, len(columns)), square)
 
 
 # With multipliers

@@ -1,10 +1,7 @@
 """Names that `symdyn.dynamics.mechanism` offers; each is imported when it is first used."""
 
 from .angles import angles_of as angles_of
-from .centroidal import mass as mass
-from .cost import cost as cost, counts_alone as counts_alone
-from .directions import has_quaternions as has_quaternions
-from .kinematics import body_motion as body_motion, centre_of_mass as centre_of_mass, tree_placements as tree_placements
+from .cost import cost as cost
 from .ldl import solve as solve
 from .loads import (
     declared_forces as declared_forces,
@@ -16,12 +13,7 @@ from .loads import (
     squared_length as squared_length,
 )
 from .placements import body_placements as body_placements, ends_apart as ends_apart, joint_placement as joint_placement
-from .prescribed import (
-    TIME as TIME,
-    at_time as at_time,
-    has_motion as has_motion,
-    prescribed as prescribed,
-)
-from .row_solve import RowSolve as RowSolve, stepped as stepped
+from .prescribed import TIME as TIME, has_motion as has_motion, prescribed as prescribed
+from .row_solve import RowSolve as RowSolve
 from .state import State as State, joint_motion as joint_motion, quaternions as quaternions, vector as vector
 from .tree import body_inertia as body_inertia

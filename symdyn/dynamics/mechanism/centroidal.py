@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from symdyn.dynamics.mechanism.kinematics import body_motion, tree_placements
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
@@ -60,7 +59,7 @@ def mass(scene: Scene, tree: Tree) -> Expr:
 def centre(scene: Scene, tree: Tree) -> Vec:
     """Return C, m."""
     m, total = mass(scene, tree), zero_vector(tree.graph)
-    for T, one in list(zip(tree_placements(tree), tree.inertia, strict=True))[1:]:
+    for T, one in list(zip(tree.placements(), tree.inertia, strict=True))[1:]:
         total = add(total, add(T.R @ one.h, scale(one.m, T.p)))
     return scale(1 / m, total)
 
@@ -69,7 +68,7 @@ def _momenta(scene: Scene, tree: Tree, C: Vec) -> list[tuple[Vec, Vec]]:
     """Return (linear, angular) momentum about C for the unit rate of every velocity."""
     zero = zero_vector(tree.graph)
     columns = [(zero, zero)] * tree.n
-    for i, (T, carried) in enumerate(zip(tree_placements(tree), composites(tree), strict=True)):
+    for i, (T, carried) in enumerate(zip(tree.placements(), composites(tree), strict=True)):
         L, p = (T.R @ part for part in carried.momentum(*tree.S[i]))
         L = add(L, cross(sub(T.p, C), p))
         for k, share in tree.A[i]:
@@ -92,8 +91,8 @@ def momentum_bias(scene: Scene, tree: Tree, state: State) -> list[Expr]:
     """Return b, shape (6,); N and N m."""
     C, still = centre(scene, tree), [tree.graph.zero] * tree.n
     force = moment = zero_vector(tree.graph)
-    motion = body_motion(tree, state.qd, still, zero_vector(tree.graph))
-    for T, one, at in list(zip(tree_placements(tree), tree.inertia, motion, strict=True))[1:]:
+    motion = tree.motion(state.qd, still, zero_vector(tree.graph))
+    for T, one, at in list(zip(tree.placements(), tree.inertia, motion, strict=True))[1:]:
         turning, pushing = one.momentum(at.dw, at.a)
         L, p = one.momentum(at.w, zero_vector(tree.graph))
         f = T.R @ add(pushing, cross(at.w, p))

@@ -32,11 +32,6 @@ CATEGORY: dict[Op, str] = {
 }
 
 
-def counts_alone(op: Op) -> bool:
-    """Whether an operation costs something, and is not counted in pairs as sines are."""
-    return CATEGORY[op] not in (FREE, "sincos")
-
-
 # By latency, which is what scalar code waits for: a product or a sum takes 4 cycles, a division about 15, a pair of
 # sines about 80. At 8 a division, nearer to what vector units take, all examples and counted robots choose alike.
 WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "others": 20}

@@ -15,9 +15,6 @@ Reference: Khalil and Dombre, Modeling, Identification and Control of Robots (20
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
@@ -95,25 +92,17 @@ def _twist(T: Transform, rates: dict[Expr, Expr]) -> list[Expr]:
 # Recursive
 
 
-def tree_placements(tree: Tree) -> list[Transform]:
-    """Return T_0i of every frame of the tree, the ground first."""
-    placements = [Transform.unit(tree.graph)]
-    for i in tree.outward():
-        placements.append(placements[tree.parent[i]] @ tree.T[i])
-    return placements
-
-
 def tree_placed(scene: Scene, tree: Tree, name: str) -> Transform:
     """Return the placement of a body or point in the ground frame."""
     body, local = locate(scene, name, tree.graph)
     carrier, home = tree.home[body]
-    return tree_placements(tree)[carrier] @ home @ local
+    return tree.placements()[carrier] @ home @ local
 
 
 def jacobian(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
     """Return J with [v; ω] = J q̇, row by row, shape (6, n): column z × (p - o) + s over z, with z, s the joint axis."""
     body, _ = locate(scene, name, tree.graph)
-    p, placements = tree_placed(scene, tree, name).p, tree_placements(tree)
+    p, placements = tree_placed(scene, tree, name).p, tree.placements()
     columns: list[tuple[Expr, ...]] = [(tree.graph.zero,) * 6] * tree.n
     i = tree.home[body][0]
     while i:
@@ -130,8 +119,8 @@ def velocity_product(scene: Scene, tree: Tree, state: State, name: str) -> list[
     still = [tree.graph.zero] * tree.n
     body, local = locate(scene, name, tree.graph)
     carrier, home = tree.home[body]
-    motion = body_motion(tree, state.qd, still, zero_vector(tree.graph))[carrier]
-    R = tree_placements(tree)[carrier].R
+    motion = tree.motion(state.qd, still, zero_vector(tree.graph))[carrier]
+    R = tree.placements()[carrier].R
     return [*R @ motion.at((home @ local).p), *R @ motion.dw]
 
 
@@ -139,8 +128,8 @@ def acceleration(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr
     """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
     centre = centre_of_mass(scene, name, tree.graph)
     carrier, home = tree.home[name]
-    motion = body_motion(tree, state.qd, state.qdd, zero_vector(tree.graph))[carrier]
-    return list(tree_placements(tree)[carrier].R @ motion.at(home.point(centre)))
+    motion = tree.motion(state.qd, state.qdd, zero_vector(tree.graph))[carrier]
+    return list(tree.placements()[carrier].R @ motion.at(home.point(centre)))
 
 
 def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
@@ -153,33 +142,3 @@ def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
     if inertia.m.is_zero:
         raise DerivationError(f"{scene.name}: body {name!r} has no mass, so it has no centre of mass")
     return scale(1 / inertia.m, inertia.h)
-
-
-@dataclass(frozen=True)
-class TreeMotion:
-    """Motion of one frame, in its own axes; see the module's legend. rad/s, rad/s^2, m/s^2."""
-
-    w: Vec
-    dw: Vec
-    a: Vec
-
-    def at(self, r: Vec) -> Vec:
-        """Return the acceleration of a point at r: a + ω̇ × r + ω × (ω × r)."""
-        return add(self.a, add(cross(self.dw, r), cross(self.w, cross(self.w, r))))
-
-
-def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[TreeMotion]:
-    """Return the motion of every frame, the ground first: its acceleration -g puts gravity into every body."""
-    still = zero_vector(tree.graph)
-    rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
-    motion = [TreeMotion(still, still, ground)]
-    for i in tree.outward():
-        (z, s), E, r = tree.S[i], tree.T[i].R, tree.T[i].p
-        parent = motion[tree.parent[i]]
-        wp = E.T @ parent.w
-        spin, slide = scale(rate[i], z), scale(rate[i], s)
-        w = add(wp, spin)
-        dw = add(add(E.T @ parent.dw, cross(wp, spin)), scale(acceleration[i], z))
-        a = add(add(E.T @ parent.at(r), scale(2, cross(wp, slide))), scale(acceleration[i], s))
-        motion.append(TreeMotion(w, dw, a))
-    return motion

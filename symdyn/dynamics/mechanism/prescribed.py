@@ -24,12 +24,6 @@ INPUTS = "inputs"
 """Name of the argument of what depends on letters that are given over time."""
 
 
-def at_time(scene: Scene, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
-    """Return the values of time and of inputs that nobody gives."""
-    values = {graph.symbol(one.name): float(one.value.at({}) or 0) for one in scene.inputs}
-    return {graph.symbol(TIME): t} | values
-
-
 def inputs_of(scene: Scene, graph: Graph) -> tuple[Expr, ...]:
     """Return the symbols of the inputs of a scene."""
     return tuple(graph.symbol(one.name) for one in scene.inputs)

@@ -64,12 +64,12 @@ class RowSolve:
         all_of_it = (one for step in self.steps for one in (step.scale, *(factor for factor, _ in step.terms)))
         return tuple(dict.fromkeys(all_of_it))
 
-
-def stepped(x: Expr, scale: Expr, taken: Iterable[tuple[Expr, Expr]]) -> Expr:
-    """Return s x - Σ f y of one column, in order; what is zero is not taken away, and nothing is multiplied by one."""
-    if not (scale == scale.graph.one or x.is_zero):
-        x = scale * x
-    for factor, y in taken:
-        if not (factor.is_zero or y.is_zero):
-            x = -(factor * y) if x.is_zero else x - factor * y
-    return x
+    @staticmethod
+    def stepped(x: Expr, scale: Expr, taken: Iterable[tuple[Expr, Expr]]) -> Expr:
+        """Return s x - Σ f y of one column, in order; zeros are not taken away, and nothing is multiplied by one."""
+        if not (scale == scale.graph.one or x.is_zero):
+            x = scale * x
+        for factor, y in taken:
+            if not (factor.is_zero or y.is_zero):
+                x = -(factor * y) if x.is_zero else x - factor * y
+        return x

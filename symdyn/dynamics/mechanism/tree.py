@@ -161,6 +161,42 @@ class Tree(Topology):
     home: dict[str, tuple[int, Transform]]
     joint: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]]
 
+    def placements(self) -> list[Transform]:
+        """Return T_0i of every frame, the ground first."""
+        placements = [Transform.unit(self.graph)]
+        for i in self.outward():
+            placements.append(placements[self.parent[i]] @ self.T[i])
+        return placements
+
+    def motion(self, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[TreeMotion]:
+        """Return the motion of every frame, the ground first: its acceleration -g puts gravity into every body."""
+        still = zero_vector(self.graph)
+        rate, acceleration = self.rates(qd), self.accelerations(qd, qdd)
+        motion = [TreeMotion(still, still, ground)]
+        for i in self.outward():
+            (z, s), E, r = self.S[i], self.T[i].R, self.T[i].p
+            parent = motion[self.parent[i]]
+            wp = E.T @ parent.w
+            spin, slide = scale(rate[i], z), scale(rate[i], s)
+            w = add(wp, spin)
+            dw = add(add(E.T @ parent.dw, cross(wp, spin)), scale(acceleration[i], z))
+            a = add(add(E.T @ parent.at(r), scale(2, cross(wp, slide))), scale(acceleration[i], s))
+            motion.append(TreeMotion(w, dw, a))
+        return motion
+
+
+@dataclass(frozen=True)
+class TreeMotion:
+    """Motion of one frame, in its own axes; see `kinematics`. rad/s, rad/s^2, m/s^2."""
+
+    w: Vec
+    dw: Vec
+    a: Vec
+
+    def at(self, r: Vec) -> Vec:
+        """Return the acceleration of a point at r: a + ω̇ × r + ω × (ω × r)."""
+        return add(self.a, add(cross(self.dw, r), cross(self.w, cross(self.w, r))))
+
 
 def build_tree(scene: Scene, graph: Graph) -> Tree:
     """Return the scene's kinematic tree."""

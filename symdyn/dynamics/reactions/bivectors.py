@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from symdyn.dynamics.mechanism.kinematics import TreeMotion
 from symdyn.dynamics.mechanism.state import vector
-from symdyn.dynamics.reactions.hanging import Hanging
+from symdyn.dynamics.mechanism.tree import TreeMotion
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.dynamics.reactions.members import motions
 from symdyn.graph import Expr
@@ -31,6 +31,9 @@ from symdyn.spatial import (
     scale,
     zero_vector,
 )
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.hanging import Hanging
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.loops.loop_words import in_words
-from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_bivectors
+from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import PLACES, Hinge, reactions_of
+from symdyn.dynamics.reactions.least import InNumbers
 from symdyn.dynamics.reactions.ties import (
     flattened,
     independent_in_plane,
@@ -96,6 +97,11 @@ class Equilibrium:
     kept: tuple[int, ...]
     own: tuple[tuple[Expr, ...], ...]
 
+    @property
+    def in_numbers(self) -> InNumbers:
+        """What computes the least solution at values of the state."""
+        return InNumbers(self)
+
     @classmethod
     def of(
         cls, hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
@@ -117,7 +123,7 @@ class Equilibrium:
         normal = coordinate_normal(hanging) if planar else None
         kept = (0, 1, 2, 3, 4, 5) if normal is None else (*(k for k in range(3) if k != normal), 3 + normal)
         own = tuple(tuple(_own(hanging, hinge, tau)) for hinge in hanging.joints)
-        bodies = known_bivectors(hanging, own)
+        bodies = hanging.bivectors(own)
         unknowns = [one for one in _unknowns(hanging, normal, whole) if tau is None or not one.is_drive]
         blocks: dict[tuple[int, int], Wrench] = {}
         for u, unknown in enumerate(unknowns):

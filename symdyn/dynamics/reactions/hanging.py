@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +16,10 @@ import numpy as np
 from symdyn.algebra import Array, Floats
 from symdyn.dynamics.mechanism.state import State, quaternions
 from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.dynamics.reactions.bivectors import Bivectors, known_bivectors
 from symdyn.dynamics.reactions.hinges import PLACES, TINY, Hinge, drives, hinges, relative_twists
 from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces, placements, way_apart
+from symdyn.dynamics.reactions.ties import Tie, sizes, ties
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Strut
@@ -112,6 +114,26 @@ class Hanging:
     def squared_length(self, strut: Strut) -> Expr:
         """Return the squared distance of the ends of a strut between points, m²."""
         return way_apart(self.scene, strut, self.placements, self.graph)[1]
+
+    def bivectors(self, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
+        """Return actions, what joints do by themselves (`own`) included, and inertia bivectors of every body."""
+        return known_bivectors(self, own)
+
+    @property
+    def closing(self) -> list[Expr]:
+        """Entries of the wrenches at unit size that close loops and keep contacts, of the rows that are kept."""
+        return [x for one in ties(self) for part in one.wrench or () for x in part]
+
+    def carried(self) -> list[tuple[Tie, Expr]]:
+        """Return what closes loops, contacts and rows of a closed mechanism, each with its size in `reactions`."""
+        unknown = ties(self)
+        return list(zip(unknown, sizes(self, unknown, self.needed_forces(self.transmitted(self.loads))), strict=True))
+
+    def closed_by(self, cuts: Sequence[Hinge]) -> Hanging:
+        """Return the mechanism with other hinges where it is cut."""
+        found = replace(self)
+        found.__dict__["hinges"] = (*self.joints, *cuts)
+        return found
 
     @cached_property
     def loads(self) -> list[Wrench]:

@@ -13,13 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symdyn.algebra import Array, Floats
-from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.graph import Expr, evaluate
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.dalembert import Equilibrium
 
 RANK = 1e-9
 """Singular values this much below the largest are zero, at positions that close the loops to the last digits."""

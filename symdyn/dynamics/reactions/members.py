@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.mechanism.kinematics import TreeMotion, body_motion
 from symdyn.dynamics.mechanism.loads import joint_resistance, load_vectors, pull
 from symdyn.dynamics.mechanism.state import State, joint_motion, vector
-from symdyn.dynamics.mechanism.tree import Tree, ball_rotor, body_inertia
+from symdyn.dynamics.mechanism.tree import Tree, TreeMotion, ball_rotor, body_inertia
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
@@ -35,7 +34,7 @@ from symdyn.spatial import (
 
 def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[TreeMotion]:
     """Return the motion of every body of the scene; `ground` is the acceleration of the ground."""
-    carried = body_motion(tree, qd, qdd, ground)
+    carried = tree.motion(qd, qdd, ground)
     result = []
     for body in scene.bodies:
         i, home = tree.home[body.name]

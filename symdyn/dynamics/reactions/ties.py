@@ -18,15 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symdyn.algebra import Array
 from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.partition import Partition, blocks
-from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.mechanism.exact import has_symbols
-from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import PLACES, Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
@@ -34,6 +33,9 @@ from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, without_place
 from symdyn.scene.joints import JOINTS, unit
 from symdyn.spatial import Mat, Vec, Wrench, dot, scale, sub
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.hanging import Hanging
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
 
@@ -88,13 +90,6 @@ def ties(hanging: Hanging) -> list[Tie]:
     return [every[k] for k in hanging.decisions.kept] if hanging.decisions else every
 
 
-def carried(hanging: Hanging) -> list[tuple[Tie, Expr]]:
-    """Return what closes loops, contacts and rows of a closed mechanism, each with its size in `reactions`."""
-    unknown = ties(hanging)
-    forces = hanging.needed_forces(hanging.transmitted(hanging.loads))
-    return list(zip(unknown, sizes(hanging, unknown, forces), strict=True))
-
-
 def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
     """Return the unknowns of all loops, contacts and rows, in the order of G; `whole` with what goes across planes."""
     found: dict[tuple[bool, str], list[Tie]] = {}  # by whether it is a loop, and its name
@@ -137,7 +132,7 @@ def sizes(hanging: Hanging, unknown: Sequence[Tie], forces: Sequence[Expr]) -> l
     among = hanging.scene.undriven_velocities
     uses = [[k for k in among if not one.G[k].is_zero] for one in unknown]
     partition = Partition((), tuple(among), tuple(blocks(uses)))
-    return solve_transposed([one.G for one in unknown], partition, forces)
+    return partition.solve_transposed([one.G for one in unknown], forces)
 
 
 # Planes

@@ -11,11 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import ClassVar
 
+from symdyn.algebra import constants
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
-from symdyn.graph import Expr, Graph, substitute
+from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, neg, zero_vector
@@ -62,6 +65,42 @@ class JointTable:
 
     ground: Vec
     rows: tuple[JointRow, ...]
+
+    MOMENTS: ClassVar[int] = 7
+    """Numbers of a body that a row of code has room for."""
+
+    def numbers(self, scene: Scene) -> list[Fraction]:
+        """Return the acceleration of the ground and then every entry of every row, parameters with their values.
+
+        Numbers are exact, or to 50 digits and more.
+
+        Raises:
+            DerivationError: one of them is not a finite real number.
+        """
+        entries = [*self.ground, *(x for row in self.rows for x in row.entries)]
+        values = {one.name: one.value for one in scene.parameters if one.value is not None}
+        graph = Graph()
+        bound: dict[Expr, Expr] = {
+            node: values[str(node.value)].express(graph) for node in reachable(entries) if node.op is Op.SYMBOL
+        }
+        found = substitute(entries, bound, graph)
+        known = constants(found)
+        return [known[node] for node in found]
+
+    def in_order(self, scene: Scene) -> list[Fraction]:
+        """Return the numbers as tables of code have them, rows of one length: the ground, the rows, and the matrices.
+
+        A row whose fixed turn is a matrix has cosine and sine of no turn; what a slide has no moments for is zero.
+        """
+        numbers = iter(self.numbers(scene))
+        found, matrices = [next(numbers) for _ in self.ground], list[Fraction]()
+        for row in self.rows:
+            here = [next(numbers) for _ in row.entries]
+            turn, rest = here[: len(row.fixed)], here[len(row.fixed) :]
+            found += turn if len(turn) == 2 else [Fraction(1), Fraction(0)]
+            matrices += turn if len(turn) > 2 else []
+            found += [*rest, *[Fraction(0)] * (self.MOMENTS - len(row.moments))]
+        return found + matrices
 
 
 def lacking(scene: Scene) -> str:

@@ -16,7 +16,7 @@ from itertools import product
 from symdyn.dynamics.recursive.lean_tree import LeanTree, slides_along_all_turns, split
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.rnea import rnea
-from symdyn.dynamics.roads.linear_forces import Linear, driving, lagrange_driving, linear, parameters
+from symdyn.dynamics.roads.linear_forces import Linear, driving, lagrange_driving
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene import INERTIAL, Quantity, Scene
@@ -93,19 +93,49 @@ def _ten(body: Moments) -> tuple[Expr, ...]:
 
 
 @dataclass(frozen=True)
-class Columns:
+class BaseColumns:
     """The columns of a base regressor: groups of equal ones.
 
     Attributes:
+        w: the workspace whose regressor it is.
         names: of the columns, equal ones as a sum, such as "JxxR1 + JyyR1 + Ia1".
         groups: of each column, the places of those that are equal to it among base parameters and what is no inertia.
     """
 
+    w: Workspace
     names: tuple[str, ...]
     groups: tuple[tuple[int, ...], ...]
 
+    @classmethod
+    def of(cls, w: Workspace) -> BaseColumns:
+        """Return the columns of a workspace, found once."""
+        found: BaseColumns = w.once(grouped)
+        return found
 
-def grouped(w: Workspace) -> Columns:
+    def values(self) -> list[Expr]:
+        """Return β, what the columns are to be multiplied by: formulas of declared parameters."""
+        own: Base = self.w.once(base)
+        every = [*own.values, *Linear.of(self.w).parameters()[len(INERTIAL) * len(self.w.scene.bodies) :]]
+        return [self.w.graph.total(every[k] for k in group) for group in self.groups]
+
+    def named(self) -> tuple[tuple[str, Expr], ...]:
+        """Return name and value of every column."""
+        return tuple(zip(self.names, self.values(), strict=True))
+
+    def of_columns(self) -> list[Expr]:
+        """Return β as formulas of π, the columns of the regressor, on the graph where these are symbols (`Linear`)."""
+        found = Linear.of(self.w)
+        there = found.workspace
+        opened: Base = there.once(base)
+        value = dict(zip(opened.names, opened.values, strict=True))
+        own = self.w.once(base).names
+        assert value.keys() == {*own}, f"link frames part: {own} and {opened.names}"
+        every = [value[name] for name in own]
+        every += [there.graph.symbol(name) for name in found.columns[len(INERTIAL) * len(self.w.scene.bodies) :]]
+        return [there.graph.total(every[k] for k in group) for group in self.groups]
+
+
+def grouped(w: Workspace) -> BaseColumns:
     """Return the columns that forces depend on, the first of equal ones in its place."""
     names, slopes = w.once(felt)
     groups: dict[tuple[Expr, ...], list[int]] = {}
@@ -113,7 +143,7 @@ def grouped(w: Workspace) -> Columns:
         if any(not slope.is_zero for slope in column):
             groups.setdefault(tuple(column), []).append(k)
     told = tuple(" + ".join(names[k] for k in group) for group in groups.values())
-    return Columns(told, tuple(tuple(group) for group in groups.values()))
+    return BaseColumns(w, told, tuple(tuple(group) for group in groups.values()))
 
 
 def felt(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
@@ -134,37 +164,16 @@ def others(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
 
 
 def _beside(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> tuple[tuple[str, ...], list[list[Expr]]]:
-    found: Linear = w.once(linear)
+    found = Linear.of(w)
     ten = len(INERTIAL) * len(w.scene.bodies)
     rows = found.slopes(forces(found.workspace))
     columns = [substitute(column, {}, w.graph) for column in list(zip(*rows, strict=True))[ten:]]
     return found.columns[ten:], columns
 
 
-def base_values(w: Workspace) -> list[Expr]:
-    """Return β, what the columns of the base regressor are to be multiplied by: formulas of declared parameters."""
-    found, own = w.once(grouped), w.once(base)
-    every = [*own.values, *parameters(w)[len(INERTIAL) * len(w.scene.bodies) :]]
-    return [w.graph.total(every[k] for k in group) for group in found.groups]
-
-
-def base_of_columns(w: Workspace) -> list[Expr]:
-    """Return β as formulas of π, the columns of the regressor, on the graph where these are symbols (`Linear`)."""
-    found: Linear = w.once(linear)
-    there = found.workspace
-    opened = there.once(base)
-    value = dict(zip(opened.names, opened.values, strict=True))
-    own = w.once(base).names
-    assert value.keys() == {*own}, f"link frames part: {own} and {opened.names}"
-    every = [value[name] for name in own]
-    every += [there.graph.symbol(name) for name in found.columns[len(INERTIAL) * len(w.scene.bodies) :]]
-    return [there.graph.total(every[k] for k in group) for group in w.once(grouped).groups]
-
-
 def base_columns(w: Workspace) -> tuple[str, ...]:
     """Return a label for each column of the base regressor."""
-    found: Columns = w.once(grouped)
-    return found.names
+    return BaseColumns.of(w).names
 
 
 def base_by_lagrange(w: Workspace) -> list[list[Expr]]:
@@ -193,5 +202,4 @@ def _bare(scene: Scene) -> tuple[Joint, ...]:
 
 def chosen(w: Workspace, slopes: Sequence[Sequence[Expr]]) -> list[Expr]:
     """Return the first column of each group, row by row."""
-    found: Columns = w.once(grouped)
-    return [slopes[group[0]][i] for i in range(w.state.n) for group in found.groups]
+    return [slopes[group[0]][i] for i in range(w.state.n) for group in BaseColumns.of(w).groups]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from symdyn.dynamics.loops import reduction
 from symdyn.dynamics.loops.constraint_rows import Constraints
+from symdyn.dynamics.loops.dense import solve_normal
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
+from symdyn.dynamics.loops.reduction import accelerations
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
-from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.output import FORCES, Output, Own, Road, by_differentiation, by_lagrange
 from symdyn.dynamics.roads.tree_roads import flat
@@ -27,7 +27,7 @@ def forward(w: Workspace) -> list[Expr]:
         return w.loops.together[0]
     reduced = w.loops.motion
     rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
-    return reduction.accelerations(reduced, w.composite_mass, rest)
+    return accelerations(reduced, w.composite_mass, rest)
 
 
 def _massive(w: Workspace) -> None:
@@ -40,7 +40,7 @@ def _massive(w: Workspace) -> None:
     if not reduced.independent:
         return
     size = len(reduced.independent)
-    known = w.loops.values(w.loops.decisions.assembly.typical) | at_time(w.scene, w.graph)
+    known = w.loops.values(w.loops.decisions.assembly.typical) | w.scene.at_time(w.graph)
     entries = evaluate(flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)
@@ -56,7 +56,7 @@ def multipliers(w: Workspace) -> list[Expr]:
         return w.loops.together[1][: len(w.loops.decisions.kept)]
     found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
-    return reduction.solve_transposed(w.loops.G(w.loops.recursive), w.loops.decisions.partition, excess)
+    return w.loops.decisions.partition.solve_transposed(w.loops.G(w.loops.recursive), excess)
 
 
 def lagrange_forward(w: Workspace) -> list[Expr]:
@@ -97,13 +97,13 @@ def lagrange_drives(w: Workspace) -> list[Expr]:
 def inverse(w: Workspace) -> list[Expr]:
     """Return driving forces by recursion: of the tree, less what the loops carry."""
     multipliers = w.once(carried)
-    return at_drives(w, w.forces(list(w.state.qdd)), w.loops.G(w.loops.recursive), multipliers)
+    return w.loops.at_drives(w.forces(list(w.state.qdd)), w.loops.G(w.loops.recursive), multipliers)
 
 
 def carried(w: Workspace) -> list[Expr]:
     """Return λ of the kept rows for a motion that the loops allow."""
     partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
-    return reduction.solve_transposed(G, partition, w.forces(list(w.state.qdd)))
+    return partition.solve_transposed(G, w.forces(list(w.state.qdd)))
 
 
 def lagrange_inverse(w: Workspace) -> list[Expr]:
@@ -111,27 +111,12 @@ def lagrange_inverse(w: Workspace) -> list[Expr]:
     return lagrange_drives_of(w, w.loops.lagrange_forces)
 
 
-def drives_of(w: Workspace, forces: list[Expr]) -> list[Expr]:
-    """Return what forces of the tree take from the drives, by the rows of the recursion; linear in the forces."""
-    partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
-    return at_drives(w, forces, G, reduction.solve_transposed(G, partition, forces))
-
-
 def lagrange_drives_of(w: Workspace, forces: list[Expr]) -> list[Expr]:
     """Return the same by the rows of differentiated positions."""
     partition, G = w.loops.driven, w.loops.G(w.loops.differentiated)
     transposed = [[row[k] for row in G] for k in partition.dependent]
-    found = reduction.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
-    return at_drives(w, forces, G, found)
-
-
-def at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], multipliers: list[Expr]) -> list[Expr]:
-    """Return f - Gᵀ λ at the driven velocities, zero at the passive ones; without any drive, at independent ones."""
-    driven = w.scene.driven_velocities or list(w.loops.driven.independent)
-    tau = [w.graph.zero] * w.state.n
-    for k in driven:
-        tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True))
-    return tau
+    found = solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
+    return w.loops.at_drives(forces, G, found)
 
 
 # Velocities
@@ -148,7 +133,7 @@ def normal_velocities(w: Workspace) -> list[Expr]:
     partition, G, u = w.loops.decisions.partition, w.loops.G(w.loops.differentiated), w.state.qd
     result = [u[k] if k in partition.independent else w.graph.zero for k in range(w.state.n)]
     given = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
-    for k, value in reduction.all_by_normal_equations(G, partition, given).items():
+    for k, value in partition.solve_normal(G, given).items():
         result[k] = value
     return result
 

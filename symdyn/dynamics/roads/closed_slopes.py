@@ -23,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from symdyn.dynamics.loops import reduction
 from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.loops.reduced_rows import rows_of
@@ -200,7 +199,7 @@ def driven(w: Workspace, moved: Sequence[Expr]) -> list[Expr]:
     known = dict(zip(multiplier_symbols(w), w.once(closed.carried), strict=True))
     changes = substitute(moved, known)
     G = loops.G(loops.recursive)
-    return closed.at_drives(w, changes, G, reduction.solve_transposed(G, loops.driven, changes))
+    return loops.at_drives(changes, G, loops.driven.solve_transposed(G, changes))
 
 
 def implicit_inverse(w: Workspace, way: str, *along: str) -> list[Expr]:

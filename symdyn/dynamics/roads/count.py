@@ -13,8 +13,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 
-from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS
-from symdyn.dynamics.recursive.row_kinds import kinds_of
+from symdyn.dynamics.mechanism.cost import CATEGORY, FREE, WEIGHTS
 from symdyn.dynamics.recursive.sweeps import Sweep
 from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.roads.named_functions import Function
@@ -44,14 +43,47 @@ class Counts:
     @classmethod
     def of(cls, function: Function) -> Counts:
         """Return the operations that one call of `function` takes, every shared subexpression computed once."""
-        return sum(count_by_binding(function).values(), Counts())
+        return sum(cls.by_binding(function).values(), cls())
+
+    @staticmethod
+    def by_binding(function: Function) -> dict[str, Counts]:
+        """Return the operations of `function` by binding time, a key for every row of `BINDING`.
+
+        Symbols are told by their names; one that is no argument counts as known last.
+        """
+        if function.loop and function.is_loop_alone:
+            return {name: Counts.of_loop(function.loop) if name == BINDING[-1][0] else Counts() for name, _ in BINDING}
+        known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
+        times: dict[Expr, int] = {}  # -1 for what has no symbol below it
+        tallies = [Counter[str]() for _ in BINDING]
+        angles: set[Expr] = set()
+        for node in reachable(function.entries):
+            op = node.op
+            if op is SYMBOL:
+                times[node] = known.get(node.value, len(BINDING) - 1)
+                continue
+            time = -1
+            for arg in node.args:
+                time = max(time, times[arg])
+            times[node] = time
+            category = CATEGORY[op]
+            if time >= 0 and category and not (category == "sincos" and node.args[0] in angles):
+                tallies[time][category] += 1
+                if category == "sincos":
+                    angles.add(node.args[0])
+        return {name: Counts(**tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
+
+    @staticmethod
+    def counts_alone(op: Op) -> bool:
+        """Whether an operation costs something, and is not counted in pairs as sines are."""
+        return CATEGORY[op] not in (FREE, "sincos")
 
     @classmethod
     def of_loop(cls, loop: TableLoop) -> Counts:
         """Return the operations of one call of a loop over a table; what several hand to one joint is added."""
         sweeps = loop.algorithm.sweeps
         found, handed = Counts(), set[int]()
-        for row, kind in zip(loop.table.rows, kinds_of(loop.table), strict=True):
+        for row, kind in zip(loop.table.rows, loop.kinds, strict=True):
             found += _count_sweeps(sweeps(kind))
             if row.parent in handed:
                 inward = (one for one in sweeps(kind) if one.inward)
@@ -93,34 +125,6 @@ def _count_sweeps(sweeps: tuple[Sweep, ...]) -> Counts:
     for one in sweeps:
         found += Counts(**Counter(name for node in reachable(one.results) if (name := CATEGORY[node.op])))
     return found
-
-
-def count_by_binding(function: Function) -> dict[str, Counts]:
-    """Return the operations of `function` by binding time, a key for every row of `BINDING`.
-
-    Symbols are told by their names; one that is no argument counts as known last.
-    """
-    if function.loop and function.is_loop_alone:
-        return {name: Counts.of_loop(function.loop) if name == BINDING[-1][0] else Counts() for name, _ in BINDING}
-    known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
-    times: dict[Expr, int] = {}  # -1 for what has no symbol below it
-    tallies = [Counter[str]() for _ in BINDING]
-    angles: set[Expr] = set()
-    for node in reachable(function.entries):
-        op = node.op
-        if op is SYMBOL:
-            times[node] = known.get(node.value, len(BINDING) - 1)
-            continue
-        time = -1
-        for arg in node.args:
-            time = max(time, times[arg])
-        times[node] = time
-        category = CATEGORY[op]
-        if time >= 0 and category and not (category == "sincos" and node.args[0] in angles):
-            tallies[time][category] += 1
-            if category == "sincos":
-                angles.add(node.args[0])
-    return {name: Counts(**tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
 
 
 def _time(argument: str) -> int:

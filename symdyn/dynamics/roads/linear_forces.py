@@ -29,12 +29,34 @@ class Linear:
         columns: names of the parameters that are columns.
         known: what the other symbols stand for.
         declared: values of the columns' parameters as the scene declares them.
+        asked: the workspace whose scene it is, with values.
     """
 
     workspace: Workspace
     columns: tuple[str, ...]
     known: dict[Expr, Expr]
     declared: tuple[Expr, ...]
+    asked: Workspace
+
+    @classmethod
+    def of(cls, w: Workspace) -> Linear:
+        """Return the linear parameters of a workspace's scene, found once."""
+        found: Linear = w.once(linear)
+        return found
+
+    def parameters(self) -> list[Expr]:
+        """Return π, what the columns of the regressor are to be multiplied by, on the graph that was asked."""
+        return substitute(self.declared, {}, self.asked.graph)
+
+    def named(self) -> tuple[tuple[str, Expr], ...]:
+        """Return name and value of every column."""
+        return tuple(zip(self.columns, self.parameters(), strict=True))
+
+    def remainder(self, of: Callable[[Workspace], Sequence[Expr]] | None = None) -> list[Expr]:
+        """Return r, the driving forces where all of π is zero, shape (n,), N m or N; or what else is linear in π."""
+        there = self.workspace
+        nothing = {there.graph.symbol(name): there.graph.zero for name in self.columns}
+        return substitute(substitute((of or driving)(there), {**self.known, **nothing}), {}, self.asked.graph)
 
     def slopes(self, entries: Sequence[Expr]) -> list[list[Expr]]:
         """Return the derivatives of entries by the columns, a row an entry."""
@@ -62,26 +84,13 @@ def linear(w: Workspace) -> Linear:
     known = {symbols[name]: value for name, value in values.items() if name not in kept}
     declared = [entry for body in scene.bodies for entry in _declared(body_inertia(body, there.graph))]
     declared += [values.get(name, symbols[name]) for name in kept if name not in ten]
-    return Linear(there, tuple(kept), known, tuple(declared))
+    return Linear(there, tuple(kept), known, tuple(declared), w)
 
 
 def _declared(body: Inertia) -> tuple[Expr, ...]:
     """Return the ten of a body about its frame, in the order of `INERTIAL`."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.I
     return (body.m, *body.h, xx, yy, zz, xy, xz, yz)
-
-
-def parameters(w: Workspace) -> list[Expr]:
-    """Return π, what the columns of the regressor are to be multiplied by, on the graph of the workspace."""
-    found: Linear = w.once(linear)
-    return substitute(found.declared, {}, w.graph)
-
-
-def remainder(w: Workspace, of: Callable[[Workspace], Sequence[Expr]] | None = None) -> list[Expr]:
-    """Return r, the driving forces where all of π is zero, shape (n,), N m or N; or what else is linear in π."""
-    found: Linear = w.once(linear)
-    nothing = {found.workspace.graph.symbol(name): found.workspace.graph.zero for name in found.columns}
-    return substitute(substitute((of or driving)(found.workspace), {**found.known, **nothing}), {}, w.graph)
 
 
 def _slopes(forces: Sequence[Expr], symbols: dict[str, Expr]) -> list[tuple[str, list[Expr]]]:
@@ -101,5 +110,4 @@ def lagrange_driving(w: Workspace) -> list[Expr]:
 
 def columns(w: Workspace) -> tuple[str, ...]:
     """Return a label for each parameter that is a column of the regressor."""
-    found: Linear = w.once(linear)
-    return found.columns
+    return Linear.of(w).columns

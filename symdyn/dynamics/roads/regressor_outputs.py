@@ -19,11 +19,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from symdyn.dynamics.recursive.lean_tree import potential_energy
 from symdyn.dynamics.roads import result_labels as labels
-from symdyn.dynamics.roads.base_columns import base_by_lagrange, base_columns, base_values, chosen, felt
-from symdyn.dynamics.roads.closed_outputs import drives_of, lagrange_drives_of
-from symdyn.dynamics.roads.linear_forces import Linear, columns, driving, lagrange_driving, linear, parameters
+from symdyn.dynamics.roads.base_columns import BaseColumns, base_by_lagrange, base_columns, chosen, felt
+from symdyn.dynamics.roads.closed_outputs import lagrange_drives_of
+from symdyn.dynamics.roads.linear_forces import Linear, columns, driving, lagrange_driving
 from symdyn.dynamics.roads.output import Output, Own, Road, Unasked, by_lagrange
 from symdyn.dynamics.roads.size import Size
 from symdyn.dynamics.roads.workspace import Workspace
@@ -34,7 +33,7 @@ from symdyn.scene import Scene
 
 def _regressor(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> list[Expr]:
     """Return Y row by row, on the graph of the workspace."""
-    found: Linear = w.once(linear)
+    found = Linear.of(w)
     rows = found.slopes(forces(found.workspace))
     return substitute([one for row in rows for one in row], {}, w.graph)
 
@@ -50,12 +49,10 @@ def linear_parameters(scene: Scene, output: str = "regressor") -> tuple[tuple[st
     Raises:
         DerivationError: `output` is neither.
     """
-    known = {"regressor": (columns, parameters), "base_regressor": (base_columns, base_values)}
+    known: dict[str, type[Linear | BaseColumns]] = {"regressor": Linear, "base_regressor": BaseColumns}
     if output not in known:
         raise DerivationError(f"{output} has no parameters of its own; give {' or '.join(known)}")
-    w = Workspace(scene)
-    names, values = known[output]
-    return tuple(zip(names(w), values(w), strict=True))
+    return known[output].of(Workspace(scene)).named()
 
 
 # Where loops close: what each column takes from the drives
@@ -72,7 +69,7 @@ def _in_loops(recursive: Callable[[Workspace], list[Expr]], differentiated: Call
     """Return the row of scenes with loops, for the roads to the regressor of a tree."""
     return Own(
         {
-            "rnea": Road(lambda w: _driven(w, recursive(w), drives_of)),
+            "rnea": Road(lambda w: _driven(w, recursive(w), lambda _, forces: w.loops.drives_of(forces))),
             "lagrange": by_lagrange(lambda w: _driven(w, differentiated(w), lagrange_drives_of)),
         }
     )
@@ -83,14 +80,8 @@ def _in_loops(recursive: Callable[[Workspace], list[Expr]], differentiated: Call
 
 def _energies(w: Workspace, of: Callable[[Workspace], tuple[Expr, Expr]]) -> list[Expr]:
     """Return the slopes of K, then those of P, by the columns of the regressor."""
-    found: Linear = w.once(linear)
+    found = Linear.of(w)
     return substitute([one for row in found.slopes(of(found.workspace)) for one in row], {}, w.graph)
-
-
-def energies_by_momentum(w: Workspace) -> tuple[Expr, Expr]:
-    """Return K and P by recursion, J."""
-    K = w.graph.total(p * u for p, u in zip(w.momentum, w.state.qd, strict=True)) / 2
-    return K, potential_energy(w.lean) + w.elastic.energy
 
 
 def _power(w: Workspace, forces: Callable[[Workspace], list[Expr]]) -> list[Expr]:
@@ -156,7 +147,7 @@ REGRESSORS: dict[str, Output] = {
         "J, per unit of the parameter",
         in_loops="same",
         roads={
-            "recursive": Road(lambda w: _energies(w, energies_by_momentum)),
+            "recursive": Road(lambda w: _energies(w, Workspace.energies_by_momentum)),
             "lagrange": Road(lambda w: _energies(w, lambda there: (there.energy.K, there.energy.P))),
         },
     ),

@@ -6,14 +6,18 @@ may say either.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from symdyn.dynamics.mechanism.kinematics import check_place
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.recursive.joint_table import lacking
+from symdyn.dynamics.recursive.table_loops import TABLE_LOOPS
 from symdyn.dynamics.roads.closed_operators import CLOSED, MANY, of_closed, words
 from symdyn.dynamics.roads.operators import WORDS, of_another
-from symdyn.dynamics.roads.output import TREE_NAME, Output
+from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.state_matrices import STATE_MATRICES, state_matrices
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError, quoted
 from symdyn.graph import Graph
 from symdyn.scene import Scene
@@ -62,6 +66,16 @@ def request_of(name: str, scene: Scene) -> str:
         if name in (request, name_in_code(row, request, scene)):
             return request
     return name
+
+
+def expected(scene: Scene, by: Unasked = Unasked.WRITTEN) -> list[str]:
+    """Return the outputs of the whole scene that one of its kind has unasked."""
+    return [name for name, row in OUTPUTS.items() if not row.place and row.unasked <= by and row.exists_in(scene)]
+
+
+def of_place(name: str, by: Unasked = Unasked.WRITTEN) -> list[str]:
+    """Return the outputs of a body or point that are wanted unasked."""
+    return [f"{one}:{name}" for one, row in OUTPUTS.items() if row.place in ("body", "point") and row.unasked <= by]
 
 
 def _row(request: str, scene: Scene | None) -> tuple[Output, str]:
@@ -142,3 +156,41 @@ def roads_lacking(request: str, scene: Scene) -> dict[str, str]:
         for name, road in row_of(request)[0].roads.items()
         if name not in there
     }
+
+
+def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
+    """Raise DerivationError where a road is asked for that no output has."""
+    known = dict.fromkeys(one for request in outputs for one in roads_of(request, scene)) if road is not None else {}
+    if road is not None and road not in known:
+        loop = any(
+            road in OUTPUTS[name].roads and OUTPUTS[name].roads[road].loop for name in outputs if name in OUTPUTS
+        )
+        why = lacking(scene) if loop else ""
+        raise DerivationError(
+            f"no output that was asked for has the road {road!r}{why and f' ({why})'}; there are {', '.join(known)}"
+        )
+
+
+def looped(workspace: Workspace, request: str, road: str | None) -> str:
+    """Return the road by which an output is a loop over a table: the one asked for, or by count; "" for none."""
+    roads = row_of(request, workspace.scene)[0].roads
+    loops = [name for name, one in roads.items() if one.loop]
+    if not loops or (road is None and all(workspace.state.n < TABLE_LOOPS[name].fewest for name in loops)):
+        return ""
+    there = roads_of(request, workspace.scene)
+    if road in there:
+        return road if roads[road].loop else ""
+    return next((name for name in there if roads[name].loop and workspace.state.n >= TABLE_LOOPS[name].fewest), "")
+
+
+def kept_in_lines(scene: Scene, outputs: Sequence[str]) -> str:
+    """Return why large functions that might be loops over a table are lines, "" where there are none."""
+    rows = {name: OUTPUTS[name] for name in outputs if name in OUTPUTS}
+    fewest = {
+        name: TABLE_LOOPS[road].fewest for name, row in rows.items() for road in row.roads if row.roads[road].loop
+    }
+    might = [name for name, joints in fewest.items() if len(scene.velocities) >= joints]
+    if not might:
+        return ""
+    why = lacking(scene)
+    return f"{scene.name}: {', '.join(might)} in lines, not as a loop over a table: {why}" if why else ""

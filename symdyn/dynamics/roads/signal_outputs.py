@@ -2,7 +2,7 @@
 
     y = f(t, q, u, u̇, λ, R, τ, w)      u̇, λ and reactions R of the motion that the forces τ and inputs w give
 
-`expressed` puts what letters stand for into formulas; who looks at outputs of another motion says what it is made of.
+`Moving.expressed` puts what letters stand for into formulas; who looks at another motion says what it is.
 """
 
 from __future__ import annotations
@@ -35,68 +35,86 @@ class Moving:
     """What the letters of a formula stand for, each worked out when a formula names it.
 
     Attributes:
+        w: the workspace whose letters they are.
         accelerations: shape (nv,).
         drives: driving forces, shape (nv,).
         reactions: force and moment of every joint, row by row, in axes.
         multipliers: of the kept rows.
     """
 
+    w: Workspace
     accelerations: Callable[[], Sequence[Expr]]
     drives: Callable[[], Sequence[Expr]]
     reactions: Callable[[str], Sequence[Expr]]
     multipliers: Callable[[], Sequence[Expr]]
 
+    @classmethod
+    def driven(cls, w: Workspace, road: str = "recursive") -> Moving:
+        """Return what letters stand for while driving forces move the scene, "recursive" or "lagrange"."""
+        closed, lean = w.scene.is_closed, road == "recursive"
+        of = {
+            "accelerations": ((trees.forward, trees.lagrange_forward), (loops.forward, loops.lagrange_forward)),
+            "drives": ((trees.drives_recursive, trees.drives_lagrange), (loops.drives, loops.lagrange_drives)),
+            "multipliers": ((_none, _none), (loops.multipliers, loops.lagrange_multipliers)),
+        }
+        roads = {name: pairs[closed][not lean] for name, pairs in of.items()}
+        return cls(
+            w,
+            accelerations=partial(w.once, roads["accelerations"]),
+            drives=partial(w.once, roads["drives"]),
+            reactions=partial(w.once, _REACTIONS[road]),
+            multipliers=partial(w.once, roads["multipliers"]),
+        )
 
-def expressed(
-    w: Workspace,
-    formulas: Sequence[Quantity],
-    moving: Moving,
-    placed: Callable[[str], Sequence[Expr]] | None = None,
-    inputs: Mapping[Expr, Expr] | None = None,
-) -> list[Expr]:
-    """Return formulas as entries, `placed` telling where a point is, ground axes, and `inputs` what inputs are.
+    def expressed(
+        self,
+        formulas: Sequence[Quantity],
+        placed: Callable[[str], Sequence[Expr]] | None = None,
+        inputs: Mapping[Expr, Expr] | None = None,
+    ) -> list[Expr]:
+        """Return formulas as entries, `placed` telling where a point is, ground axes, and `inputs` what inputs are.
 
-    Raises:
-        DerivationError: a reaction or a multiplier that there is not.
-    """
-    named = check_letters(w, formulas)
-    graph, state = w.graph, w.state
-    placed = placed or (lambda name: kinematics.tree_placed(w.scene, w.tree, name).p)
-    found: dict[Expr, Expr] = dict(inputs or {})
-    accelerations = {str(node.value): k for k, node in enumerate(state.qdd)}
-    drives = {drive: k for k, drive in enumerate(w.scene.drives) if drive}
-    for letters, values in ((accelerations, moving.accelerations), (drives, moving.drives)):
-        if any(name in letters for name in named):
-            known = values()
-            found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
-    for point in w.scene.points:
-        names = [f"point_{point.name}_{axis}" for axis in "xyz"]
-        if any(name in named for name in names):
-            found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
-    axes = w.scene.reaction_axes
-    for one in dict.fromkeys(axes[name] for name in named if name in axes):
-        told = reaction_names(w.scene, w.once(unique_entries, one), one)
-        found |= zip(map(graph.symbol, told), moving.reactions(one), strict=True)
-    if w.scene.is_closed and any(name.startswith(LETTERS.multiplier) for name in named):
-        told = w.once(kept_multipliers)
-        found |= zip(map(graph.symbol, told), moving.multipliers(), strict=False)  # of prescribed motions, others
-    return substitute([one.express(graph) for one in formulas], found)
+        Raises:
+            DerivationError: a reaction or a multiplier that there is not.
+        """
+        w = self.w
+        named = self.check(formulas)
+        graph, state = w.graph, w.state
+        placed = placed or (lambda name: kinematics.tree_placed(w.scene, w.tree, name).p)
+        found: dict[Expr, Expr] = dict(inputs or {})
+        accelerations = {str(node.value): k for k, node in enumerate(state.qdd)}
+        drives = {drive: k for k, drive in enumerate(w.scene.drives) if drive}
+        for letters, values in ((accelerations, self.accelerations), (drives, self.drives)):
+            if any(name in letters for name in named):
+                known = values()
+                found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
+        for point in w.scene.points:
+            names = [f"point_{point.name}_{axis}" for axis in "xyz"]
+            if any(name in named for name in names):
+                found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
+        axes = w.scene.reaction_axes
+        for one in dict.fromkeys(axes[name] for name in named if name in axes):
+            told = reaction_names(w.scene, w.once(unique_entries, one), one)
+            found |= zip(map(graph.symbol, told), self.reactions(one), strict=True)
+        if w.scene.is_closed and any(name.startswith(LETTERS.multiplier) for name in named):
+            told = w.once(kept_multipliers)
+            found |= zip(map(graph.symbol, told), self.multipliers(), strict=False)  # of prescribed motions, others
+        return substitute([one.express(graph) for one in formulas], found)
 
+    def check(self, formulas: Sequence[Quantity]) -> dict[str, None]:
+        """Return the letters of formulas.
 
-def check_letters(w: Workspace, formulas: Sequence[Quantity]) -> dict[str, None]:
-    """Return the letters of formulas.
-
-    Raises:
-        DerivationError: a reaction or a multiplier that there is not.
-    """
-    named = dict.fromkeys(name for one in formulas for name in one.symbols)
-    for letter, there in ((LETTERS.reaction, reaction_letters), (LETTERS.multiplier, kept_multipliers)):
-        asked = [name for name in named if name.startswith(letter)]
-        known = w.once(there) if asked else ()
-        for name in asked:
-            if name not in known:
-                raise DerivationError(f"outputs: {name} is not known; {suggestion(name, known)}")
-    return named
+        Raises:
+            DerivationError: a reaction or a multiplier that there is not.
+        """
+        named = dict.fromkeys(name for one in formulas for name in one.symbols)
+        for letter, there in ((LETTERS.reaction, reaction_letters), (LETTERS.multiplier, kept_multipliers)):
+            asked = [name for name in named if name.startswith(letter)]
+            known = self.w.once(there) if asked else ()
+            for name in asked:
+                if name not in known:
+                    raise DerivationError(f"outputs: {name} is not known; {suggestion(name, known)}")
+        return named
 
 
 def reaction_letters(w: Workspace) -> tuple[str, ...]:
@@ -151,23 +169,6 @@ def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> s
 # Rows of the table
 
 
-def driven(w: Workspace, road: str) -> Moving:
-    """Return what letters stand for while driving forces move the scene, by recursion or by Lagrange's equations."""
-    closed, lean = w.scene.is_closed, road == "recursive"
-    of = {
-        "accelerations": ((trees.forward, trees.lagrange_forward), (loops.forward, loops.lagrange_forward)),
-        "drives": ((trees.drives_recursive, trees.drives_lagrange), (loops.drives, loops.lagrange_drives)),
-        "multipliers": ((_none, _none), (loops.multipliers, loops.lagrange_multipliers)),
-    }
-    roads = {name: pairs[closed][not lean] for name, pairs in of.items()}
-    return Moving(
-        accelerations=partial(w.once, roads["accelerations"]),
-        drives=partial(w.once, roads["drives"]),
-        reactions=partial(w.once, _REACTIONS[road]),
-        multipliers=partial(w.once, roads["multipliers"]),
-    )
-
-
 def _none(w: Workspace) -> list[Expr]:
     return []
 
@@ -196,13 +197,12 @@ def _formulas(w: Workspace, name: str = "") -> list[Quantity]:
 
 
 def _recursive(w: Workspace, name: str = "") -> list[Expr]:
-    return expressed(w, _formulas(w, name), driven(w, "recursive"))
+    return Moving.driven(w).expressed(_formulas(w, name))
 
 
 def _differentiated(w: Workspace, name: str = "") -> list[Expr]:
-    return expressed(
-        w, _formulas(w, name), driven(w, "lagrange"), lambda point: kinematics.placed(w.scene, point, w.graph).p
-    )
+    moving = Moving.driven(w, "lagrange")
+    return moving.expressed(_formulas(w, name), lambda point: kinematics.placed(w.scene, point, w.graph).p)
 
 
 def _told(w: Workspace, name: str = "") -> str:

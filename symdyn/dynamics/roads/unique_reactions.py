@@ -30,10 +30,9 @@ from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.loop_words import in_words
 from symdyn.dynamics.loops.newton import generic_places, lever_of
 from symdyn.dynamics.loops.partition import LoopChoices
-from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Equilibrium, Unknown
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.least import Flags, InNumbers
+from symdyn.dynamics.reactions.least import Flags
 from symdyn.dynamics.reactions.recursion import with_loops
 from symdyn.dynamics.reactions.ties import all_ties, refuse_without_place
 from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
@@ -147,7 +146,7 @@ def reactions_at(
     workspace = Workspace(scene)
     hanging = Hanging(scene, workspace.tree, workspace.state)
     values = _values(hanging, q, qd, qdd, parameters or {}, t)
-    system = InNumbers(Equilibrium.of(hanging, whole=True))
+    system = Equilibrium.of(hanging, whole=True).in_numbers
     here, places, off = _closed(workspace.scene, np.array([values[node] for node in hanging.state.q]), parameters or {})
     values |= dict(zip(hanging.state.q, here.tolist(), strict=True))
     if length is None:
@@ -206,7 +205,7 @@ def _values(
 ) -> dict[Expr, float]:
     """Return values of all symbols."""
     scene, state, graph = hanging.scene, hanging.state, hanging.graph
-    values = at_time(scene, graph, float(t))
+    values = scene.at_time(graph, float(t))
     for parameter in scene.parameters:
         if parameter.value is not None:
             values[graph.symbol(parameter.name)] = evaluate([parameter.value.express(graph)], Floats(), {})[0]

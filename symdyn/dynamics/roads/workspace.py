@@ -8,21 +8,24 @@ from typing import TYPE_CHECKING, Any
 from symdyn.dynamics.lagrange.second_kind import Energies
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.dynamics.mechanism.centroidal import mass
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.directions import Christoffel, Directions, directions
+from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.dynamics.mechanism.prescribed import Prescribed, inputs_of, prescribed
 from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
-from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, regroup
+from symdyn.dynamics.recursive.lean_tree import LeanTree, potential_energy, reframe, regroup
 from symdyn.dynamics.recursive.resting import resting
 from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.recursive.table_loops import TableLoop
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, without_hidden_zeros
-from symdyn.spatial import Wrench
+from symdyn.spatial import Vec, Wrench
 from symdyn.unlocked import cached_property
 
 if TYPE_CHECKING:
@@ -35,8 +38,12 @@ Matrix = list[list[Expr]]
 class Workspace:
     """One scene on one graph."""
 
-    def __init__(self, scene: Scene, closing: LoopChoices = LoopChoices()) -> None:  # noqa: B008  frozen
-        """Start with an empty graph; `closing` is what the user chooses about closed loops."""
+    def __init__(self, scene: Scene, closing: LoopChoices = LoopChoices(), regrouped: bool = True) -> None:  # noqa: B008
+        """Start with an empty graph; `closing` is what the user chooses about closed loops.
+
+        Recursions run over base parameters, or over the inertias as declared where they are not `regrouped`.
+        """
+        self.regrouped = regrouped
         self.declared = scene
         scene = without_hidden_zeros(scene)
         self.scene = scene
@@ -77,6 +84,15 @@ class Workspace:
         """Rows of the loops, and what is decided about them."""
         return LoopWorkspace(self)
 
+    @property
+    def mass(self) -> Expr:
+        """Mass of all that moves, kg; DerivationError where nothing that moves has one."""
+        return mass(self.scene, self.tree)
+
+    def centre_of_mass(self, body: str) -> Vec:
+        """Return the centre of mass of a body in its own frame, m; DerivationError where it has no mass."""
+        return centre_of_mass(self.scene, body, self.graph)
+
     # Lagrange road
 
     @cached_property
@@ -109,12 +125,17 @@ class Workspace:
     @cached_property
     def lean(self) -> LeanTree:
         """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
-        return resting(regroup(reframe(self.tree)))
+        framed = reframe(self.tree)
+        return resting(regroup(framed) if self.regrouped else framed)
 
     @cached_property
     def joint_table(self) -> JointTable:
         """The lean tree as rows of numbers, of a scene that lacks nothing of `joint_table.lacking`."""
         return joint_table(self.lean, self.state.q)
+
+    def table_loop(self, road: str) -> TableLoop:
+        """Return the loop over that table, by the name of its road."""
+        return TableLoop(road, self.joint_table)
 
     @cached_property
     def whole(self) -> LeanTree:
@@ -168,6 +189,11 @@ class Workspace:
         """Return p = M q̇, shape (n,): inverse dynamics at q̈ = q̇, without velocity and gravity."""
         return rnea(self.lean, self.still, self.state.qd, gravity=False)
 
+    def energies_by_momentum(self) -> tuple[Expr, Expr]:
+        """Return K and P by recursion, J."""
+        K = self.graph.total(p * u for p, u in zip(self.momentum, self.state.qd, strict=True)) / 2
+        return K, potential_energy(self.lean) + self.elastic.energy
+
     def velocity_forces(self, qd: list[Expr], qdd: list[Expr] | None = None) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,); M q̈ + c where accelerations are given too."""
         return rnea(self.lean, qd, self.still if qdd is None else qdd, gravity=False)
@@ -177,12 +203,3 @@ class Workspace:
         motion = rnea(self.lean, self.state.qd, qdd, acting=self.loads, summing=summing)
         rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
         return [force + pull - push for force, pull, push in rest]
-
-
-class Ungrouped(Workspace):
-    """A workspace whose recursions run over the inertias as declared."""
-
-    @cached_property
-    def lean(self) -> LeanTree:
-        """The tree in frames of the generator's choice."""
-        return resting(reframe(self.tree))

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.dynamics.loops.loop_decisions import NOTHING, LoopDecisions, loose_rows
+from symdyn.dynamics.loops.loop_decisions import NOTHING, loose_rows
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import CLOSED, free_motions, rank_of
-from symdyn.dynamics.loops.partition import Partition
+from symdyn.dynamics.loops.partition import LoopChoices, Partition
 from symdyn.dynamics.roads.linear_loops import LinearLoops, linear_loops
+from symdyn.dynamics.roads.signal_outputs import multiplier_names
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 
@@ -45,6 +46,7 @@ class WrittenDecisions:
         loose: rows whose multipliers rigid bodies do not tell.
         linear: how loops hold dependent coordinates in proportion, None where not.
         length: the characteristic length, m, at the values that they were made for.
+        letters: names of the multipliers of the kept rows, as formulas and columns have them.
     """
 
     kept: tuple[int, ...] = ()
@@ -56,14 +58,17 @@ class WrittenDecisions:
     loose: tuple[int, ...] = ()
     linear: LinearLoops | None = None
     length: float = field(default=1.0, compare=False)
+    letters: tuple[str, ...] = field(default=(), compare=False)
 
     @classmethod
-    def of(cls, decisions: LoopDecisions, numbers: Numbers) -> WrittenDecisions:
-        """Return what is written of decisions that were made."""
+    def of(cls, numbers: Numbers, closing: LoopChoices) -> WrittenDecisions:
+        """Return what is written of decisions about a mechanism; DerivationError where it cannot be assembled."""
+        decisions, numbers = numbers.decided(closing)
         names = ("kept", "empty", "redundant", "partition", "fails", "driven")
         loose, linear = loose_rows(numbers, decisions.assembly), linear_loops(numbers, decisions)
         found = {name: getattr(decisions, name) for name in names}
-        return cls(**found, loose=loose, linear=linear, length=decisions.assembly.length)
+        letters = multiplier_names(numbers.scene, decisions, numbers, loose)
+        return cls(**found, loose=loose, linear=linear, length=decisions.assembly.length, letters=letters)
 
     def instead_of(self, other: WrittenDecisions) -> str:
         """Return what is said where values before have led to other decisions."""

@@ -15,11 +15,11 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.algebra import AllRoundingError, Bounded, Midpoints, RunningErrors
-from symdyn.dynamics import Argument, Function, values_over_table
+from symdyn.dynamics import Argument, Function
 from symdyn.emit.code.real import Real, digits, find_real
 from symdyn.emit.code.target import Sources
 from symdyn.graph import Expr, evaluate
-from symdyn.program import Program, Sampling, TableNumbers
+from symdyn.program import Program, Sampling
 
 DIGITS = 50
 SEED = "example"
@@ -90,7 +90,7 @@ def worked_example(sources: Sources, suffix: str = "") -> WorkedExample:
     with numbers:
         analysis = find_real(sources.real).rounding(numbers, sources.accuracy)
         tables = {
-            one.name: [analysis.constant(x) for x in TableNumbers(one.loop.table, program.scene).every()]
+            one.name: [analysis.constant(x) for x in one.loop.table.numbers(program.scene)]
             for one in functions
             if one.loop
         }
@@ -157,8 +157,7 @@ def _results(
         try:
             if function.loop:
                 given = {one.name: [values[symbol] for symbol in one.symbols] for one in function.arguments}
-                loop = function.loop.table, function.loop.algorithm.sweeps
-                results[function.name] = values_over_table(*loop, tables[function.name], given, analysis)
+                results[function.name] = function.loop.values(tables[function.name], given, analysis)
             else:
                 results[function.name] = evaluate(function.entries, analysis, values)
         except NO_VALUE as fault:

@@ -16,7 +16,7 @@ from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.emit.targets.ufunc import TAGS, docstring
 from symdyn.errors import EmitError
 from symdyn.graph import growing
-from symdyn.program import Program, TableNumbers, shared
+from symdyn.program import Program, shared
 
 TEMPLATES = ("runtime.c.jinja", "operands.c.jinja", "loops.c.jinja", "state.c.jinja", "named.c.jinja")
 """What the extension module's source is made of."""
@@ -119,9 +119,7 @@ class Code:
     def fits_float(self) -> bool:
         """Whether the program can be written in float: no constant is too large."""
         tables = (
-            TableNumbers(one.function.loop.table, self.program.scene).in_order()
-            for one in self.program.routines
-            if one.function.loop
+            one.function.loop.table.in_order(self.program.scene) for one in self.program.routines if one.function.loop
         )
         numbers = (value for some in (self.program.constants.values(), *tables) for value in some)
         if all(abs(value) < 2 ** (REALS["float"].top - 1) for value in numbers):

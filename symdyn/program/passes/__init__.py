@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.dynamics import Function
-from symdyn.dynamics.roads import Counts, count_by_binding
+from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program.passes.factor import factor
@@ -68,7 +68,7 @@ def optimise(function: Function, passes: Sequence[str] = DEFAULT) -> Function:
 
 def _costs(function: Function) -> tuple[int, int]:
     """Return what a call costs, and what of it depends on the state."""
-    binding = count_by_binding(function)
+    binding = Counts.by_binding(function)
     total = sum(binding.values(), Counts())
     return total.cost, (total - binding[PARAMS]).cost
 

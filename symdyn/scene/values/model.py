@@ -18,6 +18,7 @@ from typing import TypeAlias
 
 from symdyn.arguments import check_arguments, walked
 from symdyn.errors import SceneError
+from symdyn.graph import Expr, Graph
 from symdyn.scene.values.body import UNMOVED, Body, Pose
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.joint import Joint, acceleration_name
@@ -323,6 +324,11 @@ class Scene(Shown):
     def plain_letters(self) -> tuple[str, ...]:
         """The letters that are no parameter and need no derivation: time, coordinates, velocities, inputs."""
         return (CLOCK, *self.coordinates, *self.velocities, *(one.name for one in self.inputs))
+
+    def at_time(self, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
+        """Return the values of time, s, and of inputs that nobody gives."""
+        values = {graph.symbol(one.name): float(one.value.at({}) or 0) for one in self.inputs}
+        return {graph.symbol(CLOCK): t} | values
 
     @property
     def point_letters(self) -> list[str]:

@@ -17,9 +17,8 @@ import numpy as np
 
 from symdyn.algebra import Array, Batches
 from symdyn.dynamics import OUTPUTS, Equations, Workspace, derive_one
-from symdyn.dynamics.loops import ends
 from symdyn.dynamics.mechanism import TIME
-from symdyn.dynamics.roads import driven, expressed
+from symdyn.dynamics.roads import Moving
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.program import Candidates, Program, assemble, lower, prepare
 from symdyn.scene import Quantity
@@ -69,19 +68,19 @@ def abreast(
     w = Workspace(found.scene, found.closing)
     place = acting(w, forces)
     accelerations = substitute(Candidates(w, "forward_dynamics").cheapest().entries, place)
-    moving = driven(w, "recursive")
+    moving = Moving.driven(w)
     named = {name for one in insides for name in one.symbols}
     energies = {
         w.graph.symbol(name): Candidates(w, output).cheapest().entries[0]
         for name, output in ENERGIES.items()
         if name in named
     }
-    seen = substitute(substitute(expressed(w, insides, moving), energies), place) if insides else []
+    seen = substitute(substitute(moving.expressed(insides), energies), place) if insides else []
     tau = [place[one] for one in w.state.tau]
     driving = OUTPUTS["drive_forces"].exists(w.scene)
     drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if driving else tau
     limits = [] if ignore_limits else [one for one in limits_of(w.scene, w.graph, drives) if one.kind in STOPS]
-    both = [*(substitute(expressed(w, stops, moving), place) if stops else ()), *(f for f, _ in ends(w.scene, w.graph))]
+    both = [*(substitute(moving.expressed(stops), place) if stops else ()), *(f for f, _ in w.loops.ends)]
     watched: list[Expr] = [*both, *(limit.beyond - Fraction(str(SLACK)) for limit in limits)]
     functions = [
         function_of(w, name, entries, TAKEN)

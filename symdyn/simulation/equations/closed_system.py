@@ -13,8 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.loops import solve_dependent
-from symdyn.dynamics.roads import LinearLoops
+from symdyn.dynamics.roads import WrittenDecisions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.simulation.equations.compiled_routines import function_of
@@ -27,9 +26,10 @@ def row_rates(w: Workspace, G: Function) -> Function:
     return function_of(w, "row_rates", [w.graph.total(row) for row in terms], ("q", "qd"))
 
 
-def corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
+def corrections(w: Workspace, decisions: WrittenDecisions) -> list[Function]:
     """Return what brings a state of a closed mechanism back: Newton's step, its way in q, and fitting velocities."""
     zero, u = w.graph.zero, w.state.qd
+    linear = decisions.linear
     if linear:
         values = linear.followers(w)
         step = {k: values[w.state.q[k]] - w.state.q[k] for k in linear.dependent}
@@ -37,9 +37,9 @@ def corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
     else:
         rows, partition = w.loops.recursive, w.loops.decisions.partition
         G = w.loops.G(rows)
-        step = solve_dependent(G, partition, [-r for r in w.loops.residual(rows)]) if G else {}
+        step = partition.solve_dependent(G, [-r for r in w.loops.residual(rows)]) if G else {}
         moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
-        fitted = solve_dependent(G, partition, moved) if G else {}
+        fitted = partition.solve_dependent(G, moved) if G else {}
     return [
         function_of(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
         function_of(w, "movement", w.state.rates, ("q", "qd")),

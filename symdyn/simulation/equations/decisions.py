@@ -8,26 +8,18 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from symdyn.dynamics.loops import LoopDecisions, Numbers
 from symdyn.dynamics.roads import WrittenDecisions
 from symdyn.scene import Scene
 from symdyn.simulation.equations.opened import opened
 
 
 @lru_cache(maxsize=16)
-def loop_decisions(scene: Scene) -> tuple[LoopDecisions, Numbers]:
-    """Return what is decided about the loops and rows of a scene at its values, and the mechanism in numbers.
+def written_decisions(scene: Scene) -> WrittenDecisions:
+    """Return what is decided about the loops and rows of a scene at its values; nothing of a tree.
 
     Raises:
         DerivationError: the loops cannot be assembled.
     """
-    return opened(scene).numbers().decided(opened(scene).closing)
-
-
-@lru_cache(maxsize=16)
-def written_decisions(scene: Scene) -> WrittenDecisions:
-    """Return the decisions for a scene at its values; errors as of `loop_decisions`."""
     if not scene.is_closed:
         return WrittenDecisions()
-    decisions, numbers = loop_decisions(scene)
-    return WrittenDecisions.of(decisions, numbers)
+    return WrittenDecisions.of(opened(scene).numbers(), opened(scene).closing)

@@ -18,8 +18,7 @@ from collections.abc import Sequence
 
 from symdyn.algebra import Array
 from symdyn.dynamics import OUTPUTS, Workspace, derive_one
-from symdyn.dynamics.loops import ends
-from symdyn.dynamics.roads import WrittenDecisions, check_letters, driven, expressed
+from symdyn.dynamics.roads import Moving, WrittenDecisions
 from symdyn.errors import SimulateError, SymdynWarning
 from symdyn.graph import substitute
 from symdyn.program import Candidates
@@ -83,7 +82,8 @@ def _written(
     scene, linear = w.scene, decisions.linear
     place = acting(w, forces)
     tau = [place[one] for one in w.state.tau]
-    check_letters(w, [one.formula for one in w.scene.outputs])
+    moving = Moving.driven(w)
+    moving.check([one.formula for one in w.scene.outputs])
     solved = linear.forward_dynamics(w) if linear else Candidates(w, "forward_dynamics").cheapest().entries
     accelerations = substitute(solved, place)
     drives = (
@@ -104,9 +104,9 @@ def _written(
         points(w),
         function_of(w, "inputs", [place[one] for one in w.inputs]),
     ]
-    last, limits = ends(scene, w.graph), limits_of(scene, w.graph, drives)
+    last, limits = w.loops.ends, limits_of(scene, w.graph, drives)
     if events or last or limits:
-        looked_for = list(substitute(expressed(w, events, driven(w, "recursive")), place))
+        looked_for = list(substitute(moving.expressed(events), place))
         looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
         functions.append(function_of(w, "events", looked_for))
     if kept:
@@ -116,7 +116,7 @@ def _written(
         G = Candidates(w, "constraint_jacobian").cheapest()
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
-        functions += [Candidates(w, "constraint_residual").cheapest(), row_rates(w, G), *corrections(w, linear)]
+        functions += [Candidates(w, "constraint_residual").cheapest(), row_rates(w, G), *corrections(w, decisions)]
         if not linear:
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
             functions.append(function_of(w, "reach", reach(w), ("q",)))

@@ -173,7 +173,7 @@ def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, st
         "calls": calls,
         "balls": balls,
         "turns": [first for first in balls if tied is None or first in tied.moved],
-        "loops": None if tied is None or not tied.closing else {str(k): v for k, v in tied.moved.items()},
+        "loops": None if tied is None or not tied.closing.blocks else {str(k): v for k, v in tied.moved.items()},
         "led": [list(pair) for pair in computed.led],
         "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
         "total": "inverse_dynamics" if tied is None else "row_forces",

@@ -11,13 +11,13 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 3.2.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from symdyn.dynamics import Function, Workspace, derive_one
-from symdyn.dynamics.loops import Block, solve_square, solve_transposed
+from symdyn.dynamics.loops import Partition
 from symdyn.dynamics.mechanism import TIME, solve
 from symdyn.dynamics.roads import arguments
 from symdyn.errors import DerivationError
@@ -49,7 +49,7 @@ class Held:
 
     velocities: tuple[int, ...]
     moved: dict[int, int]
-    closing: tuple[Block, ...]
+    closing: Partition
     drives: tuple[int, ...]
     multipliers: tuple[tuple[str, str], ...]
     undriven: str
@@ -57,7 +57,7 @@ class Held:
     @property
     def dependent(self) -> tuple[int, ...]:
         """Velocities that take a state back to what holds positions; none where rows hold velocities only."""
-        return tuple(sorted(k for block in self.closing for k in block.velocities))
+        return tuple(sorted(k for block in self.closing.blocks for k in block.velocities))
 
 
 def held(w: Workspace) -> Held:
@@ -73,24 +73,25 @@ def held(w: Workspace) -> Held:
         rows = tuple(r for r in block.rows if labels[decisions.kept[r]].closes)
         used = tuple(k for k in block.velocities if any(not G[r][k].is_zero for r in rows))
         if rows:
-            closing.append(block if rows == block.rows else Block(rows, used))
+            closing.append(block if rows == block.rows else replace(block, rows=rows, velocities=used))
+    back = Partition((), (), tuple(closing))
     words = tuple((labels[k].owner, decisions.names[k].partition(": ")[2]) for k in decisions.kept)
     return Held(
         whole.independent,
-        _moved(w, closing),
-        tuple(closing),
+        _moved(w, back),
+        back,
         tuple(w.scene.driven_velocities) if decisions.driven else (),
         words,
         "" if decisions.driven else decisions.fault,
     )
 
 
-def _moved(w: Workspace, closing: Sequence[Block]) -> dict[int, int]:
+def _moved(w: Workspace, closing: Partition) -> dict[int, int]:
     """Return what `Held.moved` says."""
     found: dict[int, int] = {}
     q, u = 0, 0
-    dependent = {k for block in closing for k in block.velocities}
-    still = _left_alone(w, [block for block in closing if len(block.rows) < len(block.velocities)])
+    dependent = {k for block in closing.blocks for k in block.velocities}
+    still = _left_alone(w, closing)
     for joint in w.scene.moving:
         size, ball = len(joint.coordinates), JOINTS[joint.type].quaternion(joint)
         places, velocities = range(q, q + size), range(u, u + len(joint.rates))
@@ -104,8 +105,9 @@ def _moved(w: Workspace, closing: Sequence[Block]) -> dict[int, int]:
     return found
 
 
-def _left_alone(w: Workspace, blocks: Sequence[Block]) -> set[int]:
-    """Return the coordinates that no step of these blocks moves; none without blocks."""
+def _left_alone(w: Workspace, closing: Partition) -> set[int]:
+    """Return the coordinates that no step of blocks with more velocities than rows moves; none without such."""
+    blocks = [block for block in closing.blocks if len(block.rows) < len(block.velocities)]
     numbers, decisions = w.loops.numbers, w.loops.decisions
     at = np.array(decisions.assembly.typical)
     G = numbers.jacobian(at)[list(decisions.kept)]
@@ -176,7 +178,7 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
         off = [w.graph.total(x * u for x, u in zip(row, w.state.qd, strict=True)) for row in G]
         nearest = [u + x for u, x in zip(w.state.qd, _least(G, off), strict=True)]
         functions.append(function(w, "nearest", "nearest velocities that the loops allow", nearest, ("q", "qd")))
-    if tied.closing:
+    if tied.closing.blocks:
         step = _taken_back(G, tied, [-r for r in residual])
         steps = [step.get(k, zero) for k in range(w.state.n)]
         others = [k for k in range(w.state.n) if k not in tied.dependent]
@@ -194,11 +196,11 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
 def _taken_back(G: Sequence[Sequence[Expr]], tied: Held, b: Sequence[Expr]) -> dict[int, Expr]:
     """Return x with G x = b in the rows that hold positions, by velocity; the least one where more than one does."""
     x: dict[int, Expr] = {}
-    for block in tied.closing:
+    for block in tied.closing.blocks:
         rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
         matrix = [[G[r][k] for k in block.velocities] for r in block.rows]
         square = len(block.rows) == len(block.velocities)
-        found = solve_square(matrix, rest) if square else _least(matrix, [-one for one in rest])
+        found = block.solve(G, rest) if square else _least(matrix, [-one for one in rest])
         x |= dict(zip(block.velocities, found, strict=True))
     return x
 
@@ -222,7 +224,7 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
     if decisions.kept:
         excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]
-        found = solve_transposed(w.loops.G(w.loops.recursive), decisions.partition, excess)
+        found = decisions.partition.solve_transposed(w.loops.G(w.loops.recursive), excess)
         functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))
     return functions
 

@@ -16,13 +16,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics import Function, Workspace, derive_one
 from symdyn.dynamics.mechanism import (
-    body_motion,
     declared_forces,
     joint_resistance,
     pull,
-    tree_placements,
     vector,
 )
 from symdyn.dynamics.roads import unique
@@ -90,7 +88,7 @@ def vectors(w: Workspace, found: Found) -> Vectors:
 def _motions(w: Workspace) -> Iterator[tuple[str, list[Expr]]]:
     """Yield body and row of "mass_motions" of every particle and every rigid body, by the tree's own recursion."""
     tree, graph = w.tree, w.graph
-    placed, motion = tree_placements(tree), body_motion(tree, w.state.qd, w.state.qdd, zero_vector(graph))
+    placed, motion = tree.placements(), tree.motion(w.state.qd, w.state.qdd, zero_vector(graph))
     rate, velocity = tree.rates(w.state.qd), [zero_vector(graph)]
     for i in tree.outward():
         p, r = tree.parent[i], tree.T[i].p
@@ -186,16 +184,15 @@ def _carried(w: Workspace, found: Found, flat: int | None) -> list[tuple[tuple[s
 
     In a plane mechanism what does not act in its plane is left out where rigid bodies do not determine it.
     """
-    from symdyn.dynamics.reactions import reactions
-
     aside = set() if flat is None else {flat, *(3 + k for k in range(3) if k != flat)}
     try:
         sure = w.once(unique, "ground") or (True,) * (6 * len((*w.scene.joints, *w.scene.loops)))
         if not all(one or k % 6 in aside for k, one in enumerate(sure)):
             return []
-        entries = [x if one else w.graph.zero for x, one in zip(reactions(w.hanging, "ground"), sure, strict=True)]
+        reactions = derive_one(w, "reactions:ground").entries
     except DerivationError:
         return []
+    entries = [x if one else w.graph.zero for x, one in zip(reactions, sure, strict=True)]
     joints = (*w.scene.joints, *w.scene.loops)
     return [
         ((joint.name, joint.child), [*found["moved", joint.name][9:], *entries[6 * k : 6 * k + 6]])

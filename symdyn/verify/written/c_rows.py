@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from symdyn.dynamics.mechanism import stepped
+from symdyn.dynamics.mechanism import RowSolve
 from symdyn.verify.written.c_values import Value
 from symdyn.verify.written.memory import Index, Pointer, Work
 from symdyn.verify.written.syntax import line_of, unread
@@ -38,7 +38,7 @@ def run_steps(node: Node, table: Sequence[int], r: Value) -> None:
             raise unread(node, "has rows that are no whole vectors, or takes a row from itself")
         for column in range(width):
             x, *others = (r.load(Index(place + column)) for place in rows)
-            found = stepped(x, factors[0], zip(factors[1:], others, strict=True))
+            found = RowSolve.stepped(x, factors[0], zip(factors[1:], others, strict=True))
             r.store(Index(step[0] + column), found, line_of(node))
 
 

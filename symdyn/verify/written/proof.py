@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 from symdyn.algebra import Redraw, Residues
 from symdyn.graph import Expr
-from symdyn.program import Program, Routine, RowLoop, TableNumbers, in_lines
+from symdyn.program import Program, Routine, RowLoop, in_lines
 from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
@@ -105,10 +105,7 @@ def printed(program: Program, real: str, seed: int = 1, loops: bool = False) -> 
     graph = Verbatim()
     rounded = {node: graph.constant(nearest(value, real)) for node, value in program.constants.items()}
     read = [
-        [
-            graph.constant(nearest(value, real))
-            for value in TableNumbers(one.function.loop.table, program.scene).in_order()
-        ]
+        [graph.constant(nearest(value, real)) for value in one.function.loop.table.in_order(program.scene)]
         if one.function.loop
         else verbatim(one.function.entries, rounded, graph)
         for one in program.routines

@@ -17,7 +17,8 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from symdyn.dynamics.mechanism import has_quaternions, quaternions
+from symdyn.dynamics import OUTPUTS
+from symdyn.dynamics.mechanism import quaternions
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
 from symdyn.emit.code.target import Contents, Draft, Target, alone
@@ -54,7 +55,7 @@ DIFFERENTIATED = ("forward_dynamics", "outputs", "coordinate_rates")
 def needed(scene: Scene) -> tuple[str, ...]:
     """Return the functions that the model of a scene is made of."""
     names = ["forward_dynamics"]
-    names += ["coordinate_rates"] if has_quaternions(scene) else []
+    names += ["coordinate_rates"] if OUTPUTS["coordinate_rates"].exists(scene) else []
     names += ["outputs"] if scene.outputs else []
     if scene.is_closed:
         names += ["constraint_residual", "constraint_jacobian"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.dynamics.mechanism import at_time, prescribed
+from symdyn.dynamics.mechanism import prescribed
 from symdyn.errors import EmitError
 from symdyn.graph import evaluate
 from symdyn.scene import Scene
@@ -25,7 +25,7 @@ def starting_state(scene: Scene) -> tuple[list[float], list[float]]:
     numbers = Numbers(scene)
     q, u = numbers.start(), [numbers.value(x) for x in start_of(scene).velocity]
     motion = prescribed(scene, numbers.graph)
-    known = numbers.parameters | at_time(scene, numbers.graph)
+    known = numbers.parameters | scene.at_time(numbers.graph)
     count = len(motion.place)
     found = evaluate([*motion.position, *motion.velocity], Floats(), known) if count else []
     for k, place, speed in zip(motion.place, found[:count], found[count:], strict=True):

@@ -155,9 +155,11 @@ class Rest:
 
     def never(self, force: Expr) -> bool:
         """Tell whether a force is zero for every value of the parameters, wherever the mechanism is."""
-        from symdyn.dynamics import vanishes
+        from symdyn.dynamics import formulas
 
-        return force.is_zero or (not set(reachable([force])).intersection(self.lesson.state.q) and vanishes(force))
+        if force.is_zero or set(reachable([force])).intersection(self.lesson.state.q):
+            return force.is_zero
+        return formulas([force], 1) == [Number.ZERO]
 
     @cached_property
     def turns(self) -> list[bool]:

@@ -25,8 +25,8 @@ from symdyn.algebra import (
 )
 from symdyn.dynamics import Workspace, angle_groups, derive_one
 from symdyn.dynamics.loops import solve_normal
-from symdyn.dynamics.mechanism import State, centre_of_mass
-from symdyn.dynamics.reactions import Equilibrium, Hanging, Unknown
+from symdyn.dynamics.mechanism import State
+from symdyn.dynamics.reactions import Equilibrium, Hinge, Unknown
 from symdyn.emit.print import length_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, substitute, tangents
@@ -86,7 +86,7 @@ def cut(workspace: Workspace, system: Equilibrium, j: int) -> Cut | None:
     m, motion = known.body.m, known.motion
     if m.is_zero:
         return None
-    centre = centre_of_mass(workspace.scene, workspace.scene.bodies[j].name, workspace.graph)
+    centre = workspace.centre_of_mass(workspace.scene.bodies[j].name)
     place = T.point(sub(centre, system.hanging.joints[j].place_on_child))
     moved = [_differentiated(one, state) for one in (place, T.p)]
     misread = known.inertia_for(T.R.T @ T.p)
@@ -116,8 +116,10 @@ class Balance(Prose):
         self.graph, self.state = self.workspace.graph, self.workspace.state
         self.closed = self.scene.is_closed
         self.order = order_of(self.scene)
-        self.proved = Equilibrium.for_readers(self.workspace.hanging)
-        self.system = Equilibrium.for_readers(_pinned(self.workspace.hanging)) if self.scene.loops else self.proved
+        hanging = self.workspace.hanging
+        self.proved = Equilibrium.for_readers(hanging)
+        pinned = hanging.closed_by(_pinned(hanging.cuts)) if self.scene.loops else hanging
+        self.system = Equilibrium.for_readers(pinned) if self.scene.loops else self.proved
         if len(self.system.unknowns) > MOST_UNKNOWNS:
             raise EmitError(
                 f"{self.scene.name}: {len(self.system.unknowns)} unknowns are more than anyone reads (the limit is "
@@ -214,17 +216,15 @@ class Balance(Prose):
         return [entries[k] for k in self.system.kept]
 
 
-def _pinned(hanging: Hanging) -> Hanging:
-    """Return a mechanism whose loops are closed: what keeps two points together acts at the parent's own point.
+def _pinned(cuts: Sequence[Hinge]) -> list[Hinge]:
+    """Return the cuts of a mechanism whose loops are closed: what keeps points together acts at the parent's own.
 
     Seen from the parent that point is where the joint was declared; reached around the loop it is the same place, in
     ten terms. So this is for forms, not for proofs, which know no closed loop beforehand.
     """
-    still = zero_vector(hanging.graph)
-    closed = [replace(hinge, X=Transform(hinge.X.R, still)) if keeps_points(hinge) else hinge for hinge in hanging.cuts]
-    pinned = replace(hanging)
-    pinned.__dict__["hinges"] = (*hanging.joints, *closed)
-    return pinned
+    return [
+        replace(one, X=Transform(one.X.R, zero_vector(one.X.p[0].graph))) if keeps_points(one) else one for one in cuts
+    ]
 
 
 def _entries(system: Equilibrium) -> list[Expr]:

@@ -17,8 +17,7 @@ from itertools import combinations
 
 from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, product_of, with_squares
 from symdyn.dynamics import Workspace, angle_groups, closed_form
-from symdyn.dynamics.mechanism import centre_of_mass, vector
-from symdyn.dynamics.reactions import known_bivectors
+from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, gradient, substitute, tangents
@@ -92,7 +91,7 @@ def terms_of_both(scene: Scene) -> list[Term]:
 def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
     """Return for every velocity at unit size minus the power of inertia forces, and of weights, one a body."""
     hanging, state, graph = w.hanging, w.state, w.graph
-    bodies = known_bivectors(hanging, [[graph.zero] * len(hinge.S) for hinge in hanging.joints])
+    bodies = hanging.bivectors([[graph.zero] * len(hinge.S) for hinge in hanging.joints])
     g = vector(w.scene.gravity, graph)
     inertia: list[list[Expr]] = []
     weights: list[list[Expr]] = []
@@ -105,7 +104,7 @@ def _powers(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
         if known.body.m.is_zero:
             weights.append([graph.zero] * state.n)
             continue
-        centre = T.point(sub(centre_of_mass(w.scene, body.name, graph), hinge.place_on_child))
+        centre = T.point(sub(w.centre_of_mass(body.name), hinge.place_on_child))
         fall = tangents([dot(scale(known.body.m, g), centre)], state.velocity)[0]
         weights.append([-gradient(fall, (u,))[0] for u in state.qd])
     return [([one[i] for one in inertia], [one[i] for one in weights]) for i in range(state.n)]

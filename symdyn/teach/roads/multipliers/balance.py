@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.algebra import Form, Number, Polynomial, Power, Symbol, product_of, sum_of
-from symdyn.dynamics.loops import solve_transposed
 from symdyn.emit.print import Printable, latex_symbols, text_of
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene, SceneUnits
@@ -36,7 +35,7 @@ def name_forces(lesson: Constrained, right: Sequence[Form]) -> tuple[Form, ...]:
     for i in parts.dependent:
         if own := lesson.scene.drives[i]:
             given[i] = given[i] - graph.symbol(own)
-    found = solve_transposed([list(tie.slopes) for tie in lesson.ties], parts, given)
+    found = parts.solve_transposed([list(tie.slopes) for tie in lesson.ties], given)
     whole = []
     for tie, node in zip(lesson.ties, found, strict=True):
         lesson.name(multiplier(tie).name, "lambda", tie.number, node=node)

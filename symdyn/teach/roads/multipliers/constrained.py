@@ -18,12 +18,12 @@ import numpy as np
 from scipy.linalg import null_space
 
 from symdyn.algebra import Compactor, Floats, Form, Function, Symbol, TrigonometricRing
-from symdyn.dynamics.loops import Cut, Label, Partition, cuts, differentiated
+from symdyn.dynamics.loops import Cut, Partition, differentiated
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
 from symdyn.scene.values import GROUND
-from symdyn.spatial import sub
+from symdyn.spatial import Vec, sub
 from symdyn.teach.document import Block, Letter
 from symdyn.teach.lesson import Lesson, is_tied, refuse_quaternions
 from symdyn.teach.masses import AXES
@@ -61,7 +61,7 @@ class Constrained(Lesson):
         """Return the conditions of a scene that has some."""
         kept = self.workspace.loops.decisions.kept
         rows = differentiated(self.scene, self.graph, self.state)
-        owned = {cut.owner: cut for cut in cuts(self.scene, self.graph)}
+        owned = {cut.owner: cut for cut in rows.cuts}
         found: list[Tie] = []
         for owner, loop in dict.fromkeys((rows.labels[k].owner, rows.labels[k].loop) for k in kept):
             own = [k for k in kept if (rows.labels[k].owner, rows.labels[k].loop) == (owner, loop)]
@@ -73,7 +73,7 @@ class Constrained(Lesson):
                 continue
             for k in own:
                 label = rows.labels[k]
-                words, axis = self._words(label)
+                words, axis = self._words(label.name, label.wrench)
                 sides = (cut.parent, cut.child) if cut is not None else ("", "")
                 residual = rows.residual[k] if label.closes else None
                 found.append(
@@ -160,13 +160,13 @@ class Constrained(Lesson):
         (bias,) = tangents(tangents([gap], self.state.velocity), self.state.velocity)
         return Tie(str(number), cut.owner, True, "tie.force", axis, cut.parent, cut.child, gap, slopes, bias)
 
-    def _words(self, label: Label) -> tuple[str, str]:
+    def _words(self, name: str, wrench: tuple[Vec, Vec] | None) -> tuple[str, str]:
         """Return the key of the sentence about a multiplier, and its axis."""
-        if label.name:
-            return f"tie.{label.name}", ""
-        if label.wrench is None:
+        if name:
+            return f"tie.{name}", ""
+        if wrench is None:
             return "tie.formula", ""
-        force, moment = label.wrench
+        force, moment = wrench
         kind, way = ("force", force) if all(x.is_zero for x in moment) else ("moment", moment)
         if kind == "moment" and not all(x.is_zero for x in force):
             return "tie.both", ""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics import JointTable
+from symdyn.dynamics import TableLoop
 from symdyn.emit.code.operators import Printer
-from symdyn.program import TableNumbers
 from symdyn.scene import Scene
 
 LINE = 64
@@ -60,10 +59,11 @@ class Room:
 
 
 def rows_of(
-    table: JointTable, scene: Scene, printer: Printer, kinds: Sequence[int], more: Sequence[Sequence[int]] = ()
+    loop: TableLoop, scene: Scene, printer: Printer, kinds: Sequence[int], more: Sequence[Sequence[int]] = ()
 ) -> Rows:
-    """Return the rows of a table of a scene; `kinds` are their kinds by number, `more` what else is told of them."""
-    literals = map(printer.literal, TableNumbers(table, scene).in_order())
+    """Return the rows of the table of a loop; `kinds` are their kinds by number, `more` what else is told of them."""
+    table = loop.table
+    literals = map(printer.literal, table.in_order(scene))
     ground = braces([next(literals) for _ in table.ground])
     rows, matrices = [], 0
     places, most = _places([row.parent for row in table.rows])
@@ -71,7 +71,7 @@ def rows_of(
         whole = (row.parent, come, go, kinds[i], matrices, int(not row.at_zero), *(more[i] if more else ()))
         matrices += len(row.fixed) > 2
         numbers = [next(literals) for _ in range(NUMBERS)]
-        rows.append(braces([*map(str, whole), *numbers, braces([next(literals) for _ in range(TableNumbers.MOMENTS)])]))
+        rows.append(braces([*map(str, whole), *numbers, braces([next(literals) for _ in range(table.MOMENTS)])]))
     turns = tuple(braces([next(literals) for _ in range(9)]) for _ in range(matrices))
     return Rows(tuple(rows), turns, ground, any(not row.at_zero for row in table.rows), most)
 

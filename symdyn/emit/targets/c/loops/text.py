@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics import Sweep, TableLoop, kinds_of
+from symdyn.algebra import constants
+from symdyn.dynamics import Sweep, TableLoop
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.targets.c.loops.rows import Room, Rows, room, rows_of
 from symdyn.graph import Op, reachable
-from symdyn.program import TableNumbers, constants
 from symdyn.scene import Scene
 
 ROW = ("joint", "matrix")
@@ -99,16 +99,16 @@ class LoopText:
 
 def loop_text(loop: TableLoop, given: Sequence[str], scene: Scene, printer: Printer, width: int) -> LoopText:
     """Return what the template needs of a loop over a table of a scene; a number takes `width` bytes."""
-    table, kinds = loop.table, kinds_of(loop.table)
+    table, kinds = loop.table, loop.kinds
     known = sorted(set(kinds))
     last = {row.parent: i for i, row in enumerate(table.rows) if row.parent != i}  # of children that do not follow
     more = [(int(i + 1 in last), int(last.get(row.parent) == i)) for i, row in enumerate(table.rows)]
-    rows = rows_of(table, scene, printer, [known.index(one) for one in kinds], more)
+    rows = rows_of(loop, scene, printer, [known.index(one) for one in kinds], more)
     steps = list(zip(*(loop.algorithm.sweeps(kind) for kind in known), strict=True))
     at = {
         **{name: f"*{name}" for name in ("cosine", "sine", *given)},
         **{name: f"joint->{name}" for name in ("c", "s", "x", "y", "z", "rise", "rotor")},
-        **{f"b{k}": f"joint->b[{k}]" for k in range(TableNumbers.MOMENTS)},
+        **{f"b{k}": f"joint->b[{k}]" for k in range(table.MOMENTS)},
         **{f"matrix{k}": f"matrix[{k}]" for k in range(9)},
         **{f"{ways[0].keeps}{k}": _row("kept", k) for ways in steps for k in range(len(ways[0].kept))},
     }
