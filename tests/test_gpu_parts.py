@@ -19,7 +19,7 @@ import symdyn
 from symdyn.build import build, run_python
 from symdyn.emit import beside, emit, write
 from symdyn.emit.code.real import REALS
-from symdyn.emit.targets.entries import entries
+from symdyn.emit.targets.entries import Entries
 from symdyn.emit.targets.gpu import room as rooms_of
 from symdyn.emit.targets.gpu.kernels import rooms
 from symdyn.emit.targets.gpu.parts import shares
@@ -77,7 +77,7 @@ extern "C" void run_rows(unsigned blocks, size_t n, double *a0, double *a1, doub
 def test_examples_and_launchers_give_every_part_a_row(tmp_path: Path) -> None:
     sources = emit(puma(), "gpu")
     parts = len(rooms(sources.program, REALS["double"])[0].plans)
-    made = entries(sources).files["puma560.cu"]
+    made = Entries.of(sources).files["puma560.cu"]
     assert re.search(rf"<<<dim3\(\(unsigned\)\(\(n \+ 31\) / 32\), {parts}\), 32, 0,", made)
     assert f"<<<dim3((n + 31) / 32, {parts}), 32>>>(n, q, qd, tau, out);" in sources.texts["puma560.cu"]
     main = beside(sources)["puma560_main.cu"]

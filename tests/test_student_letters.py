@@ -14,7 +14,7 @@ import pytest
 
 from symdyn.cli import main
 from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.printable import printable
+from symdyn.emit.print.printable import Printable
 from symdyn.errors import SymdynError
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.values import acceleration_name
@@ -110,7 +110,7 @@ def _answered(text: str, scene: Scene) -> None:
 def test_multipliers_of_conditions_are_right_however_they_are_written(added: str) -> None:
     scene = read(FOUR_BAR)
     if added == "printed":
-        rows = zip(("lambda1", "lambda2"), printable(scene).constraints.positions(), strict=True)
+        rows = zip(("lambda1", "lambda2"), Printable.of(scene).constraints.positions(), strict=True)
         added = "".join(f" - {name}*({text_of(form)})" for name, form in rows)
 
     (answer,) = check_derivation(f"P = {WEIGHTS} {added}", scene)

@@ -18,7 +18,7 @@ from symdyn.bench.reference import state_of
 from symdyn.build import RUNNERS, Runner, build_extension
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit
-from symdyn.emit.code import REALS, SHORT_SINES, SINGLE, find_short_sines
+from symdyn.emit.code import REALS, SINGLE, ShortSines
 from symdyn.errors import EmitError, MissingCompiler
 from symdyn.program import Program, Routine, lower
 
@@ -138,7 +138,7 @@ def _run(runner: Runner, sources: Sources, machine: str) -> Any:
 
 
 def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derived: float) -> Iterator[Implementation]:
-    short = find_short_sines(one.accuracy)
+    short = ShortSines.find(one.accuracy)
     if reals[0] not in TARGETS[one.target].reals or (short and short.real != reals[0]):
         return
     if short and not program.routines[0].counts.sincos:
@@ -200,7 +200,7 @@ BUILT = (
             partial(addressed_in, {entry: f"{ENTRIES[entry]} to {accuracy}" for entry in ENTRIES}),
             accuracy=accuracy,
         )
-        for accuracy in SHORT_SINES
+        for accuracy in ShortSines.accuracies()
     ),
     Built("c", "", with_loop, partial(addressed_in, ALONE), extra=2),
     *(

@@ -16,7 +16,7 @@ from symdyn.build.compiler import CPLUSPLUS, PATIENCE, RUSTC, Compiler, find_com
 from symdyn.build.library import load_functions
 from symdyn.build.on_threads import price, run_rows, split
 from symdyn.build.warned import check_target
-from symdyn.emit import C, Sources, emit, entries
+from symdyn.emit import C, Entries, Sources, emit
 from symdyn.emit.code import REALS
 from symdyn.errors import BuildError
 from symdyn.program import Program, shared
@@ -71,7 +71,7 @@ def run_rust(sources: Sources) -> Module:
 
 
 def _module(sources: Sources, compiler: Compiler, patience: float = PATIENCE, threads: int = 1) -> Module:
-    made = entries(sources)
+    made = Entries.of(sources)
     path, library = load_functions(made.files, made.symbols.values(), compiler, patience)
     return Module(sources.program.scene.name, sources.real, path, functions_of(sources, library, threads))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from symdyn.build.entry import Damaged, read_entry, seal
@@ -16,37 +17,53 @@ from symdyn.build.warned import warn
 from symdyn.errors import MissingCompiler
 
 
-def kept(name: str) -> bytes | None:
-    """Return what is kept under a name, None where nothing is that can be trusted."""
-    try:
-        path = trusted_folder() / name
-        found = read_entry(path)
-        with suppress(OSError):  # a cache that may only be read serves as well
-            os.utime(path)  # it was wanted last
-    except Damaged as fault:
-        warn(f"{path}: {fault}; it is made again")
-    except (OSError, MissingCompiler):
+@dataclass(frozen=True)
+class Kept:
+    """What is kept in the cache under a name."""
+
+    name: str
+
+    def content(self) -> bytes | None:
+        """Return what is kept, None where nothing is that can be trusted."""
+        try:
+            path = trusted_folder() / self.name
+            found = read_entry(path)
+            with suppress(OSError):  # a cache that may only be read serves as well
+                os.utime(path)  # it was wanted last
+        except Damaged as fault:
+            warn(f"{path}: {fault}; it is made again")
+        except (OSError, MissingCompiler):
+            return None
+        else:
+            return found
         return None
-    else:
-        return found
-    return None
 
+    def keep(self, content: bytes, most: int) -> None:
+        """Keep bytes, where the cache can be written to.
 
-def keep(name: str, content: bytes, most: int) -> None:
-    """Keep bytes under a name, where the cache can be written to.
+        Of entries with its ending those `most` stay that were wanted last.
+        """
+        with suppress(OSError, MissingCompiler):
+            folder = trusted_folder()
+            with folder_aside(folder) as aside:
+                fresh = aside / self.name
+                fresh.write_bytes(content)
+                seal(fresh)
+                os.replace(fresh, folder / self.name)
+            for one in sorted(folder.glob(f"*{Path(self.name).suffix}"), key=_wanted)[:-most]:
+                with suppress(OSError):
+                    one.unlink()
 
-    Of entries with its ending those `most` stay that were wanted last.
-    """
-    with suppress(OSError, MissingCompiler):
-        folder = trusted_folder()
-        with folder_aside(folder) as aside:
-            fresh = aside / name
-            fresh.write_bytes(content)
-            seal(fresh)
-            os.replace(fresh, folder / name)
-        for one in sorted(folder.glob(f"*{Path(name).suffix}"), key=_wanted)[:-most]:
-            with suppress(OSError):
-                one.unlink()
+    def folder(self) -> Path:
+        """Return a folder of this name in the cache, made if it is missing.
+
+        Raises:
+            OSError: it cannot be made.
+            MissingCompiler: there is no folder to write to at all.
+        """
+        folder = trusted_folder() / self.name
+        folder.mkdir(mode=0o700, exist_ok=True)
+        return folder
 
 
 def _wanted(path: Path) -> float:

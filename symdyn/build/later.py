@@ -20,7 +20,7 @@ from symdyn.build.extension import extension_kind
 from symdyn.build.library import SUFFIX, Kind, load_library
 from symdyn.build.lock import Lock
 from symdyn.build.runners import or_warn, run_python
-from symdyn.emit import RUNTIME, Code, emit
+from symdyn.emit import Code, emit
 from symdyn.program import Program
 
 
@@ -40,8 +40,8 @@ class Makers:
         """
         self.asked = compiler
         self._compiler = find_compiler(compiler, machine)
-        kind = extension_kind(RUNTIME.name)
-        self.module: ModuleType = load_library(RUNTIME.key, self._compiler, PATIENCE, kind, RUNTIME.source)[1]
+        kind = extension_kind(Code.RUNTIME.name)
+        self.module: ModuleType = load_library(Code.RUNTIME.key, self._compiler, PATIENCE, kind, Code.RUNTIME.source)[1]
 
     def places(self, made: Code, soon: bool = False) -> list[int]:
         """Return where the entries of code are in memory, compiled unless they are in the cache.

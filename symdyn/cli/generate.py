@@ -21,7 +21,7 @@ from symdyn.cli.scene_options import (
 from symdyn.cli.talk import Waiting, asking, print_paths, say
 from symdyn.dynamics import Equations, LoopChoices, Wanted, Workspace, kept_in_lines
 from symdyn.emit import TARGETS, emit, write
-from symdyn.emit.code import REALS, SHORT_SINES
+from symdyn.emit.code import REALS, ShortSines
 from symdyn.errors import EmitError
 from symdyn.program import formulate, lower, prepare, tunable
 from symdyn.scene import Scene
@@ -46,7 +46,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type (default: double)")
     verb.add_argument(
         "--accuracy",
-        choices=tuple(SHORT_SINES),
+        choices=ShortSines.accuracies(),
         default="",
         help="faster C in double by shorter sines, whose bound the file tells (default: what the number type allows)",
     )

@@ -22,7 +22,7 @@ from symdyn.cli.scene_options import (
     split,
 )
 from symdyn.cli.talk import Waiting, give, print_table
-from symdyn.emit.code import SHORT_SINES, SINGLE
+from symdyn.emit.code import SINGLE, ShortSines
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
@@ -51,7 +51,7 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--real", choices=SINGLE, default="double", help="number type of the measured code")
     verb.add_argument(
         "--accuracy",
-        choices=tuple(SHORT_SINES),
+        choices=ShortSines.accuracies(),
         default="",
         help="of code that has it, whose sines' bound is then in the bounds (default: what the number type allows)",
     )

@@ -11,7 +11,7 @@ from .lettering import Text as Text
 from .outlines import outline as outline
 from .picture_files import check_picture as check_picture
 from .pictures import Lettered as Lettered, picture as picture
-from .positions import extent_of as extent_of, limits_of as limits_of, pose as pose
+from .positions import extent_of as extent_of, pose as pose
 from .reel import Reel as Reel
 from .shown_text import HtmlText as HtmlText, SvgText as SvgText
 from .smil import moving_picture as moving_picture

@@ -115,15 +115,8 @@ def extent_of(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
 
 def _within(joint: Joint, at: float, values: Mapping[str, float]) -> float:
     """Return a coordinate well within the limits of its joint."""
-    low, high = limits_of(joint, {name: Fraction(value) for name, value in values.items()})
+    low, high = joint.range({name: Fraction(value) for name, value in values.items()})
     if not low < high:
         return at
     inner = 0.1 * (high - low) if math.isfinite(high - low) else 0.0
     return min(max(at, low + inner), high - inner)
-
-
-def limits_of(joint: Joint, values: Mapping[str, Fraction | float]) -> tuple[float, float]:
-    """Return the limits of a joint's coordinate, infinite where it has none; a joint of several has none."""
-    given = (joint.limits.lower, joint.limits.upper) if len(joint.coordinates) == 1 else (None, None)
-    low, high = (None if x is None else x.at(values) for x in given)
-    return -math.inf if low is None else float(low), math.inf if high is None else float(high)

@@ -6,15 +6,13 @@ from .escape import (
     in_html as in_html,
     in_latex as in_latex,
     in_markdown as in_markdown,
-    in_script as in_script,
-    in_script_code as in_script_code,
 )
 from .render import render as render, verbatim as verbatim
 from .targets.c.c99 import C as C
 from .targets.door import TARGETS as TARGETS, beside as beside, emit as emit
-from .targets.entries import Entries as Entries, entries as entries, xla_entries as xla_entries
+from .targets.entries import Entries as Entries
 from .targets.fmu.archive import packed as packed
 from .targets.gpu.kernels import rooms as rooms
 from .targets.json_reader import read_program as read_program
-from .targets.later import RUNTIME as RUNTIME, Code as Code
+from .targets.later import Code as Code
 from .writing import Contents as Contents, write as write, write_file as write_file

@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from symdyn.emit.escape import in_comment, in_docstring, in_html, in_percent_comment, in_rustdoc
+from symdyn.emit.escape import (
+    in_comment,
+    in_docstring,
+    in_html,
+    in_percent_comment,
+    in_rustdoc,
+    in_script,
+    in_script_code,
+)
 from symdyn.resources import template_folder
 
 if TYPE_CHECKING:
@@ -47,12 +55,7 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,
     )
-    environment.filters |= {
-        "in_comment": in_comment,
-        "in_docstring": in_docstring,
-        "in_html": in_html,
-        "in_rustdoc": in_rustdoc,
-    }
-    environment.filters |= {"in_percent_comment": in_percent_comment}
+    escapes = (in_comment, in_docstring, in_html, in_percent_comment, in_rustdoc, in_script, in_script_code)
+    environment.filters |= {escape.__name__: escape for escape in escapes}
     environment.globals |= {"verbatim": verbatim, "script": script}
     return environment

@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.build import Loaded, loaded
-from symdyn.dynamics import LoopChoices
+from symdyn.build import Loaded, load
 from symdyn.identification.bounds import Bound
 from symdyn.identification.criteria import Criterion
 from symdyn.identification.families import Basis
@@ -69,7 +68,7 @@ class Functions:
         names = ["base_regressor", "base_regressor_vjp", "inverse_dynamics"]
         names += ["inverse_dynamics_vjp"] if self.forced else []
         names += [f"{what}:{name}" for name in self.points.values() for what in ("pose", "jacobian")]
-        self.calls: Loaded = loaded(scene, tuple(names), None, "native", False, LoopChoices(), {})
+        self.calls: Loaded = load(scene, names)
         self.bounds, self.noise = tuple(bounds), noise
         n = len(scene.velocities)
         drawn = np.random.default_rng(seed).uniform(-1, 1, (3, PLACES, n))

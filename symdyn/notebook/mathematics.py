@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.dynamics import ClosedForm
-from symdyn.emit.print import (
-    BREAK,
-    EquationsOfMotion,
-    Printable,
-    SympyEquations,
-    latex_symbols,
-    printable,
-    printed_text,
-)
+from symdyn.emit.print import BREAK, EquationsOfMotion, Printable, SympyEquations, latex_symbols, printed_text
 from symdyn.errors import SymdynError
 from symdyn.notebook.page import Markup, formula, formulas, head, note, table
 
@@ -47,7 +39,7 @@ def closed_form(found: ClosedForm) -> list[Markup]:
     try:
         if (long := _length(found)) > MOST:
             return [first, note(_too_long(long, ".form() and .sympy() of one coefficient, such as ('k_z', 0, 0),"))]
-        page = printable(found)
+        page = Printable.of(found)
     except SymdynError as fault:
         return [first, note(str(fault))]
     return [first, formulas(_coefficients(page))]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
 from symdyn.dynamics import ClosedForm, Energies, Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import State, body_placements, squared_length, vector
-from symdyn.emit.print import Letters, Printable, printable
+from symdyn.emit.print import Letters, Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
@@ -212,7 +212,7 @@ class Lesson(Prose):
     @cached_property
     def page(self) -> Printable:
         """What is said of the equations, lengths of struts by names, which it adds to those of the document."""
-        page = printable(self.forms, lengths=f"{Letters.LENGTH}:")
+        page = Printable.of(self.forms, lengths=f"{Letters.LENGTH}:")
         for one in page.lengths.named:
             node = self.graph.sqrt(squared_length(self.placed, one.struts[0], self.graph))
             self.name(one.name, Letters.LENGTH, *one.index, node=node)

@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.algebra import Floats
-from symdyn.draw import limits_of, pose
+from symdyn.draw import pose
 from symdyn.dynamics import Energies, Workspace
 from symdyn.dynamics.mechanism import TIME, State, prescribed
 from symdyn.errors import DrawError, NoValueError
@@ -199,7 +199,7 @@ def _distinct(
     for joint, name, unit in SceneUnits(scene).each_coordinate():
         if name in held or unit == "1" or (tied and not any(joint.drives)):
             continue
-        low, high = limits_of(joint, {name: Fraction(value) for name, value in parameters.items()})
+        low, high = joint.range({name: Fraction(value) for name, value in parameters.items()})
         for value in (q[name], *_others(q[name], unit)):
             if low < value < high and not _hides(value, unit, seen):
                 found[name] = value

@@ -10,7 +10,7 @@ from typing import Any
 from symdyn.arguments import check_arguments, walked, wholes
 from symdyn.dynamics import Equations, LoopChoices, Workspace
 from symdyn.emit import Sources
-from symdyn.emit.code import SINGLE, find_short_sines
+from symdyn.emit.code import SINGLE, ShortSines
 from symdyn.errors import VerifyError
 from symdyn.graph import growing
 from symdyn.program import Program, lower, prepare as prepare_program
@@ -196,7 +196,7 @@ def certify(
     asked, (seed,) = targets is not None, wholes(seed)
     scene, targets = scene_of(scene), wanted_targets(targets, real, accuracy)
     notes = [closing.words] if closing.words else []
-    sines = find_short_sines(accuracy, real)
+    sines = ShortSines.find(accuracy, real)
     if sines:
         notes.append(f"accuracy {accuracy}: bounds have sines and cosines that are off by {sines.bound:.0e} in them")
     workspace = Workspace(scene, closing)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.draw import extent_of, limits_of, pose
+from symdyn.draw import extent_of, pose
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
@@ -104,7 +104,7 @@ def standing(scene: Scene, at: dict[str, float]) -> Standing:
     wide = {"rad": math.pi, "m": extent_of(scene, q, values) if scene.coordinates else 1.0, "1": 1.0}
     spans = []
     for joint, name, unit in SceneUnits(scene).each_coordinate():
-        low, high = limits_of(joint, values)
+        low, high = joint.range(values)
         low, high = (x if math.isfinite(x) else sign * wide[unit] for x, sign in ((low, -1), (high, 1)))
         spans.append((name, scene.shown_unit(unit), low, high))
     numbers = Numbers(scene) if scene.is_closed else None

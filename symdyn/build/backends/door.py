@@ -11,7 +11,7 @@ from symdyn.arguments import check_arguments
 from symdyn.build.later import compile_all
 from symdyn.build.loaded import Loaded, loaded, names_of, values_of
 from symdyn.dynamics import LoopChoices, request_of
-from symdyn.emit.code import find_short_sines
+from symdyn.emit.code import ShortSines
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.extras import install
 from symdyn.scene import SceneLike, bind, scene_of, with_values
@@ -108,7 +108,7 @@ def load(
     """
     check_arguments(load, locals())
     row = find_backend(backend)
-    if find_short_sines(accuracy) and row.package:
+    if ShortSines.find(accuracy) and row.package:
         raise EmitError(f"accuracy {accuracy} is for NumPy's arrays, not for those of {row.title}; leave it out")
     known = scene_of(scene)
     bound = with_values(known, parameters)

@@ -23,7 +23,7 @@ from symdyn.build.backends.words import Word
 from symdyn.build.backends.xla_library import ABI, HEADERS, hand_over
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind
-from symdyn.emit import Entries, Sources, xla_entries
+from symdyn.emit import Entries, Sources
 from symdyn.errors import BuildError
 from symdyn.program import shared
 
@@ -47,7 +47,7 @@ class Card:
     @property
     def kernels(self) -> Kernels:
         """What makes handlers for the devices that are there."""
-        return Kernels(self.machine(), self.build, xla_entries, self.open)
+        return Kernels(self.machine(), self.build, Entries.of_xla, self.open)
 
 
 def over_columns(handler: str, platform: str, word: Word, leading: tuple[int, ...], *given: Array) -> Array:

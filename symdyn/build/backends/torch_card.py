@@ -19,7 +19,7 @@ import torch
 
 from symdyn.build.backends.card import Kernels, architecture, compiled, several
 from symdyn.build.backends.words import Word
-from symdyn.emit import Entries, Sources, entries
+from symdyn.emit import Entries, Sources
 from symdyn.errors import BuildError
 from symdyn.program import shared
 
@@ -74,7 +74,7 @@ def launch(card: Card, word: Word, given: Sequence[Array]) -> Array:
 
 def kernels(card: Card, device: Any) -> Kernels:
     """Return what makes launchers for a device."""
-    return Kernels(card.machine(device), card.build, entries, _launchers)
+    return Kernels(card.machine(device), card.build, Entries.of, _launchers)
 
 
 def _launchers(sources: Sources, made: Entries, _: Path, library: ctypes.CDLL) -> list[Callable[..., bytes]]:

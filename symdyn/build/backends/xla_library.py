@@ -12,7 +12,7 @@ import jaxlib
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.library import SUFFIX, Kind, load_library
-from symdyn.emit import C, Entries, Sources, emit, xla_entries
+from symdyn.emit import C, Entries, Sources, emit
 from symdyn.program import Program
 
 HEADERS, ABI = (jax.ffi.include_dir(),), ("xla", jaxlib.__version__)
@@ -35,7 +35,7 @@ def register(
         EmitError: the program cannot be written in this type.
     """
     sources = emit(program, C.name, real, option="batch")
-    entries = xla_entries(sources, columns)
+    entries = Entries.of_xla(sources, columns)
     needs = Needs(headers=HEADERS, exports=tuple(entries.symbols.values()))
     kind = Kind(SUFFIX, needs, ABI, ctypes.CDLL)
     path, library = load_library(entries.files, find_compiler(compiler, machine), PATIENCE, kind)

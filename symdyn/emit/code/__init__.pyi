@@ -3,4 +3,4 @@
 from .for_sympy import SYMPY as SYMPY
 from .identifiers import page_stem as page_stem, stem as stem
 from .real import REALS as REALS, SINGLE as SINGLE, Real as Real
-from .short_sines import SHORT_SINES as SHORT_SINES, find_short_sines as find_short_sines
+from .short_sines import ShortSines as ShortSines

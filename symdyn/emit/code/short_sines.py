@@ -38,6 +38,30 @@ class ShortSines:
     sine: tuple[float, ...]
     cosine: tuple[float, ...]
 
+    @classmethod
+    def accuracies(cls) -> tuple[str, ...]:
+        """Return those that there are."""
+        return tuple(SHORT_SINES)
+
+    @classmethod
+    def find(cls, accuracy: str, real: str = "") -> ShortSines | None:
+        """Return the sines of an accuracy, None for "": as near as the type allows. Type "" is that of the sines.
+
+        Raises:
+            EmitError: there is no such accuracy, or not of this type.
+        """
+        if not accuracy:
+            return None
+        known = " or ".join(map(repr, SHORT_SINES))
+        if accuracy not in SHORT_SINES:
+            raise EmitError(
+                f"accuracy {accuracy!r} is not known; give {known}, or leave it out for about 1e-16, in float 1e-7"
+            )
+        row = SHORT_SINES[accuracy]
+        if real not in ("", row.real):
+            raise EmitError(f"accuracy {accuracy} is one of {row.real}, not of {real}; leave one of both out")
+        return row
+
     @property
     def told(self) -> str:
         """What files say of it."""
@@ -75,30 +99,11 @@ SHORT_SINES: Mapping[str, ShortSines] = {
 }
 
 
-def find_short_sines(accuracy: str, real: str = "") -> ShortSines | None:
-    """Return the sines of an accuracy, None for "": as near as the type allows. Real type "" is that of the sines.
-
-    Raises:
-        EmitError: there is no such accuracy, or not of this type.
-    """
-    if not accuracy:
-        return None
-    known = " or ".join(map(repr, SHORT_SINES))
-    if accuracy not in SHORT_SINES:
-        raise EmitError(
-            f"accuracy {accuracy!r} is not known; give {known}, or leave it out for about 1e-16, in float 1e-7"
-        )
-    row = SHORT_SINES[accuracy]
-    if real not in ("", row.real):
-        raise EmitError(f"accuracy {accuracy} is one of {row.real}, not of {real}; leave one of both out")
-    return row
-
-
 def bound_of_sines(accuracy: str) -> float:
     """Return how far a sine may be off beside its rounding, absolutely; 0 for "".
 
     Raises:
         EmitError: there is no such accuracy.
     """
-    row = find_short_sines(accuracy)
+    row = ShortSines.find(accuracy)
     return row.bound if row else 0.0

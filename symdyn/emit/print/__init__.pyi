@@ -11,7 +11,7 @@ from .equations_text import (
 from .formula_text import Latex as Latex, text_of as text_of, value_text as value_text
 from .latex_width import BREAK as BREAK, latex_width as latex_width
 from .letters import Letters as Letters
-from .printable import Coefficient as Coefficient, Printable as Printable, printable as printable
+from .printable import Coefficient as Coefficient, Printable as Printable
 from .printed_names import PrintName as PrintName, latex_symbols as latex_symbols
 from .sympy_equations import SympyEquations as SympyEquations
 from .too_long import refuse_too_long as refuse_too_long

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import ClosedForm, closed_form
 from symdyn.emit.print.equations_text import equations_text
-from symdyn.emit.print.printable import Printable, printable
+from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.sympy_equations import SympyEquations, sympy_equations
 from symdyn.errors import EmitError
 from symdyn.scene import Scene, SceneLike, scene_of
@@ -36,7 +36,7 @@ class EquationsOfMotion(Shown):
     @cached_property
     def page(self) -> Printable:
         """What is said of the scene, before it is spelled; DerivationError where nobody would read it."""
-        return printable(self.closed)
+        return Printable.of(self.closed)
 
     def latex(self, group: str = "equations", angles: str = "long", document: bool = False) -> str:
         r"""Return the equations in LaTeX, for a text that loads amsmath.

@@ -9,7 +9,7 @@ from symdyn.algebra import Form
 from symdyn.dynamics import ClosedForm
 from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.latex_page import base_parameter_name, latex_definitions, latex_document, latex_fragment
-from symdyn.emit.print.printable import ENTRYWISE, Printable, printable
+from symdyn.emit.print.printable import ENTRYWISE, Printable
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.print.sympy_page import sympy_definitions, sympy_page
 from symdyn.emit.print.text_page import text_definitions, text_page
@@ -73,7 +73,7 @@ def equations_text(
     write = FORMATS[format].document if document else FORMATS[format].page
     if write is None:
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    return write(printable(scene, angles == "short", asked() or FORMATS[format].digits), group)
+    return write(Printable.of(scene, angles == "short", asked() or FORMATS[format].digits), group)
 
 
 def base_parameters_text(scene: Scene, format: str = "latex") -> str:

@@ -156,6 +156,55 @@ class Printable:
     lengths: Lengths
     short: bool
 
+    @classmethod
+    def of(
+        cls, scene: Scene | ClosedForm, short: bool = False, digits: int | None = None, lengths: str | None = ""
+    ) -> Printable:
+        """Return what is to be printed.
+
+        Args:
+            scene: the mechanism, or its closed forms.
+            short: whether s12 stands for sin(q1 + q2).
+            digits: the most that a number has; None leaves them exact.
+            lengths: what the names of lengths of struts begin with; None writes all lengths out.
+        """
+        closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
+        scene = closed.scene
+        names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
+        names |= {given.name for given in scene.inputs}
+        names |= {drive for drive in scene.drives if drive}
+        units = SceneUnits(scene).coordinates
+        numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
+
+        def spelled(form: Form) -> Form:
+            form = shortened(form, numbers, names) if short else form
+            return form if digits is None else rounded(form, digits)
+
+        moving = {*scene.velocities, *map(acceleration_name, scene.velocities), TIME}
+        found = named_lengths(closed, names | moving, spelled, lengths or "")
+        if found.named and lengths is not None:
+            closed = replace(closed, loads=closed.loads.named(found.names))
+        names |= {name for one in found.named for name, _ in one.defined}
+
+        def write(*key: Any) -> Form:
+            return spelled(closed.form(*key))
+
+        closed.refuse_too_long("; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python")
+        keys = closed.coefficient_names()
+        rows: list[list[Coefficient]] = [[] for _ in scene.velocities]
+        columns = coefficients(closed.n)
+        for kind, i, *place in keys:
+            rates = columns[kind][place[0] if place else 0]
+            indices = (i + 1, *dict.fromkeys(j + 1 for _, j in rates))
+            form = write(kind, i, *place)
+            rows[i].append(Coefficient(kind, indices, form, _rate(scene, rates), rates[0][0] if rates else ""))
+        right = tuple(map(spelled, _right_hand_sides(closed)))
+        constraints = _constraints(scene, spelled, names | set(scene.velocities))
+        graph = Graph()
+        motions = [(j.coordinate, Form.of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
+        K, P, E = write("K"), write("P"), spelled(closed.loads.energy(closed.compactor))
+        return cls(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, E, found, short)
+
     @property
     def forms(self) -> list[Form]:
         """All coefficients and right-hand sides."""
@@ -212,55 +261,6 @@ class Printable:
         named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
         others, lengths = [*named, *(row.multiplier for row in rows)], [one.name for one in self.lengths.named]
         return Latex(latex_symbols(self.scene, others, lengths) | {TIME: TIME}, digits_or(DIGITS))
-
-
-def printable(
-    scene: Scene | ClosedForm, short: bool = False, digits: int | None = None, lengths: str | None = ""
-) -> Printable:
-    """Return what is to be printed.
-
-    Args:
-        scene: the mechanism, or its closed forms.
-        short: whether s12 stands for sin(q1 + q2).
-        digits: the most that a number has; None leaves them exact.
-        lengths: what the names of lengths of struts begin with; None writes all lengths out.
-    """
-    closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
-    scene = closed.scene
-    names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
-    names |= {given.name for given in scene.inputs}
-    names |= {drive for drive in scene.drives if drive}
-    units = SceneUnits(scene).coordinates
-    numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
-
-    def spelled(form: Form) -> Form:
-        form = shortened(form, numbers, names) if short else form
-        return form if digits is None else rounded(form, digits)
-
-    moving = {*scene.velocities, *map(acceleration_name, scene.velocities), TIME}
-    found = named_lengths(closed, names | moving, spelled, lengths or "")
-    if found.named and lengths is not None:
-        closed = replace(closed, loads=closed.loads.named(found.names))
-    names |= {name for one in found.named for name, _ in one.defined}
-
-    def write(*key: Any) -> Form:
-        return spelled(closed.form(*key))
-
-    closed.refuse_too_long("; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python")
-    keys = closed.coefficient_names()
-    rows: list[list[Coefficient]] = [[] for _ in scene.velocities]
-    columns = coefficients(closed.n)
-    for kind, i, *place in keys:
-        rates = columns[kind][place[0] if place else 0]
-        indices = (i + 1, *dict.fromkeys(j + 1 for _, j in rates))
-        form = write(kind, i, *place)
-        rows[i].append(Coefficient(kind, indices, form, _rate(scene, rates), rates[0][0] if rates else ""))
-    right = tuple(map(spelled, _right_hand_sides(closed)))
-    constraints = _constraints(scene, spelled, names | set(scene.velocities))
-    graph = Graph()
-    motions = [(j.coordinate, Form.of(j.motion.express(graph))) for j in scene.moving if j.motion is not None]
-    K, P, E = write("K"), write("P"), spelled(closed.loads.energy(closed.compactor))
-    return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, E, found, short)
 
 
 def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 
 from symdyn.emit.code.real import find_real
-from symdyn.emit.code.short_sines import find_short_sines
+from symdyn.emit.code.short_sines import ShortSines
 from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.targets.c.c99 import C
 from symdyn.emit.targets.casadi.module import CASADI
@@ -96,7 +96,7 @@ def emit(
         raise EmitError(
             f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone; leave --real out"
         )
-    sines = find_short_sines(accuracy, real)
+    sines = ShortSines.find(accuracy, real)
     if sines and option not in row.shortens:
         raise EmitError(_no_shorter(row, accuracy))
     made = row.draft(program, number, command or _command(program, row, real, option, accuracy), option, sines)

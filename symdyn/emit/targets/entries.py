@@ -31,34 +31,34 @@ class Entries:
     files: Mapping[str, str]
     symbols: Mapping[tuple[str, str], str]
 
+    @classmethod
+    def of(cls, sources: Sources) -> Entries:
+        """Return sources of C, C++, Rust or kernels for CUDA as a library of functions of C.
 
-def entries(sources: Sources) -> Entries:
-    """Return sources of C, C++, Rust or kernels for CUDA as a library of functions of C.
+        Those of kernels are launchers, one each; those of others are called as the C target's are.
+        """
+        files, kinds, ending = ENTRIES[sources.target]
+        some = kinds if sources.batch else ("",)
+        names = zip(sources.program.routines, sources.functions, strict=True)
+        symbols = {
+            (routine.function.name, kind): f"{sources.stem}_{name}{kind and '_'}{kind}{ending}"
+            for routine, name in names
+            for kind in some
+        }
+        return cls(files(sources), symbols)
 
-    Those of kernels are launchers, one each; those of others are called as the C target's are.
-    """
-    files, kinds, ending = ENTRIES[sources.target]
-    some = kinds if sources.batch else ("",)
-    names = zip(sources.program.routines, sources.functions, strict=True)
-    symbols = {
-        (routine.function.name, kind): f"{sources.stem}_{name}{kind and '_'}{kind}{ending}"
-        for routine, name in names
-        for kind in some
-    }
-    return Entries(files(sources), symbols)
+    @classmethod
+    def of_xla(cls, sources: Sources, columns: Sequence[int] = ()) -> Entries:
+        """Return sources of C with batch code, or kernels for CUDA, with a handler a function, which XLA calls.
 
+        They include XLA's `xla/ffi/api/c_api.h`, which comes with jaxlib. Functions without entries have no handler.
 
-def xla_entries(sources: Sources, columns: Sequence[int] = ()) -> Entries:
-    """Return sources of C with batch code, or kernels for CUDA, with a handler a function, which XLA calls.
-
-    They include XLA's `xla/ffi/api/c_api.h`, which comes with jaxlib. Functions without entries have no handler.
-
-    Args:
-        sources: of target "c" with option "batch", or of target "gpu".
-        columns: of a function in C that returns a matrix: columns for each argument. It gets handlers more, which take
-            directions (k, columns) of each argument, or weights (k, rows), behind its own operands.
-    """
-    return Entries(*(on_cpu(sources, columns) if sources.target == C.name else on_card(sources)))
+        Args:
+            sources: of target "c" with option "batch", or of target "gpu".
+            columns: of a function in C that returns a matrix: columns for each argument. It gets handlers more, which
+                take directions (k, columns) of each argument, or weights (k, rows), behind its own operands.
+        """
+        return cls(*(on_cpu(sources, columns) if sources.target == C.name else on_card(sources)))
 
 
 def _of_c(sources: Sources) -> dict[str, str]:

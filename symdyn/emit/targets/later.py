@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from symdyn.emit.code.real import REALS
-from symdyn.emit.code.short_sines import find_short_sines
+from symdyn.emit.code.short_sines import ShortSines
 from symdyn.emit.render import render, verbatim
 from symdyn.emit.targets.c.c99 import ROWS, C
 from symdyn.emit.targets.ufunc import TAGS, docstring
@@ -68,9 +69,6 @@ class Runtime:
         return {f"{self.name}.c": render("ufunc/runtime.c.jinja", values)}
 
 
-RUNTIME = Runtime("symdyn_ufuncs")
-
-
 @dataclass(frozen=True)
 class Code:
     """A program as C.
@@ -78,7 +76,10 @@ class Code:
     Attributes:
         files: by name, the one to compile first.
         entries: what is called there; what has an empty operand has none.
+        RUNTIME: the extension module over all of them.
     """
+
+    RUNTIME: ClassVar[Runtime] = Runtime("symdyn_ufuncs")
 
     files: Mapping[str, str]
     entries: tuple[Entry, ...]
@@ -94,7 +95,7 @@ class Code:
         Raises:
             EmitError: it cannot be written in this type.
         """
-        short = find_short_sines(accuracy)
+        short = ShortSines.find(accuracy)
         sines = short if short and rows and short.real == real else None
         draft = C.draft(program, REALS[real], "symdyn.load", ROWS if rows else "", sines)
         functions, entries = [], []

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from math import inf
 from typing import Any
 
 from symdyn.graph import Expr, Graph, tangents
@@ -94,6 +97,12 @@ class Joint:
     def shaped(self, **values: Any) -> Joint:
         """Return the joint with other values of keys of its type."""
         return replace(self, shape=tuple((dict(self.shape) | values).items()))
+
+    def range(self, values: Mapping[str, Fraction | float]) -> tuple[float, float]:
+        """Return the limits of its coordinate at values of parameters, infinite without; of several it has none."""
+        given = (self.limits.lower, self.limits.upper) if len(self.coordinates) == 1 else (None, None)
+        low, high = (None if x is None else x.at(values) for x in given)
+        return -inf if low is None else float(low), inf if high is None else float(high)
 
     @property
     def axis(self) -> Vector:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn import shell
-from symdyn.build import trusted_folder
+from symdyn.build import Kept
 from symdyn.dynamics import Function
 from symdyn.dynamics.mechanism import TIME
 from symdyn.errors import MissingCompiler
@@ -58,9 +58,7 @@ def settle(heyoka: Any) -> None:
     if shell.is_own() and not os.environ.get("HEYOKA_CACHE_DIR") and hasattr(states, "set_diskcache_path"):
         heyoka.set_logger_level_error()  # it warns where it can keep nothing, such as on a full disk
         with suppress(OSError, MissingCompiler):
-            folder = trusted_folder() / "heyoka"
-            folder.mkdir(mode=0o700, exist_ok=True)
-            states.set_diskcache_path(str(folder))
+            states.set_diskcache_path(str(Kept("heyoka").folder()))
             return
         states.set_diskcache_enabled(False)
 

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from symdyn.build import keep, kept
+from symdyn.build import Kept
 from symdyn.simulation.integrate.heyoka_expressions import library
 
 SUFFIX = ".heyoka"
@@ -28,13 +28,13 @@ def integrator(expressions: Sequence[Any], options: Mapping[str, Any], make: Cal
 
     The caller sets its state, time and parameters, which are those that it was made with.
     """
-    name = _name(expressions, options)
-    content = kept(name)
+    kept = Kept(_name(expressions, options))
+    content = kept.content()
     if content is not None:
         with suppress(Exception):  # a heyoka of the same version that was built otherwise
             return pickle.loads(content)  # our own bytes: folder, owner and hash were looked at
     made = make()
-    keep(name, pickle.dumps(made), MOST)
+    kept.keep(pickle.dumps(made), MOST)
     return made
 
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.draw import Text, limits_of
+from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.emit import in_html
 from symdyn.emit.print import latex_symbols
@@ -135,7 +135,7 @@ def _row(
 
 def _span(joint: Joint, wide: float, at: float, values: Mapping[str, float]) -> tuple[float, float]:
     """Return the range of a coordinate: the joint's limits where it has them, else `wide` each way."""
-    low, high = limits_of(joint, values)
+    low, high = joint.range(values)
     return min(low if math.isfinite(low) else -wide, at), max(high if math.isfinite(high) else wide, at)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from symdyn.draw import Stage, Text, pose, style
 from symdyn.dynamics.mechanism import quaternions
-from symdyn.emit import TARGETS, emit, in_html, in_script, in_script_code, render, verbatim
+from symdyn.emit import TARGETS, emit, in_html, render, verbatim
 from symdyn.emit.code import stem
 from symdyn.emit.print import Letters, latex_symbols
 from symdyn.graph import Expr
@@ -121,8 +121,8 @@ def interactive(
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, JS.name, command=command).texts[f"{name}.js"]
     script = {
-        "code": in_script_code(_short(code)),
-        "data": in_script(data),
+        "code": _short(code),
+        "data": data,
         "name": name,
     }
     return Interactive(

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 from symdyn.algebra import Form
 from symdyn.draw import style
-from symdyn.emit import in_html, in_script, render
+from symdyn.emit import in_html, render
 from symdyn.emit.code import page_stem, stem
 from symdyn.emit.print import BREAK, latex_width
 from symdyn.errors import DerivationError, TeachError
@@ -77,8 +77,8 @@ def html_page(document: Document) -> str:
         "style": live.css if live else style("auto"),  # of all pictures, once
         "live": live,
         "absent": absent,
-        "reading": in_script(_reading(document)),
-        "questions": in_script(asked) if asked else "",
+        "reading": _reading(document),
+        "questions": asked,
     }
     return render("teach/walkthrough.html.jinja", values)
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from symdyn.algebra import Form, Number, Symbol, sum_of
 from symdyn.bounds import BOUNDS
-from symdyn.emit.print import Printable, printable
+from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError, TeachError
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.teach.student.answer import EMPTY, EQUAL, Answer
@@ -48,7 +48,7 @@ def check_derivation(
     if (lines := sum(1 for line in text.splitlines() if line.strip())) > most:
         raise TeachError(f"{name}: has {lines} lines; {most} are the most that is read: give the formulas alone")
     scene = scene.as_parameters()
-    page = printable(scene, lengths=None)
+    page = Printable.of(scene, lengths=None)
     multipliers = {row.multiplier: row.unit for row in page.constraints.rows}
     others = (*multipliers, *page.lengths.explicit)
     names = Names(scene, others)
