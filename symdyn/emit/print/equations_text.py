@@ -144,10 +144,7 @@ def _dalembert(scene: Scene, format: str, document: bool) -> str:
     return dalembert_equations(scene, format, document)
 
 
-OTHERS: Mapping[str, Callable[[Scene, str, bool], str]] = {
-    "base-parameters": _base_parameters,
-    "dalembert": _dalembert,
-}
+OTHERS: Mapping[str, Callable[[Scene, str, bool], str]] = {"base-parameters": _base_parameters, "dalembert": _dalembert}
 """What can be printed in place of equations."""
 
 CHOICES = {**_CHOICES, "what": (*GROUPS, *OTHERS)}
