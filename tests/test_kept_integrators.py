@@ -14,7 +14,7 @@ import pytest
 
 import symdyn
 from symdyn.build.entry import seal
-from symdyn.build.kept import keep, kept
+from symdyn.build.kept import Kept
 from symdyn.errors import SymdynWarning
 from symdyn.scene import bind
 from symdyn.simulation.integrate import kept_integrators
@@ -116,23 +116,23 @@ def test_without_a_folder_to_keep_it_in_it_is_made(tmp_path, monkeypatch):
 def test_what_cannot_be_read_as_an_integrator_is_made_again(cache):
     turning()
     (entry,) = cache.glob("*.heyoka")
-    keep(entry.name, b"of another kind", 9)
+    Kept(entry.name).keep(b"of another kind", 9)
     end(turning(), 1.0)
     assert len(MADE) == 2
 
 
 def test_a_cache_that_may_only_be_read_serves_as_well(cache, monkeypatch):
-    keep("a.thing", b"whole", 1)
+    Kept("a.thing").keep(b"whole", 1)
     monkeypatch.setattr(os, "utime", lambda *_: (_ for _ in ()).throw(OSError(30, "Read-only file system")))
-    assert kept("a.thing") == b"whole"
+    assert Kept("a.thing").content() == b"whole"
 
 
 def test_those_that_were_wanted_last_stay(cache):
     for k in range(3):
-        keep(f"{k}.thing", b"%d" % k, 3)
+        Kept(f"{k}.thing").keep(b"%d" % k, 3)
         os.utime(cache / f"{k}.thing", (k, k))
-    assert kept("0.thing") == b"0"
-    keep("3.thing", b"3", 3)
+    assert Kept("0.thing").content() == b"0"
+    Kept("3.thing").keep(b"3", 3)
     assert sorted(path.name for path in cache.iterdir()) == ["0.thing", "2.thing", "3.thing"]
 
 

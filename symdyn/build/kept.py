@@ -55,7 +55,7 @@ class Kept:
                     one.unlink()
 
     def folder(self) -> Path:
-        """Return a folder of this name in the cache, made if it is missing; OSError or MissingCompiler if it cannot be."""
+        """Return a folder of this name in the cache, made if missing; OSError or MissingCompiler if it cannot be."""
         folder = trusted_folder() / self.name
         folder.mkdir(mode=0o700, exist_ok=True)
         return folder
