@@ -16,7 +16,7 @@ from mechanisms import random_tree
 import symdyn
 from symdyn.bench.reference import reference
 from symdyn.build.c_module import build
-from symdyn.dynamics.loops import reduced_rows, reduction
+from symdyn.dynamics.loops import dense, reduced_rows
 from symdyn.emit import TARGETS, emit
 from symdyn.program import Program, formulate, in_lines, lower, prepare
 from symdyn.program.row_loop import RowLoop
@@ -119,7 +119,7 @@ def test_c_is_within_the_bound_of_its_lines(name: str, real: str) -> None:
 @pytest.mark.runs("cc")
 @pytest.mark.parametrize("largest", [6, 2])
 def test_held_points_are_solved_by_minors_and_by_normal_equations(largest: int, monkeypatch: Any) -> None:
-    for module in (reduction, reduced_rows):
+    for module in (dense, reduced_rows):
         monkeypatch.setattr(module, "CRAMER", largest)
     equations = formulate(held(), [FREE, MULTIPLIERS])
     program = lower(equations)
