@@ -99,6 +99,33 @@ class Mat(tuple[Vec, Vec, Vec]):
         rest = one - c
         return turned + Mat.outer(axis, axis).scaled(rest)
 
+    @staticmethod
+    def towards(u: Vec) -> Mat:
+        """Return the shortest rotation from z to the unit vector u: 1 + ṽ + ṽ² / (1 + u_z), v = z × u.
+
+        It needs no root beyond those of u; for u = -z it is a half turn about x.
+        """
+        graph = u[0].graph
+        one, zero = graph.one, graph.zero
+        if u[2] is graph.constant(-1):
+            return Mat(((one, zero, zero), (zero, -one, zero), (zero, zero, -one)))
+        v = Mat.skew(cross((zero, zero, one), u))
+        sides, share = Mat.identity(graph) + v, 1 / (1 + u[2])
+        return sides + (v @ v).scaled(share)
+
+    @staticmethod
+    def of_quaternion(e: tuple[Expr, ...]) -> Mat:
+        """Return the rotation of a unit quaternion (w, x, y, z): columns are the rotated axes."""
+        w, x, y, z = e
+        one = w.graph.one
+        return Mat(
+            (
+                (one - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+                (2 * (x * y + w * z), one - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+                (2 * (x * z - w * y), 2 * (y * z + w * x), one - 2 * (x * x + y * y)),
+            )
+        )
+
     @property
     def T(self) -> Mat:
         """The transpose."""
@@ -164,6 +191,12 @@ class Wrench(NamedTuple):
     def none(graph: Graph) -> Wrench:
         """Return the wrench of nothing."""
         return Wrench(zero_vector(graph), zero_vector(graph))
+
+    @staticmethod
+    def units(graph: Graph) -> tuple[Wrench, ...]:
+        """Return unit forces and moments along the axes, six."""
+        nothing, axes = zero_vector(graph), Mat.identity(graph)
+        return (*(Wrench(x, nothing) for x in axes), *(Wrench(nothing, x) for x in axes))
 
     def __add__(self, other: Wrench) -> Wrench:  # type: ignore[override]
         """Return the sum."""

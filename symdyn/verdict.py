@@ -14,36 +14,42 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from enum import StrEnum, nonmember
 from typing import Any
 
-PROVED = "proved"
-NUMERICAL = "agrees in numbers"
-DIFFERENT = "fails"
-NOT_SHOWN = "not shown"
 
-HOLD = (PROVED, NUMERICAL)
-WORST_FIRST = (DIFFERENT, NOT_SHOWN, NUMERICAL, PROVED)
+class Verdict(StrEnum):
+    """One of the four, the worst first."""
 
+    DIFFERENT = "fails"
+    NOT_SHOWN = "not shown"
+    NUMERICAL = "agrees in numbers"
+    PROVED = "proved"
 
-def verdict(compared: int, wrong: bool = False, proved: bool = False) -> str:
-    """Return what became of a claim.
+    __repr__ = str.__repr__
 
-    Args:
-        compared: how many comparisons were made.
-        wrong: whether one of them came out otherwise, or could not come out at all for what was claimed is missing.
-        proved: whether they tell of all values.
-    """
-    if wrong:
-        return DIFFERENT
-    if not compared:
-        return NOT_SHOWN
-    return PROVED if proved else NUMERICAL
+    HOLD = nonmember((PROVED, NUMERICAL))
 
+    @staticmethod
+    def of(compared: int, wrong: bool = False, proved: bool = False) -> Verdict:
+        """Return what became of a claim.
 
-def together(verdicts: Iterable[str]) -> str:
-    """Return what became of several claims as one: the worst of their verdicts; of no claims nothing is shown."""
-    found = set(verdicts)
-    return next((one for one in WORST_FIRST if one in found), NOT_SHOWN)
+        Args:
+            compared: how many comparisons were made.
+            wrong: whether one of them came out otherwise, or could not come out at all for what was claimed is missing.
+            proved: whether they tell of all values.
+        """
+        if wrong:
+            return Verdict.DIFFERENT
+        if not compared:
+            return Verdict.NOT_SHOWN
+        return Verdict.PROVED if proved else Verdict.NUMERICAL
+
+    @staticmethod
+    def worst(verdicts: Iterable[str]) -> Verdict:
+        """Return what became of several claims as one: the worst of their verdicts; of no claims nothing is shown."""
+        found = set(verdicts)
+        return next((one for one in Verdict if one in found), Verdict.NOT_SHOWN)
 
 
 @dataclass(frozen=True)
@@ -98,30 +104,30 @@ class Claims:
     @property
     def verdict(self) -> str:
         """One of the four: the worst of those on all claims."""
-        return together(one.verdict for one in self.claims)
+        return Verdict.worst(one.verdict for one in self.claims)
 
     @property
     def passed(self) -> bool:
         """Whether there are claims, and all of them hold."""
-        return self.verdict in HOLD
+        return self.verdict in Verdict.HOLD
 
     @property
     def failed(self) -> tuple[Judged, ...]:
         """The claims that fail."""
-        return tuple(one for one in self.claims if one.verdict == DIFFERENT)
+        return tuple(one for one in self.claims if one.verdict == Verdict.DIFFERENT)
 
     @property
     def not_shown(self) -> tuple[Judged, ...]:
         """The claims of which nothing could be compared, and that there was none."""
-        found = tuple(one for one in self.claims if one.verdict == NOT_SHOWN)
-        return found or (() if self.claims else (Judged("anything", NOT_SHOWN, "nothing was claimed"),))
+        found = tuple(one for one in self.claims if one.verdict == Verdict.NOT_SHOWN)
+        return found or (() if self.claims else (Judged("anything", Verdict.NOT_SHOWN, "nothing was claimed"),))
 
     @property
     def apart(self) -> dict[str, list[tuple[str, str]]]:
         """What is told beside claims that hold, under its heading: what, and why."""
         return {
-            DIFFERENT: [(one.what, one.why) for one in self.failed],
-            NOT_SHOWN: [(one.what, one.why) for one in self.not_shown],
+            Verdict.DIFFERENT: [(one.what, one.why) for one in self.failed],
+            Verdict.NOT_SHOWN: [(one.what, one.why) for one in self.not_shown],
             "does not exist here": [(one.what, one.why) for one in self.absent],
             "not run": [(one.what, one.why) for one in self.not_run],
             "not looked at": [(one.what, one.why) for one in self.not_looked_at],

@@ -20,7 +20,7 @@ from symdyn.scene import Quantity, Scene, parse
 from symdyn.scene.values import Body, Joint, Load, Place
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
@@ -118,7 +118,7 @@ class Loop:
 
     def agrees(self, left: Sequence[Expr], right: Sequence[Expr]) -> bool:
         """Whether left = right is proved."""
-        return self.verdict(left, right) == PROVED
+        return self.verdict(left, right) == Verdict.PROVED
 
 
 def matrix_times(M: Sequence[Sequence[Expr]], x: Sequence[Expr]) -> list[Expr]:

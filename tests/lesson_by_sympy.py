@@ -18,7 +18,7 @@ import sympy as sp
 
 from symdyn.graph import Op
 from symdyn.scene import Scene
-from symdyn.scene.values import GROUND, Body, Joint
+from symdyn.scene.values import Body, Joint
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.quantity import Quantity
 
@@ -111,7 +111,7 @@ class Tree:
     @cached_property
     def frames(self) -> Mapping[str, tuple[sp.Matrix, sp.Matrix]]:
         """R and p of every body."""
-        found = {GROUND: (sp.eye(3), sp.zeros(3, 1))}
+        found = {Scene.GROUND: (sp.eye(3), sp.zeros(3, 1))}
         for joint in self.scene.joints:
             R, p = moved(*found[joint.parent], joint.origin)
             way = self.position(joint)

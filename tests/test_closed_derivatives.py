@@ -27,7 +27,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.linear import linearize
 from symdyn.scene import Scene, read_text
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, certify, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
@@ -363,7 +363,7 @@ def test_displacements_move_as_coordinates_do(name: str) -> None:
             found.append(w.graph.total(top[3 * n * k + a] * H[k][q] for k in range(n) if q in H[k]))
             expected.append(rate - turning)
     claim = Claim("H dxi/dt", "state matrices", "coordinates", tuple(found), tuple(expected))
-    assert [one.verdict for one in prove(on_unit_sphere(w.scene, [claim]))[1]] == [PROVED]
+    assert [one.verdict for one in prove(on_unit_sphere(w.scene, [claim]))[1]] == [Verdict.PROVED]
 
 
 def test_the_benchmark_bicycle_at_five_metres_a_second() -> None:
@@ -458,7 +458,7 @@ def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
     free = [f"{one}_unprojected_derivatives" for one in ASKED]
     products = [f"{one}_{way}" for one in ASKED for way in ("jvp", "vjp")]
     asked = [*whole, *blocks, *free, *products, "motion_residual", "state_matrices"]
-    assert proved(Workspace(scene(name)), asked) == {PROVED}
+    assert proved(Workspace(scene(name)), asked) == {Verdict.PROVED}
 
 
 @pytest.mark.parametrize(
@@ -470,17 +470,17 @@ def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
     ],
 )
 def test_roads_of_what_rolls_and_turns_are_proved_equal(name: str, request_: str) -> None:
-    assert proved(Workspace(scene(name)), [request_]) == {PROVED}
+    assert proved(Workspace(scene(name)), [request_]) == {Verdict.PROVED}
 
 
 @pytest.mark.parametrize("name", ["motion prescribed", "stabilised"])
 def test_roads_are_proved_equal_with_motions_and_baumgartes_terms(name: str) -> None:
     asked = ["forward_dynamics_unprojected_derivatives", "state_matrices", "multipliers_vjp", "forward_dynamics_by_t"]
-    assert proved(HARD[name]().w, asked) == {PROVED}
+    assert proved(HARD[name]().w, asked) == {Verdict.PROVED}
 
 
 def test_roads_to_derivatives_by_a_length_are_proved_equal() -> None:
-    assert proved(Workspace(symbolic_four_bar()), ["forward_dynamics_by_a"]) == {PROVED}
+    assert proved(Workspace(symbolic_four_bar()), ["forward_dynamics_by_a"]) == {Verdict.PROVED}
 
 
 @pytest.mark.usefixtures("numpy_alone")

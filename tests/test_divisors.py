@@ -15,7 +15,7 @@ from symdyn.emit import emit
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
 from symdyn.scene import read, read_text
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify
 
 ROOT = Path(__file__).parent.parent
@@ -45,7 +45,7 @@ def test_a_particle_that_is_pinned_falls_as_a_pendulum(formulation):
 def test_formulations_agree_where_the_mass_matrix_is_singular(path):
     found = certify(read(path), ["forward_dynamics", "multipliers"], targets=["numpy"])
     pairs = [one for one in found.findings if " = lagrange" in f"{one.claim} " or "crba" in one.claim]
-    assert [one.verdict for one in pairs] == [PROVED] * len(pairs)
+    assert [one.verdict for one in pairs] == [Verdict.PROVED] * len(pairs)
     assert pairs
     assert found.passed
 

@@ -25,7 +25,6 @@ from symdyn.draw.solids import ball, box, cylinder
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, read
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import GROUND
 
 pygltflib = pytest.importorskip("pygltflib", reason="needs pygltflib, the extra plot")
 
@@ -72,7 +71,7 @@ def test_every_body_is_a_node_that_is_where_the_run_has_it(scene: Scene, tmp_pat
     file, moves = opened(film(scene, T, q, tmp_path / "a.glb", values))
     found = places(scene, q, values)
 
-    assert [node.name for node in file.nodes] == [scene.name, GROUND, *(body.name for body in scene.bodies)]
+    assert [node.name for node in file.nodes] == [scene.name, Scene.GROUND, *(body.name for body in scene.bodies)]
     assert file.nodes[0].children == list(range(1, len(file.nodes)))
     for body in found.bodies:
         node = next(node for node in file.nodes if node.name == body.name)
@@ -347,7 +346,7 @@ def test_names_of_a_stranger_stay_names(payload: str, tmp_path: Path) -> None:
     scene = replace(two_link(), name=PAYLOADS[payload])
     file, _ = opened(film(scene, T, np.stack([T, T], axis=1), tmp_path / "a.glb"))
 
-    assert [node.name for node in file.nodes] == [PAYLOADS[payload], GROUND, "link1", "link2"]
+    assert [node.name for node in file.nodes] == [PAYLOADS[payload], Scene.GROUND, "link1", "link2"]
 
 
 def test_numbers_beyond_single_precision_are_told(tmp_path: Path) -> None:

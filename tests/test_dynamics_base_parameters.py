@@ -27,7 +27,7 @@ from symdyn.emit.print.equations_text import base_parameters_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import body as rigid, parse, prismatic, revolute, scene, with_symbolic_inertia
-from symdyn.verdict import NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
@@ -47,7 +47,7 @@ def assert_formulas(one, known):
     ]
 
     assert [name for name, _ in found] == list(known)
-    assert {result.verdict for result in prove(claims)[1]} == {PROVED}
+    assert {result.verdict for result in prove(claims)[1]} == {Verdict.PROVED}
 
 
 def test_the_rx90_has_the_base_parameters_of_khalil_and_dombre_table_9_4():
@@ -168,7 +168,7 @@ def test_a_scene_of_its_base_parameters_alone_moves_as_declared(one):
     claim = Claim("ID", "base", "declared", tuple(rnea(lean, *arguments)), tuple(rnea(framed, *arguments)))
 
     assert found
-    assert prove([claim])[1][0].verdict in (PROVED, NUMERICAL)
+    assert prove([claim])[1][0].verdict in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
 @pytest.mark.parametrize("one", [spatial_arm(), *map(robot_scene, ROBOTS)], ids=lambda one: one.name)
@@ -179,7 +179,7 @@ def test_forms_are_the_values(one):
         for name, form in base_parameter_forms(one)
     ]
 
-    assert {result.verdict for result in prove(claims)[1]} == {PROVED}
+    assert {result.verdict for result in prove(claims)[1]} == {Verdict.PROVED}
 
 
 @pytest.mark.long

@@ -22,7 +22,7 @@ from symdyn.scene.joints import JOINTS, JointMotion
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.spatial import Transform, Vec, add, cross, dot, scale, sub, zero_vector
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
@@ -76,7 +76,7 @@ def test_both_derivations_agree(one: Scene) -> None:
     claims = agreements(w, expected(one), slow)
     findings = prove(on_unit_sphere(one, [claim for claim in claims if claim.left]))[1]
 
-    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
     assert len(findings) > 10
 
 
@@ -86,7 +86,7 @@ def test_every_law_holds(one: Scene) -> None:
     claims = [claim for claim in laws(workspace(one), expected(one)) if claim.left]
     findings = prove(on_unit_sphere(one, claims))[1]
 
-    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
     assert {"passivity", "power balance"} <= {finding.claim.split(":")[0] for finding in findings}
 
 

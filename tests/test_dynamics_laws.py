@@ -18,7 +18,7 @@ from symdyn.dynamics.recursive.crba import crba
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import Quantity, Scene, body, prismatic, read_text, revolute, scene
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
@@ -54,7 +54,7 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
     empty = {claim.name for claim in claims if not claim.left}  # k_C of one coordinate
     findings = prove(on_unit_sphere(one, [claim for claim in claims if claim.left]))[1]
 
-    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
     assert empty <= {"k_C"}
     several = {name for name, row in OUTPUTS.items() if row.exists_in(one) and len(row.roads) > 1}
     assert {finding.claim.split(":")[0] for finding in findings} == several - empty
@@ -64,7 +64,7 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
 def test_roads_agree_where_ratios_are_one_by_chance(seed):
     findings = prove(agreements(workspace(whole_tree(seed)), ["inverse_dynamics", "forward_dynamics"]))[1]
 
-    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
 
 
 def kinematics(one):
@@ -79,7 +79,7 @@ def test_every_law_is_proved(one):
     findings = prove(on_unit_sphere(one, laws(workspace(one), expected(one, Unasked.NEVER))))[1]
 
     assert len(findings) == 21
-    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
 
 
 # In numbers
@@ -209,7 +209,7 @@ def test_a_dropped_body_falls_at_g(road, axis, gravity, expected):
     drive = graph.symbol("tau[0]")
 
     fall = Claim("fall", "qdd", "g + F/m", (qdd,), (graph.constant(Fraction(expected)) + drive / 3,))
-    assert prove([fall])[1][0].verdict == PROVED
+    assert prove([fall])[1][0].verdict == Verdict.PROVED
 
 
 def test_holding_a_body_up_takes_its_weight():
@@ -389,4 +389,4 @@ def test_every_variant_of_the_composite_body_algorithm_is_right(one, leaping, ke
     entries = [entry for row in crba(w.lean, leaping, keeping) for entry in row]
     other = derive_one(w, "mass_matrix", "lagrange").entries
 
-    assert {f.verdict for f in prove([Claim("M", "crba", "lagrange", entries, other)])[1]} == {PROVED}
+    assert {f.verdict for f in prove([Claim("M", "crba", "lagrange", entries, other)])[1]} == {Verdict.PROVED}

@@ -27,7 +27,7 @@ from symdyn.scene.forces.damper import Damper
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.spring import Spring
 from symdyn.scene.values import Body, Joint, Load, Parameter, Place
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
@@ -233,7 +233,7 @@ def test_both_roads_and_all_laws_are_proved(one):
     claims = [claim for claim in [*laws(w, asked), *agreements(w, asked)] if claim.left or claim.name != "k_C"]
     findings = prove(on_unit_sphere(one, claims))[1]  # k_C of one coordinate has no entries
 
-    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert {finding.claim for finding in findings if finding.verdict != Verdict.PROVED} == set()
     assert any("g + k_E" in finding.claim for finding in findings)
     assert any(finding.claim.startswith("power balance") for finding in findings)
 
@@ -242,7 +242,7 @@ def test_a_distance_that_is_a_square_is_proved_for_either_sign_of_its_root():
     """The balls of the governor are 2 l |sin θ| apart: what holds for one sign of the root need not for the other."""
     findings = prove(laws(Workspace(governor()), expected(governor())))[1]
 
-    assert {finding.verdict for finding in findings} == {PROVED}
+    assert {finding.verdict for finding in findings} == {Verdict.PROVED}
 
 
 def test_a_load_rides_the_recursion_and_costs_little():
@@ -330,7 +330,7 @@ def test_hybrid_dynamics_of_trees_is_proved(seed):
         claims.append(Claim(name, "crba", "lagrange", left, right))
 
     assert roads_of("forward_dynamics", one) == ("crba", "lagrange")
-    assert {finding.verdict for finding in prove(claims)[1]} == {PROVED}
+    assert {finding.verdict for finding in prove(claims)[1]} == {Verdict.PROVED}
 
 
 # Time
@@ -421,7 +421,7 @@ def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
     found = certify(pendulum(elements=(spring, damper, load), dry=dry))
 
     assert found.passed
-    assert {finding.verdict for finding in found.findings} == {PROVED}
+    assert {finding.verdict for finding in found.findings} == {Verdict.PROVED}
     assert {"elastic_forces", "k_E", "forward_dynamics"} <= {one.function for one in found.accuracy if one.states}
 
 
@@ -467,4 +467,4 @@ def test_what_is_printed_is_what_is_derived(seed):
         Claim("Q", "form", "virtual work", acting, tuple(w.Q)),
     ]
 
-    assert [finding.verdict for finding in prove(claims)[1]] == [PROVED] * 3
+    assert [finding.verdict for finding in prove(claims)[1]] == [Verdict.PROVED] * 3

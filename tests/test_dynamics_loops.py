@@ -51,7 +51,7 @@ from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Mat, Transform
-from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, laws, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
@@ -119,7 +119,7 @@ def test_rows_of_every_joint_type_agree_on_both_roads(seed: int) -> None:
     ]
 
     assert [label.owner for label in along.labels] == [label.owner for label in by.labels]
-    assert {f.verdict for f in prove(on_unit_sphere(scene, claims))[1]} == {PROVED}
+    assert {f.verdict for f in prove(on_unit_sphere(scene, claims))[1]} == {Verdict.PROVED}
 
 
 def rolling(component: tuple[str, ...], lean: str = "Rx") -> Scene:
@@ -150,7 +150,7 @@ def test_rows_of_a_leaning_disc_agree_and_say_that_its_lowest_point_rests() -> N
     w = Workspace(scene)
     along, by = recursive(scene, w.tree, w.state), differentiated(scene, w.graph, w.state)
     claims = [Claim("G", "a", "b", flat(along.G), flat(by.G)), Claim("bias", "a", "b", along.bias, by.bias)]  # type: ignore[arg-type]
-    assert set() < {f.verdict for f in prove(claims)[1]} <= {PROVED, NUMERICAL}
+    assert set() < {f.verdict for f in prove(claims)[1]} <= {Verdict.PROVED, Verdict.NUMERICAL}
 
     q, u = np.array([0.3, -0.2, 0.4, 0.7, 0.5, 1.1]), np.array([0.5, -0.3, 0.2, 0.9, -0.4, 2.0])
     psi, theta = q[3:5]
@@ -173,7 +173,7 @@ def test_an_upright_wheel_has_rows_without_a_root() -> None:
     upright = replace(joint, shape=own, coordinates=("x", "y", "z", "psi", "phi"), drives=(None,) * 5)
     scene = replace(scene, joints=(upright,))
 
-    assert {f.verdict for f in prove(laws(Workspace(scene), available(scene)[0]))[1]} == {PROVED}
+    assert {f.verdict for f in prove(laws(Workspace(scene), available(scene)[0]))[1]} == {Verdict.PROVED}
 
 
 def test_a_row_that_is_not_linear_in_the_velocities_is_refused() -> None:
@@ -219,7 +219,7 @@ def test_where_a_loop_is_closed_residuals_change_by_the_power_of_their_wrenches(
         Claim("rates", "residual", "power", tuple(substitute(rates, back)), tuple(substitute(powers, back))),
     ]
 
-    assert set() < {f.verdict for f in prove(on_unit_sphere(scene, claims))[1]} <= {PROVED, NUMERICAL}
+    assert set() < {f.verdict for f in prove(on_unit_sphere(scene, claims))[1]} <= {Verdict.PROVED, Verdict.NUMERICAL}
 
 
 MECHANISMS = [crank_rocker, symbolic_four_bar, slider_crank, rssr, bricard, lambda: n_four_bar(2)]
@@ -236,9 +236,9 @@ def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Ca
 
     assert {"forward_dynamics", "inverse_dynamics", "multipliers"} <= set(outputs)
     findings = prove(on_unit_sphere(scene, [claim for claim in claims if claim.left]))[1]
-    not_proved = {f.claim for f in findings if f.verdict != PROVED}
+    not_proved = {f.claim for f in findings if f.verdict != Verdict.PROVED}
     assert not_proved <= {"positions: residual = 0"}  # roots of something variable have no sign in a field
-    assert not [f for f in findings if f.verdict not in (PROVED, NUMERICAL)]
+    assert not [f for f in findings if f.verdict not in (Verdict.PROVED, Verdict.NUMERICAL)]
 
 
 def test_a_sign_error_in_the_bias_breaks_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -247,7 +247,7 @@ def test_a_sign_error_in_the_bias_breaks_the_proof(monkeypatch: pytest.MonkeyPat
     w = Workspace(crank_rocker())
     one, other = (derive_one(w, "forward_dynamics", road) for road in roads_of("forward_dynamics", w.scene))
 
-    assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == DIFFERENT
+    assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == Verdict.DIFFERENT
 
 
 def test_baumgarte_pulls_a_loop_back() -> None:
@@ -255,7 +255,7 @@ def test_baumgarte_pulls_a_loop_back() -> None:
     w = Workspace(scene, closing)
     outputs = ("forward_dynamics", "constraint_jacobian", "constraint_bias")
     (finding,) = prove(laws(w, outputs))[1]
-    assert finding.verdict == PROVED
+    assert finding.verdict == Verdict.PROVED
     assert "Baumgarte" in finding.claim
 
     q = w.loops.decisions.assembly.q
@@ -272,7 +272,7 @@ def test_a_users_independent_coordinate_changes_no_acceleration() -> None:
     other = derive_one(Workspace(scene, LoopChoices(independent=("q_D",))), "forward_dynamics").entries
 
     assert other != plain
-    assert prove([Claim("fd", "crank", "rocker", plain, other)])[1][0].verdict == PROVED
+    assert prove([Claim("fd", "crank", "rocker", plain, other)])[1][0].verdict == Verdict.PROVED
     with pytest.raises(DerivationError, match="q_A, q_B given, but it has 1 degree of freedom"):
         derive(scene, ("forward_dynamics",), closing=LoopChoices(independent=("q_A", "q_B")))
     with pytest.raises(DerivationError, match="there is no velocity 'q_X'"):
@@ -298,7 +298,7 @@ def test_a_massless_coupler_is_no_obstacle_but_a_massless_motion_is() -> None:
     light = replace(scene, bodies=(crank, Body("coupler"), rocker))
     w = Workspace(light)
     one, other = (derive_one(w, "forward_dynamics", road) for road in roads_of("forward_dynamics", light))
-    assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == PROVED
+    assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == Verdict.PROVED
 
     nothing = replace(scene, bodies=tuple(Body(body.name) for body in scene.bodies))
     with pytest.raises(DerivationError, match="the joint A, which carries crank, moves no mass"):
@@ -470,7 +470,7 @@ def test_a_prescribed_motion_in_a_loop_leads_and_takes_what_it_takes() -> None:
 
     assert {"drive_forces", "forward_dynamics", "inverse_dynamics", "multipliers"} <= set(outputs)
     findings = prove([claim for claim in claims if claim.left])[1]
-    assert {f.claim for f in findings if f.verdict != PROVED} == {"positions: residual = 0"}
+    assert {f.claim for f in findings if f.verdict != Verdict.PROVED} == {"positions: residual = 0"}
     qdd = derive_one(w, "forward_dynamics").entries
     assert qdd[0] is w.prescribed.acceleration[0]
 

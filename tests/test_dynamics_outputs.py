@@ -34,7 +34,7 @@ from symdyn.scene import Quantity, Scene, bind, read, read_text
 from symdyn.scene.starters import starter
 from symdyn.scene.values import acceleration_name
 from symdyn.scene.values.model import Signal
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -312,7 +312,7 @@ def multiplies(name: str) -> None:
     """What all coefficients multiply adds up to what drives of the tree exert, springs and gravity included."""
     w = Workspace(scene("governor"))
     _, (finding,) = prove(laws(w, ("tree_forces", "k_z", "k_C", "k_D", "k_G")))
-    assert finding.verdict == PROVED, name
+    assert finding.verdict == Verdict.PROVED, name
 
 
 def remark(name: str) -> None:

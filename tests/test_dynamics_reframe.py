@@ -21,7 +21,7 @@ from symdyn.dynamics.recursive.links import GeneralTurn, PlanarTurn
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import body, prismatic, read_text, revolute, scene
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
@@ -50,7 +50,7 @@ def test_factored_links_place_the_chosen_frames_where_they_say(one):
         for i in lean.outward()
     ]
 
-    assert {found.verdict for found in prove(claims)[1]} == {PROVED}
+    assert {found.verdict for found in prove(claims)[1]} == {Verdict.PROVED}
 
 
 @pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
@@ -62,7 +62,7 @@ def test_chosen_frames_have_z_along_their_joints(one):
 
         claim = Claim("axis", "z", "declared", tuple(row[2] for row in lean.moved[i].R), tuple(axis))
 
-        assert prove([claim])[1][0].verdict == PROVED
+        assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
 def test_frames_of_a_chain_turn_about_x_alone_before_the_joint():
@@ -112,7 +112,7 @@ def test_an_axis_that_leans_inexactly_keeps_its_declared_rotation(name):
     )
 
     assert isinstance(w.lean.link[2].fixed[0], GeneralTurn)
-    assert prove([claim])[1][0].verdict == PROVED
+    assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
 def test_an_axis_that_leans_by_one_parameter_needs_no_root():
@@ -142,7 +142,7 @@ def test_an_offset_along_an_axis_that_leans_by_a_parameter_is_the_rise_of_the_li
     roads = [derive_one(w, "inverse_dynamics", road).entries for road in ("rnea", "lagrange")]
 
     assert w.lean.link[2].rise is w.graph.symbol("v")
-    assert prove([Claim("ID", "rnea", "lagrange", *roads)])[1][0].verdict == PROVED
+    assert prove([Claim("ID", "rnea", "lagrange", *roads)])[1][0].verdict == Verdict.PROVED
 
 
 def test_the_common_normal_of_nearly_parallel_axes_stays_near():
@@ -154,7 +154,7 @@ def test_the_common_normal_of_nearly_parallel_axes_stays_near():
     assert [entry.is_zero for entry in w.lean.link[2].shift] == [False, False, True]
     assert all(abs(value) < 2 for value in values_of(w.lean.link[2].shift))
     assert w.lean.link[2].rise.is_zero
-    assert prove([claim])[1][0].verdict == PROVED
+    assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
 def test_a_common_normal_of_rational_length_is_found():

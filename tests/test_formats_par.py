@@ -22,7 +22,7 @@ from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
 from symdyn.scene.values import Pose, spell
 from symdyn.scene.values.quantity import Quantity
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
 ROOT = Path(__file__).parents[1]
@@ -67,7 +67,7 @@ def same_dynamics(one: Scene, other: Scene) -> None:
     left, right = (derive(each)["inverse_dynamics"].entries for each in (one, other))
     claim = Claim("inverse dynamics", one.source, other.source, tuple(left), tuple(right))
     _, (finding,) = prove([claim])
-    assert finding.verdict == PROVED
+    assert finding.verdict == Verdict.PROVED
 
 
 # Reading

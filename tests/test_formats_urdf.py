@@ -11,14 +11,13 @@ import pytest
 from symdyn.build import lambdify
 from symdyn.cli import main
 from symdyn.errors import SceneError
-from symdyn.scene import Quantity, parse, read
+from symdyn.scene import Quantity, Scene, parse, read
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import sdf
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.scene_files import read_noting
-from symdyn.scene.values import GROUND
 from symdyn.scene.values.joint import Coupling, Limits
 from symdyn.scene.values.names import check_name
 
@@ -63,7 +62,7 @@ def test_every_part_of_a_file_is_read_with_its_own_digits():
     assert [j.name for j in scene.joints] == ["shoulder", "elbow", "wrist", "slide_right", "slide_left"]
     assert [j.type for j in scene.joints] == ["revolute", "revolute", "fixed", "prismatic", "prismatic"]
     assert scene.coordinates == ("q1", "q2", "q3")
-    assert shoulder.parent == GROUND
+    assert shoulder.parent == Scene.GROUND
     assert shoulder.origin.steps == (
         ("Tz", Quantity.number(Fraction(1, 2))),
         ("Rz", parse("-pi/4")),
@@ -345,7 +344,7 @@ def test_names_become_printable_and_stay_apart():
     assert (found["left-arm"], found["left arm"], found["q"]) == ("left_arm_2", "left_arm_3", "q")
     assert (found["1st"], found["ground"], found["x_dot"]) == ("link_1st", "ground_link", "x_dot_link")
     assert len(set(found.values())) == len(found)
-    assert all(check_name(name) is None and name != GROUND for name in found.values())
+    assert all(check_name(name) is None and name != Scene.GROUND for name in found.values())
 
 
 # Anything at all

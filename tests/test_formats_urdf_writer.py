@@ -27,7 +27,7 @@ from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.values import Pose
 from symdyn.scene.values.joint import Limits
 from symdyn.scene.values.model import STANDARD_GRAVITY
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"
@@ -87,14 +87,14 @@ def test_what_is_exact_in_decimals_is_proved_to_have_the_same_dynamics(output):
     scene = read_text(EXACT.replace("[1, 1, 0]", "[0, -2, 0]"))
     claim = Claim(output, "declared", "read again", entries(scene, output), entries(again(scene), output))
 
-    assert prove([claim])[1][0].verdict == PROVED
+    assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
 def test_an_oblique_axis_is_proved_to_have_the_same_dynamics():
     scene = read_text(EXACT)  # its length is one root in the scene and another one in the file
     claim = Claim("M", "declared", "read again", entries(scene, "mass_matrix"), entries(again(scene), "mass_matrix"))
 
-    assert prove([claim])[1][0].verdict == PROVED
+    assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
 def test_the_proof_sees_another_number():
@@ -102,7 +102,7 @@ def test_the_proof_sees_another_number():
     other = read_text(EXACT.replace("mass = 0.5", "mass = 0.5000000000000001"))
     claim = Claim("M", "declared", "another", entries(other, "mass_matrix"), entries(again(scene), "mass_matrix"))
 
-    assert prove([claim])[1][0].verdict == DIFFERENT
+    assert prove([claim])[1][0].verdict == Verdict.DIFFERENT
 
 
 @pytest.mark.long

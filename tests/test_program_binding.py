@@ -12,7 +12,7 @@ from symdyn.dynamics.roads.count import BINDING
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import lower
 from symdyn.scene import Scene, read
-from symdyn.verdict import NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 
@@ -85,7 +85,7 @@ def test_at_rest_inverse_dynamics_is_inertia_and_gravity():
     law = tuple(M[2 * i] * qdd[0] + M[2 * i + 1] * qdd[1] + g[i] for i in range(2))
     _, (finding,) = prove([Claim("rest", "at rest", "M qdd + g", equations.at_rest()["inverse_dynamics"].entries, law)])
 
-    assert finding.verdict in (PROVED, NUMERICAL)
+    assert finding.verdict in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
 def test_nothing_at_all_is_at_rest():

@@ -11,7 +11,7 @@ from symdyn.errors import DerivationError
 from symdyn.program import Candidates, formulate, lower
 from symdyn.program.formulation import LONGEST
 from symdyn.scene import read
-from symdyn.verdict import NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 SMALL = [two_link(), read(EXAMPLES / "cart_pole.toml"), random_tree(3, 3), coupled_tree(2, 4)]
@@ -42,7 +42,7 @@ def test_all_roads_of_a_choice_are_proved_equal():
     _, findings = prove(claims)
 
     assert findings
-    assert [finding.claim for finding in findings if finding.verdict not in (PROVED, NUMERICAL)] == []
+    assert [finding.claim for finding in findings if finding.verdict not in (Verdict.PROVED, Verdict.NUMERICAL)] == []
 
 
 def test_a_road_can_be_asked_for_and_others_are_counted():

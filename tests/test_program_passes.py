@@ -19,7 +19,7 @@ from symdyn.program.passes.factor import factor
 from symdyn.program.passes.signs import signs
 from symdyn.program.passes.strength import strength
 from symdyn.scene import read
-from symdyn.verdict import NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 SCENES = [
@@ -48,7 +48,7 @@ def test_every_pass_is_proved_to_change_nothing_and_costs_no_more(scene):
     _, findings = prove(claims, 1, positive=positive)
 
     assert findings
-    assert [finding.claim for finding in findings if finding.verdict not in (PROVED, NUMERICAL)] == []
+    assert [finding.claim for finding in findings if finding.verdict not in (Verdict.PROVED, Verdict.NUMERICAL)] == []
 
 
 def test_passes_keep_every_operation():
@@ -63,7 +63,7 @@ def test_passes_keep_every_operation():
     _, findings = prove(claims, positive=["mass", "q1", "q2", "qd1", "qd2"])
 
     assert findings
-    assert [finding.claim for finding in findings if finding.verdict not in (PROVED, NUMERICAL)] == []
+    assert [finding.claim for finding in findings if finding.verdict not in (Verdict.PROVED, Verdict.NUMERICAL)] == []
 
 
 def test_lowering_costs_no_more_with_passes_than_without():
@@ -105,7 +105,7 @@ def test_factors_come_out(build, counts):
     _, (finding,) = prove([Claim("f", "found", "meant", tuple(result), (build(g, *map(g.symbol, "abxyz"))[1],))])
 
     assert (counted.multiplications, counted.additions) == counts
-    assert finding.verdict in (PROVED, NUMERICAL)
+    assert finding.verdict in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
 def test_a_product_that_is_used_twice_keeps_its_factor():
@@ -141,7 +141,7 @@ def test_what_is_known_early_is_put_together():
     assert Counts.by_binding(before)["params"] == Counts()
     assert Counts.of(after).cost < Counts.of(before).cost
     _, (finding,) = prove([Claim("early", "after", "before", after.entries, before.entries)])
-    assert finding.verdict in (PROVED, NUMERICAL)
+    assert finding.verdict in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
 def test_a_half_that_is_shared_meets_the_two_outside():
@@ -170,7 +170,7 @@ def test_a_negation_ends_in_a_difference(build):
 
     assert all(node.op is not Op.NEG for node in reachable([result]))
     _, (finding,) = prove([Claim("sign", "after", "before", (result,), (expression,))])
-    assert finding.verdict in (PROVED, NUMERICAL)
+    assert finding.verdict in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
 def test_a_difference_that_is_used_elsewhere_keeps_its_sign():

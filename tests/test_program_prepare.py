@@ -25,7 +25,7 @@ from symdyn.graph import Graph
 from symdyn.program import Program, formulate, lower, prepare
 from symdyn.scene import Scene, bind, read
 from symdyn.scene.values import Parameter
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify
 
 pytestmark = pytest.mark.runs("cc")
@@ -255,7 +255,7 @@ def test_the_certificate_covers_what_is_prepared():
     assert certificate.passed
     verdicts = {finding.claim: finding.verdict for finding in certificate.findings}
     for name in ("inverse_dynamics", "mass_matrix", "k_C"):
-        assert verdicts[f"{name}: after prepare = program"] == PROVED
+        assert verdicts[f"{name}: after prepare = program"] == Verdict.PROVED
     assert {(a.function, a.module) for a in certificate.accuracy} >= {("mass_matrix", "ufunc"), ("k_C", "c")}
 
 
@@ -279,7 +279,7 @@ def test_a_wrong_prepare_fails_the_certificate(where, monkeypatch):
         )
     certificate = certify(two_link(), ("mass_matrix",), prepare=True)
     assert not certificate.passed
-    differ = [f.claim for f in certificate.findings if f.verdict == DIFFERENT]
+    differ = [f.claim for f in certificate.findings if f.verdict == Verdict.DIFFERENT]
     assert ("mass_matrix: after prepare = program" in differ) == (where == "graph")
     assert any(not a.passed for a in certificate.accuracy)
 

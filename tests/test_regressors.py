@@ -20,7 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import evaluate
 from symdyn.scene import bind, read, read_text
 from symdyn.scene.ten_parameters import INERTIAL
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
@@ -41,7 +41,7 @@ def test_two_roads_agree_and_the_laws_of_regressors_hold(name: str) -> None:
     forces = ("inverse_dynamics", *(("tree_forces",) if scene.is_closed else ()))
     found = symdyn.certify(scene, (*forces, *BESIDE, *REGRESSORS, *PASSIVITY))
 
-    assert {finding.verdict for finding in found.findings} == {PROVED}
+    assert {finding.verdict for finding in found.findings} == {Verdict.PROVED}
     claims = {finding.claim.partition(":")[0] for finding in found.findings}
     assert {"regressor", "base regressor", "energy regressor", "C times a velocity"} <= claims
     assert "forces along a reference" in claims

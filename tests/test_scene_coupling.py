@@ -21,7 +21,7 @@ from symdyn.graph import substitute
 from symdyn.scene import Quantity, body, dh_table, parse, read_text, revolute, scene
 from symdyn.scene.values import acceleration_name, velocity_name
 from symdyn.scene.values.joint import Coupling
-from symdyn.verdict import NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 HAND = """
@@ -219,7 +219,7 @@ def test_coupled_trees_have_the_dynamics_of_the_reduced_tree(seed):
     ]
 
     found = prove([claim for claim in claims if claim.left])[1]  # k_C of one coordinate has no entries
-    assert {finding.verdict for finding in found} == {PROVED}
+    assert {finding.verdict for finding in found} == {Verdict.PROVED}
 
 
 def test_a_wrong_ratio_is_found_out():
@@ -232,7 +232,7 @@ def test_a_wrong_ratio_is_found_out():
 
     finding = prove([Claim("M", "coupled", "reduced", derive_one(w, "mass_matrix").entries, tuple(M))])[1][0]
 
-    assert finding.verdict not in (PROVED, NUMERICAL)
+    assert finding.verdict not in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
 def test_two_equal_gears_weigh_like_one_wheel():
@@ -262,7 +262,7 @@ def test_closed_forms_of_coupled_trees_are_those_of_the_graph(seed):
         claims.append(Claim(name, "printed", "graph", tuple(printed), derive_one(w, name).entries))
 
     found = prove([claim for claim in claims if claim.left])[1]  # k_C of one coordinate has no entries
-    assert {finding.verdict for finding in found} == {PROVED}
+    assert {finding.verdict for finding in found} == {Verdict.PROVED}
 
 
 def test_printed_equations_have_the_damping_of_followers():

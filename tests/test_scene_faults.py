@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from symdyn.errors import SceneError
-from symdyn.scene import body, dh_table, parameter, point, read, read_text, revolute, scene
-from symdyn.scene.values import GROUND
+from symdyn.scene import Scene, body, dh_table, parameter, point, read, read_text, revolute, scene
 from symdyn.scene.values.physical import impossible
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
@@ -348,7 +347,7 @@ def test_python_reports_its_faults_by_scene_and_table():
             "arm",
             parameters=[parameter("m"), parameter("m"), body("x")],
             bodies=[body("a", mass=np.float64("nan")), body("a"), body(3)],
-            joints=[revolute("j", GROUND, "a"), revolute("j", GROUND, "b", drive=1)],
+            joints=[revolute("j", Scene.GROUND, "a"), revolute("j", Scene.GROUND, "b", drive=1)],
             points=[point("p", "a")],
             dh=dh_table("standard", [{"name": 4}]),
         )
@@ -425,7 +424,7 @@ def test_any_value_in_any_place_gives_a_scene_or_a_scene_error(raw):
             parameters=[parameter("m", raw[0])],
             gravity=raw[1],
             bodies=[body("a", mass=raw[2], com=raw[3], inertia=raw[4], about="com", particles=raw[5])],
-            joints=[revolute("j", GROUND, "a", axis=raw[6], origin=raw[7])],
+            joints=[revolute("j", Scene.GROUND, "a", axis=raw[6], origin=raw[7])],
         ).name
     except SceneError as error:
         outcome = str(error)

@@ -14,7 +14,7 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.program import lower
 from symdyn.scene import Quantity, body, fixed, helical, lock, parse, prismatic, read_text, revolute, scene
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify
 
 LINK = {"mass": 2, "com": ["1/3", 0, "1/10"], "inertia": [1, 2, 2], "about": "com"}
@@ -75,7 +75,7 @@ def test_locking_costs_less_and_both_derivations_see_it():
     assert counts[1].cost < counts[0].cost
     certificate = certify(locked, ("inverse_dynamics", "mass_matrix"))
     assert certificate.passed
-    assert [f.verdict for f in certificate.findings if "lagrange" in f.claim] == [PROVED] * 2
+    assert [f.verdict for f in certificate.findings if "lagrange" in f.claim] == [Verdict.PROVED] * 2
 
 
 def test_a_joint_that_follows_a_locked_one_is_locked_and_formulas_see_its_place():

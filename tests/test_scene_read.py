@@ -13,6 +13,7 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (
     Quantity,
+    Scene,
     body,
     dh_table,
     fixed,
@@ -29,7 +30,7 @@ from symdyn.scene import (
 )
 from symdyn.scene.starters import STARTERS, starter
 from symdyn.scene.ten_parameters import INERTIAL
-from symdyn.scene.values import GROUND, Pose
+from symdyn.scene.values import Pose
 from symdyn.spatial import Transform
 
 PENDULUM = """
@@ -117,7 +118,16 @@ def test_toml_and_python_give_the_same_scene():
                 tip=Pose((("Tz", Quantity.number(-1)),)),
                 drive=False,
             ),
-            joint("rail", "prismatic", GROUND, "trolley", axis=[1, 0, 0], coordinate="x", drive="F", force="-b*x_dot"),
+            joint(
+                "rail",
+                "prismatic",
+                Scene.GROUND,
+                "trolley",
+                axis=[1, 0, 0],
+                coordinate="x",
+                drive="F",
+                force="-b*x_dot",
+            ),
             fixed("screw", "trolley", "lamp"),
         ],
         points=[point("eye", "hook", {"xyz": [0, 0, -0.2]})],
@@ -130,8 +140,8 @@ def test_joints_come_parents_first_and_bodies_follow_them():
     bodies = [body(name) for name in "abcd"]
     joints = [
         revolute("jc", "b", "c"),
-        prismatic("ja", GROUND, "a"),
-        revolute("jd", GROUND, "d"),
+        prismatic("ja", Scene.GROUND, "a"),
+        revolute("jd", Scene.GROUND, "d"),
         revolute("jb", "a", "b"),
     ]
     ordered = scene("tree", bodies=bodies, joints=joints)
@@ -143,7 +153,7 @@ def test_joints_come_parents_first_and_bodies_follow_them():
 
 
 def test_fixed_joints_have_no_coordinate_and_no_number():
-    built = scene("s", bodies=[body("a"), body("b")], joints=[fixed("f", GROUND, "a"), revolute("r", "a", "b")])
+    built = scene("s", bodies=[body("a"), body("b")], joints=[fixed("f", Scene.GROUND, "a"), revolute("r", "a", "b")])
 
     assert built.coordinates == ("q1",)
     assert [j.drive for j in built.joints] == [None, "tau1"]
@@ -192,7 +202,9 @@ def test_digits_of_a_file_are_exact():
 
 def test_roll_pitch_yaw_turn_about_fixed_axes():
     roll, pitch, yaw = "10 deg", "20 deg", "30 deg"
-    built = scene("s", bodies=[body("a")], joints=[revolute("r", GROUND, "a", origin={"rpy": [roll, pitch, yaw]})])
+    built = scene(
+        "s", bodies=[body("a")], joints=[revolute("r", Scene.GROUND, "a", origin={"rpy": [roll, pitch, yaw]})]
+    )
 
     assert built.joints[0].origin == Pose((("Rz", parse(yaw)), ("Ry", parse(pitch)), ("Rx", parse(roll))))
 
@@ -248,7 +260,7 @@ def test_dh_rows_place_the_link_as_the_convention_says(convention, kind):
     np.testing.assert_allclose(found[:3], expected[:3, :3], atol=1e-15)
     np.testing.assert_allclose(found[3], expected[:3, 3], atol=1e-15)
     assert only.axis == (Quantity.number(0), Quantity.number(0), Quantity.number(1))
-    assert only.parent == GROUND
+    assert only.parent == Scene.GROUND
     assert built.joints[1].parent == "link1"
 
 
@@ -256,7 +268,7 @@ def test_a_dh_table_may_hang_on_a_declared_body():
     built = scene(
         "s",
         bodies=[body("sled", mass=3)],
-        joints=[prismatic("rail", GROUND, "sled", axis=[1, 0, 0])],
+        joints=[prismatic("rail", Scene.GROUND, "sled", axis=[1, 0, 0])],
         dh=dh_table("modified", [{"mass": 1, "name": "arm", "coordinate": "phi", "drive": False}], parent="sled"),
     )
 
@@ -296,7 +308,7 @@ def test_a_chain_has_n_links(n):
     built = read_text(starter("chain", "chain", n))
 
     assert built.coordinates == tuple(f"q{k}" for k in range(1, n + 1))
-    assert [j.parent for j in built.joints] == [GROUND] + [f"link{k}" for k in range(1, n)]
+    assert [j.parent for j in built.joints] == [Scene.GROUND] + [f"link{k}" for k in range(1, n)]
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from symdyn.errors import SceneError
 from symdyn.program import lower
 from symdyn.scene import Quantity, body, parse, prismatic, read, read_text, revolute, scene, with_symbols, write_text
 from symdyn.scene.values import Parameter, spell
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -47,7 +47,7 @@ def test_with_its_values_bound_every_function_is_the_same(one, what):
     sides = [bound(one), bound(with_symbols(one, what))]
     claims = [Claim(name, "numbers", what, *pair) for name, *pair in zip(FUNCTIONS, *sides, strict=True)]
 
-    assert {finding.verdict for finding in prove(claims)[1]} == {PROVED}
+    assert {finding.verdict for finding in prove(claims)[1]} == {Verdict.PROVED}
 
 
 def test_a_changed_value_changes_the_function():
@@ -56,7 +56,7 @@ def test_a_changed_value_changes_the_function():
     pair = [derive(s, ["mass_matrix"]) for s in (one, replace(named, parameters=heavier))]
     left, right = (lower(equations).routines[0].function.entries for equations in pair)
 
-    assert prove([Claim("M", "as it was", "heavier", left, right)])[1][0].verdict != PROVED
+    assert prove([Claim("M", "as it was", "heavier", left, right)])[1][0].verdict != Verdict.PROVED
 
 
 def test_built_code_takes_no_more_arguments():

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from latex_reader import LatexReader, displays
 
-from symdyn.algebra.form import Form, Function, Number, Power, Symbol, product_of, sum_of
+from symdyn.algebra.form import Form, Function, Number, Power, Symbol
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange.second_kind import Energies
@@ -270,16 +270,16 @@ def test_a_lesson_says_every_length_once(name: str, road: str) -> None:
 def wide_quotients() -> list[Form]:
     """Return fractions too wide for a line: above, below, under a root, with powers, and in a sum."""
     names = [Symbol(f"l{k}") for k in range(24)]
-    long = sum_of(names)
+    long = Form.sum(names)
     root, two = Function(Op.SQRT, (long,)), Number(Fraction(2))
     m, c = Symbol("m"), Symbol("c")
     return [
-        product_of((two, long, sum_of((m, c)), Power(m, -1))),
-        product_of((m, Power(long, -1))),
-        product_of((long, sum_of((m, c)), Power(root, -1))),
-        product_of((m, Power(root, -3), Power(c, -2))),
-        product_of((Number(Fraction(-1, 2)), long, Power(long, -2))),
-        sum_of((c, product_of((Number(Fraction(-1)), long, Power(sum_of((m, c)), -1))))),
+        Form.product((two, long, Form.sum((m, c)), Power(m, -1))),
+        Form.product((m, Power(long, -1))),
+        Form.product((long, Form.sum((m, c)), Power(root, -1))),
+        Form.product((m, Power(root, -3), Power(c, -2))),
+        Form.product((Number(Fraction(-1, 2)), long, Power(long, -2))),
+        Form.sum((c, Form.product((Number(Fraction(-1)), long, Power(Form.sum((m, c)), -1))))),
         Power(long, -2),
         Power(root, 3),
         root,

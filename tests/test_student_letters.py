@@ -19,7 +19,7 @@ from symdyn.errors import SymdynError
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import check_derivation
-from symdyn.verdict import DIFFERENT
+from symdyn.verdict import Verdict
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -133,7 +133,7 @@ def test_multipliers_of_conditions_are_right_however_they_are_written(added: str
 def test_other_multipliers_are_not(added: str) -> None:
     (answer,) = check_derivation(f"P = {WEIGHTS} {added}", read(FOUR_BAR))
 
-    assert answer.verdict == DIFFERENT
+    assert answer.verdict == Verdict.DIFFERENT
     assert answer.mistake is not None
     assert answer.mistake.rule == "multiplier"
 

@@ -10,7 +10,7 @@ from symdyn.scene import read
 from symdyn.scene.toml import read_text
 from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.derivation_check import check_derivation
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM, CART = read(EXAMPLES / "two_link.toml"), read(EXAMPLES / "cart_pole.toml")
@@ -101,7 +101,7 @@ def test_an_acceleration_that_no_mass_gives_is_an_answer_like_others() -> None:
 
     answers = check_derivation("q1_ddot = 2*q1\nK = 0", spindle)
 
-    assert [answer.verdict for answer in answers] == [DIFFERENT, PROVED]
+    assert [answer.verdict for answer in answers] == [Verdict.DIFFERENT, Verdict.PROVED]
 
 
 @pytest.mark.mends("5.7")

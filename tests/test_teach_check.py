@@ -12,7 +12,7 @@ import pytest
 from calls import counted
 from hypothesis import given, settings, strategies as st
 
-from symdyn.algebra.form import Form, Function, Number, Symbol, product_of, sum_of
+from symdyn.algebra.form import Form, Function, Number, Symbol
 from symdyn.cli import main
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.emit.print.formula_text import Latex, text_of
@@ -25,7 +25,7 @@ from symdyn.teach.student.answer import in_words
 from symdyn.teach.student.derivation_check import check_derivation
 from symdyn.teach.student.differences import KINDS
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -62,7 +62,7 @@ def test_printed_equations_are_right(name: str, group: str, angles: str) -> None
     answers = check_derivation(text.partition("Multipliers:")[0], scene)  # what follows are the rows of loops
 
     assert len(answers) >= len(scene.velocities)
-    assert all(answer.verdict == PROVED for answer in answers)
+    assert all(answer.verdict == Verdict.PROVED for answer in answers)
 
 
 def test_a_whole_document_and_plain_text_are_right(two_link: Scene) -> None:
@@ -70,7 +70,7 @@ def test_a_whole_document_and_plain_text_are_right(two_link: Scene) -> None:
         answers = check_derivation(text, two_link)
 
         assert {"tau1", "tau2"} <= {answer.name for answer in answers}
-        assert all(answer.verdict == PROVED for answer in answers)
+        assert all(answer.verdict == Verdict.PROVED for answer in answers)
 
 
 def test_names_of_code_are_read_as_code_writes_them() -> None:
@@ -80,7 +80,7 @@ def test_names_of_code_are_read_as_code_writes_them() -> None:
     answers = check_derivation(equations_text(scene, "text"), scene)
 
     assert answers
-    assert all(answer.verdict == PROVED for answer in answers)
+    assert all(answer.verdict == Verdict.PROVED for answer in answers)
 
 
 @pytest.mark.long
@@ -133,7 +133,7 @@ axis = [0, 0, 1]
 
 
 def test_the_textbooks_own_notation_is_read(two_link: Scene) -> None:
-    assert [answer.verdict for answer in check_derivation(BOOK, two_link)] == [PROVED] * 4
+    assert [answer.verdict for answer in check_derivation(BOOK, two_link)] == [Verdict.PROVED] * 4
 
 
 # Many ways to write what is right
@@ -404,10 +404,10 @@ LEAVES = st.sampled_from(["m1", "h2", "q1", "q2_dot", "q1_ddot"]).map(Symbol) | 
 FORMS = st.recursive(
     LEAVES,
     lambda inner: (
-        st.lists(inner, min_size=2, max_size=3).map(sum_of)
-        | st.lists(inner, min_size=2, max_size=3).map(product_of)
+        st.lists(inner, min_size=2, max_size=3).map(Form.sum)
+        | st.lists(inner, min_size=2, max_size=3).map(Form.product)
         | st.tuples(inner, st.integers(2, 3)).map(lambda pair: pair[0].power(pair[1]))
-        | inner.map(lambda form: product_of((Number.MINUS_ONE, form)))
+        | inner.map(lambda form: Form.product((Number.MINUS_ONE, form)))
         | st.tuples(st.sampled_from([Op.SIN, Op.COS]), inner).map(lambda pair: Function(pair[0], (pair[1],)))
     ),
     max_leaves=8,
@@ -428,7 +428,7 @@ def test_what_is_printed_is_read_back(form: Form) -> None:
         [Claim(text, "read", "form", (node,), (right,)) for text, node in zip(printed, nodes, strict=True)]
     )
 
-    assert all(finding.verdict != DIFFERENT for finding in findings[1]), printed
+    assert all(finding.verdict != Verdict.DIFFERENT for finding in findings[1]), printed
 
 
 # The table of words, and the verb

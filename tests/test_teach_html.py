@@ -144,7 +144,7 @@ def test_languages_have_the_same_keys_and_places() -> None:
 
 
 def test_answers_of_blanks_are_what_the_graph_says(lesson: Document) -> None:
-    from symdyn.verdict import PROVED
+    from symdyn.verdict import Verdict
     from symdyn.verify import Claim, prove
 
     claims = []
@@ -153,7 +153,7 @@ def test_answers_of_blanks_are_what_the_graph_says(lesson: Document) -> None:
         assert node is not None
         claims.append(Claim(blank.key, "answer", "graph", (lesson.value(blank.answer),), (node,)))
 
-    assert {finding.verdict for finding in prove(claims)[1]} == {PROVED}
+    assert {finding.verdict for finding in prove(claims)[1]} == {Verdict.PROVED}
 
 
 def test_the_page_does_not_hold_the_results(lesson: Document) -> None:

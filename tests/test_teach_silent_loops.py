@@ -17,7 +17,7 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.practice.exercises import with_exercises
 from symdyn.teach.roads.lessons import usual_road
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
 HERE = Path(__file__).parent
@@ -141,7 +141,7 @@ def test_its_equations_are_those_without_the_loop(name: str) -> None:
     graph = Graph()
     for drive in filter(None, closed.drives):
         mine, other = (_value(one, drive).express(graph) for one in (own, right))
-        assert prove([Claim(drive, "with", "without", (mine,), (other,))])[1][0].verdict == PROVED
+        assert prove([Claim(drive, "with", "without", (mine,), (other,))])[1][0].verdict == Verdict.PROVED
 
 
 def _value(document: Document, name: str) -> Form:

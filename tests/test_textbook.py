@@ -12,7 +12,7 @@ import pytest
 from textbook import Arm, verdict, with_friction
 
 from symdyn.graph import gradient, substitute
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 
 
 @pytest.fixture(scope="module", params=["lagrange", "recursive"])
@@ -91,7 +91,7 @@ EQUATIONS = [  # number, what is derived, what the book says
 @pytest.mark.long
 @pytest.mark.parametrize(("derived", "formula"), [row[1:] for row in EQUATIONS], ids=[row[0] for row in EQUATIONS])
 def test_equation_of_the_textbook(arm, derived, formula):
-    assert verdict(derived(arm), arm.typed(formula)) == PROVED
+    assert verdict(derived(arm), arm.typed(formula)) == Verdict.PROVED
 
 
 ERRATA = [  # number, what is derived, what the transcribed text says
@@ -132,7 +132,7 @@ ERRATA = [  # number, what is derived, what the transcribed text says
 
 @pytest.mark.parametrize(("derived", "formula"), [row[1:] for row in ERRATA], ids=[row[0] for row in ERRATA])
 def test_transcribed_form_is_wrong(arm, derived, formula):
-    assert verdict(derived(arm), arm.typed(formula)) == DIFFERENT
+    assert verdict(derived(arm), arm.typed(formula)) == Verdict.DIFFERENT
 
 
 # Definitions and equations without a formula of their own: identities between what was derived by different roads
@@ -148,7 +148,7 @@ def test_equation_5_21_kinetic_energy_gives_the_generalized_force(arm, other, i)
     K = arm.entries("kinetic_energy")[0]
     left = arm.rate(gradient(K, arm.state.qd)[i - 1]) - gradient(K, arm.state.q)[i - 1]
 
-    assert verdict(left, other.torque(i) - other.k("G", i)) == PROVED
+    assert verdict(left, other.torque(i) - other.k("G", i)) == Verdict.PROVED
 
 
 @pytest.mark.parametrize("i", [1, 2])
@@ -160,32 +160,32 @@ def test_equation_5_22_generalized_force_is_action_less_the_slope_of_potential_e
 
     action = force + gradient(P, arm.state.q)[i - 1]  # Q^A = M - b q̇
 
-    assert verdict(action, other.torque(i)) == PROVED
-    assert verdict(action + friction, rubbing.torque(i)) == PROVED
+    assert verdict(action, other.torque(i)) == Verdict.PROVED
+    assert verdict(action + friction, rubbing.torque(i)) == Verdict.PROVED
 
 
 def test_equation_5_23_lagrangian_is_kinetic_less_potential_energy(arm, other):
-    assert verdict(arm.entries("kinetic_energy")[0] - arm.entries("potential_energy")[0], other.L) == PROVED
-    assert verdict(arm.entries("kinetic_energy")[0] + arm.entries("potential_energy")[0], other.L) == DIFFERENT
+    assert verdict(arm.entries("kinetic_energy")[0] - arm.entries("potential_energy")[0], other.L) == Verdict.PROVED
+    assert verdict(arm.entries("kinetic_energy")[0] + arm.entries("potential_energy")[0], other.L) == Verdict.DIFFERENT
 
 
 def test_equation_5_26_kinetic_energy_of_the_second_mass(arm):
     v, half_m2 = arm.twist("end2"), arm.typed("m2/2")
 
-    assert verdict(arm.energy("kinetic_energy", 2), half_m2 * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2)) == PROVED
+    assert verdict(arm.energy("kinetic_energy", 2), half_m2 * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2)) == Verdict.PROVED
 
 
 def test_equation_5_27_speed_is_the_rate_of_the_place(arm):
     x, y = arm.place("end2")
     v = arm.twist("end2")
 
-    assert verdict(v[0] ** 2 + v[1] ** 2, arm.rate(x) ** 2 + arm.rate(y) ** 2) == PROVED
+    assert verdict(v[0] ** 2 + v[1] ** 2, arm.rate(x) ** 2 + arm.rate(y) ** 2) == Verdict.PROVED
 
 
 @pytest.mark.parametrize("i", [1, 2])
 def test_equation_5_36_lagrange_equation_of_motion(arm, other, i):
-    assert verdict(arm.rate(arm.momentum(i)) - arm.slope(i), other.torque(i)) == PROVED
-    assert verdict(arm.rate(arm.momentum(i)) + arm.slope(i), other.torque(i)) == DIFFERENT
+    assert verdict(arm.rate(arm.momentum(i)) - arm.slope(i), other.torque(i)) == Verdict.PROVED
+    assert verdict(arm.rate(arm.momentum(i)) + arm.slope(i), other.torque(i)) == Verdict.DIFFERENT
 
 
 @pytest.mark.parametrize(("i", "of"), [(1, "m1*d1 + m2*d2"), (2, "m2*d2")])
@@ -193,18 +193,18 @@ def test_equations_5_46_and_5_48_coefficients_are_moments_of_inertia_about_the_a
     (x, y), ends = arm.place(f"link{i}"), [arm.place("end1"), arm.place("end2")]
     squares = {arm.graph.symbol(f"d{k}"): (u - x) ** 2 + (v - y) ** 2 for k, (u, v) in enumerate(ends, start=1)}
 
-    assert verdict(arm.k("z", i, i), substitute([arm.typed(of)], squares)[0]) == PROVED
+    assert verdict(arm.k("z", i, i), substitute([arm.typed(of)], squares)[0]) == Verdict.PROVED
 
 
 def test_equation_5_54_induced_torques_are_mutual(arm):
     of_a2_in_axis_1 = gradient(arm.torque(1), arm.state.qdd)[1]
     of_a1_in_axis_2 = gradient(arm.torque(2), arm.state.qdd)[0]
 
-    assert verdict(of_a1_in_axis_2, of_a2_in_axis_1) == PROVED
+    assert verdict(of_a1_in_axis_2, of_a2_in_axis_1) == Verdict.PROVED
 
 
 def test_equation_5_55_angular_velocity_of_the_first_link_is_the_rate_of_q1(arm):
-    assert verdict(arm.twist("end1")[5], arm.typed("v1")) == PROVED
+    assert verdict(arm.twist("end1")[5], arm.typed("v1")) == Verdict.PROVED
 
 
 def test_every_equation_from_5_21_to_5_55_has_a_test():

@@ -18,7 +18,7 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.program import lower
 from symdyn.scene import read, read_text
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify, measure
 
 pytestmark = pytest.mark.runs()
@@ -38,8 +38,8 @@ SLOW = ("bicycle",)  # two wheels, whose roots are looked at with all their sign
 def test_every_example_passes_with_every_output(path: Path) -> None:
     certificate = certify(read(path))
 
-    assert certificate.passed, [f for f in certificate.findings if f.verdict == DIFFERENT]
-    unsure = [f.claim for f in certificate.findings if f.verdict != PROVED]
+    assert certificate.passed, [f for f in certificate.findings if f.verdict == Verdict.DIFFERENT]
+    unsure = [f.claim for f in certificate.findings if f.verdict != Verdict.PROVED]
     told = [claim for claim in unsure if not claim.startswith(("mass matrix: positive definite", "positions"))]
     assert [claim for claim in told if not claim.endswith("in numbers")] == []  # closed mechanisms at natural positions
     assert {a.module for a in certificate.accuracy} == MODULES
@@ -50,7 +50,7 @@ def test_every_example_passes_with_every_output(path: Path) -> None:
 def test_what_two_wheels_do_is_proved() -> None:
     """The axis of the rear one has the root of a square, cos² of the lean, above its plane."""
     certificate = certify(read(EXAMPLES[0].parent / "bicycle.toml"), ("forward_dynamics", "constraint_jacobian"))
-    proved = {f.claim for f in certificate.findings if f.verdict == PROVED}
+    proved = {f.claim for f in certificate.findings if f.verdict == Verdict.PROVED}
 
     assert certificate.passed
     assert "forward_dynamics: crba = lagrange" in proved
@@ -63,7 +63,7 @@ def test_random_trees_with_oblique_axes_and_odd_angles_pass(seed: int) -> None:
     certificate = certify(random_tree(seed, 3), ("inverse_dynamics", "forward_dynamics", "mass_matrix", "k_C"))
 
     assert certificate.passed
-    assert max(f.error_log10 for f in certificate.findings if f.verdict == PROVED) < -40
+    assert max(f.error_log10 for f in certificate.findings if f.verdict == Verdict.PROVED) < -40
 
 
 @pytest.mark.usefixtures("numpy_alone")
@@ -109,7 +109,7 @@ def test_a_massless_end_has_no_forward_dynamics_and_the_rest_is_certified() -> N
     why = [one.why for one in certificate.absent if "forward_dynamics" in one.what]
     assert any("a motion of the joint b, which carries ghost, moves no mass" in one for one in why)
     assert certificate.passed
-    assert all(f.verdict == PROVED for f in certificate.findings)
+    assert all(f.verdict == Verdict.PROVED for f in certificate.findings)
     with pytest.raises(DerivationError, match="forward dynamics does not exist"):
         certify(scene, ("forward_dynamics",))
 

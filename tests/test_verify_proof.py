@@ -12,7 +12,7 @@ from symdyn.algebra.finite_field import Needs
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import Graph, Op, reachable, substitute, tangents
 from symdyn.scene import Quantity
-from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 
 
@@ -48,7 +48,7 @@ IDENTITIES = {
 def test_identity_is_proved_with_a_stated_error(name):
     found = finding(IDENTITIES[name])
 
-    assert found.verdict == PROVED
+    assert found.verdict == Verdict.PROVED
     assert found.error_log10 < -30
     assert found.where == -1
 
@@ -76,7 +76,7 @@ MISTAKES = {
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("name", MISTAKES)
 def test_wrong_identity_is_called_different(name, seed):
-    assert finding(MISTAKES[name], seed=seed).verdict == DIFFERENT
+    assert finding(MISTAKES[name], seed=seed).verdict == Verdict.DIFFERENT
 
 
 BEYOND_THE_FIELDS = {
@@ -97,7 +97,7 @@ BEYOND_THE_FIELDS = {
 def test_what_a_field_cannot_decide_is_checked_numerically_and_says_so(name):
     found = finding(BEYOND_THE_FIELDS[name])
 
-    assert found.verdict == NUMERICAL
+    assert found.verdict == Verdict.NUMERICAL
     assert found.error_log10 == 0.0
 
 
@@ -105,8 +105,8 @@ def test_an_assumption_that_a_symbol_is_positive_settles_a_branch():
     def root(g, x, y):
         return g.sqrt(x**2 * y**4), x * y**2
 
-    assert finding(root).verdict == DIFFERENT
-    assert finding(root, positive=("x",)).verdict == NUMERICAL
+    assert finding(root).verdict == Verdict.DIFFERENT
+    assert finding(root, positive=("x",)).verdict == Verdict.NUMERICAL
 
 
 def test_many_roots_of_symbols_of_unknown_sign_still_find_a_point():
@@ -114,7 +114,7 @@ def test_many_roots_of_symbols_of_unknown_sign_still_find_a_point():
     roots = [graph.sqrt(graph.symbol(f"k{i}")) for i in range(12)]
     claim = Claim("stiffness", "left", "right", (graph.total(roots) * 2,), (graph.total(root * 2 for root in roots),))
 
-    assert prove([claim])[1][0].verdict == NUMERICAL
+    assert prove([claim])[1][0].verdict == Verdict.NUMERICAL
 
 
 def test_a_claim_about_nothing_real_is_defined_nowhere():
@@ -140,7 +140,7 @@ ROOTS = {
 def test_what_holds_for_either_sign_of_a_root_is_proved(name, seed):
     found = finding(ROOTS[name], seed=seed, positive=("x", "y"))
 
-    assert found.verdict == PROVED
+    assert found.verdict == Verdict.PROVED
     assert found.error_log10 < -30
 
 
@@ -155,7 +155,7 @@ WRONG_ROOTS = {
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("name", WRONG_ROOTS)
 def test_a_wrong_root_is_different_whatever_the_points(name, seed):
-    assert finding(WRONG_ROOTS[name], seed=seed, positive=("x", "y")).verdict == DIFFERENT
+    assert finding(WRONG_ROOTS[name], seed=seed, positive=("x", "y")).verdict == Verdict.DIFFERENT
 
 
 @pytest.mark.long(0)
@@ -163,7 +163,7 @@ def test_a_wrong_root_is_different_whatever_the_points(name, seed):
 def test_roots_that_are_not_independent_are_never_proved_by_luck(name):
     verdicts = {finding(BEYOND_THE_FIELDS[name], seed=seed).verdict for seed in range(50)}  # luck is 1 in 16
 
-    assert verdicts == {NUMERICAL}
+    assert verdicts == {Verdict.NUMERICAL}
 
 
 def test_more_roots_than_there_are_points_for_are_checked_numerically():
@@ -171,7 +171,7 @@ def test_more_roots_than_there_are_points_for_are_checked_numerically():
         total = g.total(g.sqrt(x + k * y) for k in range(9))
         return total * 2, g.total(g.sqrt(x + k * y) * 2 for k in range(9))
 
-    assert finding(roots, positive=("x", "y")).verdict == NUMERICAL
+    assert finding(roots, positive=("x", "y")).verdict == Verdict.NUMERICAL
 
 
 def test_a_divisor_that_is_always_zero_leaves_its_claim_undefined_and_the_others_proved():
@@ -180,7 +180,7 @@ def test_a_divisor_that_is_always_zero_leaves_its_claim_undefined_and_the_others
     nothing = Claim("nothing", "left", "right", (x / (graph.sin(x) ** 2 + graph.cos(x) ** 2 - 1),), (x,))
     fine = Claim("fine", "left", "right", (graph.sin(2 * x),), (2 * graph.sin(x) * graph.cos(x),))
 
-    assert [found.verdict for found in prove([nothing, fine])[1]] == ["not shown", PROVED]
+    assert [found.verdict for found in prove([nothing, fine])[1]] == ["not shown", Verdict.PROVED]
 
 
 PRIMES = prove([])[0].primes
@@ -209,19 +209,19 @@ TRAPS = {  # true over every field that the default seed draws, or would be with
 @pytest.mark.parametrize("seed", range(1, 6))
 @pytest.mark.parametrize("name", TRAPS)
 def test_traps_laid_for_the_fields_catch_nothing(name, seed):
-    assert finding(TRAPS[name], seed=seed).verdict not in (PROVED, "not shown")
+    assert finding(TRAPS[name], seed=seed).verdict not in (Verdict.PROVED, "not shown")
 
 
 @pytest.mark.parametrize("name", [name for name in TRAPS if "of order p - 1" not in name])
 def test_traps_that_numbers_can_see_are_called_different(name):
-    assert finding(TRAPS[name]).verdict == DIFFERENT
+    assert finding(TRAPS[name]).verdict == Verdict.DIFFERENT
 
 
 def test_the_true_root_among_sines_is_proved():
     def hendecagon(g, x, y):
         return g.sin(g.pi * 3 / 11) / g.cos(g.pi * 3 / 11) + 4 * g.sin(g.pi * 2 / 11), g.sqrt(11)
 
-    assert all(finding(hendecagon, seed=seed).verdict == PROVED for seed in range(1, 6))
+    assert all(finding(hendecagon, seed=seed).verdict == Verdict.PROVED for seed in range(1, 6))
 
 
 def test_first_differing_entry_is_named():
@@ -271,7 +271,7 @@ def test_a_seed_gives_one_certificate_and_another_seed_other_fields():
     fields, findings = certificate(7)
 
     assert certificate(7) == (fields, findings)
-    assert [found.verdict for found in findings] == [PROVED, PROVED]
+    assert [found.verdict for found in findings] == [Verdict.PROVED, Verdict.PROVED]
     assert certificate(8)[0].primes != fields.primes
     assert len(set(fields.primes)) == 2
 
@@ -318,8 +318,8 @@ def test_every_single_mistake_in_a_graph_is_caught(scene, output):
 
     findings = prove([Claim("right", "derived", "witness", right, witness), *claims], primes=1, points=1)[1]
 
-    assert findings[0].verdict == PROVED
-    assert [found.claim for found in findings[1:] if found.verdict != DIFFERENT] == []
+    assert findings[0].verdict == Verdict.PROVED
+    assert [found.claim for found in findings[1:] if found.verdict != Verdict.DIFFERENT] == []
 
 
 def test_swapped_indices_are_caught():
@@ -333,4 +333,7 @@ def test_swapped_indices_are_caught():
 
         verdicts = [found.verdict for found in prove(claims)[1]]
 
-        assert verdicts == [PROVED if name == "mass_matrix" else DIFFERENT, DIFFERENT]  # only M is symmetric
+        assert verdicts == [
+            Verdict.PROVED if name == "mass_matrix" else Verdict.DIFFERENT,
+            Verdict.DIFFERENT,
+        ]  # only M is symmetric

@@ -348,14 +348,14 @@ def test_an_empty_file_proves_nothing(folder: Path, capsys: pytest.CaptureFixtur
 
 
 def test_the_worst_verdict_is_that_of_all_and_of_none_nothing_is_shown() -> None:
-    from symdyn.verdict import together, verdict
+    from symdyn.verdict import Verdict
 
-    assert together([]) == "not shown"
-    assert together(["proved", "agrees in numbers"]) == "agrees in numbers"
-    assert together(["proved", "not shown"]) == "not shown"
-    assert together(["not shown", "fails", "proved"]) == "fails"
-    assert [verdict(0), verdict(0, proved=True), verdict(3), verdict(3, proved=True)] == [
+    assert Verdict.worst([]) == "not shown"
+    assert Verdict.worst(["proved", "agrees in numbers"]) == "agrees in numbers"
+    assert Verdict.worst(["proved", "not shown"]) == "not shown"
+    assert Verdict.worst(["not shown", "fails", "proved"]) == "fails"
+    assert [Verdict.of(0), Verdict.of(0, proved=True), Verdict.of(3), Verdict.of(3, proved=True)] == [
         *("not shown", "not shown"),
         *("agrees in numbers", "proved"),
     ]
-    assert verdict(0, wrong=True) == verdict(3, wrong=True, proved=True) == "fails"
+    assert Verdict.of(0, wrong=True) == Verdict.of(3, wrong=True, proved=True) == "fails"

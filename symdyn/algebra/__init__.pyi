@@ -26,8 +26,6 @@ from .form import (
     Product as Product,
     Sum as Sum,
     Symbol as Symbol,
-    product_of as product_of,
-    sum_of as sum_of,
 )
 from .joined_terms import with_added_angles as with_added_angles, with_squares as with_squares
 from .many_points import ManyPoints as ManyPoints, Residues as Residues

@@ -7,7 +7,7 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from math import gcd, lcm
 
-from symdyn.algebra.form import Form, Number, product_of, sum_of
+from symdyn.algebra.form import Form, Number
 
 Item = tuple[Fraction, Mapping[int, int]]  # one term: a number times powers of words
 
@@ -35,7 +35,7 @@ class Words:
 
     def term(self, item: Item) -> Form:
         """Return number · Π word^power."""
-        return product_of([Number(item[0]), *self.powers(item[1])])
+        return Form.product([Number(item[0]), *self.powers(item[1])])
 
     def collect(self, items: Sequence[Item]) -> Form:
         """Return Σ number · Π word^power with common factors taken out."""
@@ -44,8 +44,8 @@ class Words:
         number, common, rest = take_out(items)
         terms = [self.collect(part) for part in partition(rest)]
         first = next((i for i, term in enumerate(terms) if term.split_sign()[0] > 0), 0)  # without a minus in front
-        inner = sum_of([terms[first], *terms[:first], *terms[first + 1 :]])
-        return product_of([Number(number), inner, *self.powers(common)])
+        inner = Form.sum([terms[first], *terms[:first], *terms[first + 1 :]])
+        return Form.product([Number(number), inner, *self.powers(common)])
 
 
 def partition(items: Sequence[Item]) -> list[list[Item]]:

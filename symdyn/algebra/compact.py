@@ -16,7 +16,7 @@ from fractions import Fraction
 from math import gcd, lcm
 
 from symdyn.algebra.collect import SMALL, Item, Words, content, partition, take_out
-from symdyn.algebra.form import Form, Function, Number, Pi, Power, Symbol, product_of, sum_of
+from symdyn.algebra.form import Form, Function, Number, Pi, Power, Symbol
 from symdyn.algebra.sums_of_angles import AngleGroup, SumFinder
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.algebra.waves import Angle, Factor, Monomial
@@ -73,8 +73,8 @@ class Compactor:
         items = self._grouped(self._by_parameters(p))
         number, common, rest = take_out(items)
         if len(items) < LONG or not common:
-            return sum_of(map(self._words.term, items))
-        return product_of([Number(number), *self._words.powers(common), sum_of(map(self._words.term, rest))])
+            return Form.sum(map(self._words.term, items))
+        return Form.product([Number(number), *self._words.powers(common), Form.sum(map(self._words.term, rest))])
 
     def _by_parameters(self, p: Polynomial) -> dict[Powers, tuple[Fraction, Key]]:
         """Return the trigonometric polynomial that each monomial of the other generators multiplies, shortened."""
@@ -153,8 +153,8 @@ class Compactor:
                 ((node, coefficient),) = sums.items()
                 argument = _multiple(coefficient * common, node)
             else:
-                inner = sum_of(_multiple(a, q) for q, a in sums.items() if a)
-                argument = product_of((Number(Fraction(common)), inner))
+                inner = Form.sum(_multiple(a, q) for q, a in sums.items() if a)
+                argument = Form.product((Number(Fraction(common)), inner))
             self._known[factor] = self._words.number(Function(Op.COS if kind == "c" else Op.SIN, (argument,)))
         return self._known[factor]
 
@@ -182,9 +182,9 @@ def _multiple(coefficient: Fraction, node: Expr | None) -> Form:
     if node is None:
         return Number(coefficient)
     if node.op is not Op.PI:
-        return product_of((Number(coefficient), Form.of(node)))
+        return Form.product((Number(coefficient), Form.of(node)))
     p, q = (Number(Fraction(x)) for x in coefficient.as_integer_ratio())
-    return product_of((p, Pi()) if q == Number.ONE else (p, Pi(), q.power(-1)))
+    return Form.product((p, Pi()) if q == Number.ONE else (p, Pi(), q.power(-1)))
 
 
 def _scaled(terms: Sequence[tuple[Monomial, Fraction]]) -> tuple[Fraction, Key]:

@@ -42,6 +42,28 @@ class Form:
         symbols: dict[Expr, Form] = {x: Symbol(str(x.value)) for x in reachable([node]) if x.op is Op.SYMBOL}
         return evaluate([node], Forms(), symbols)[0]
 
+    @staticmethod
+    def sum(terms: Iterable[Form]) -> Form:
+        """Return the sum of `terms`; sums among them are laid open, zeros left out."""
+        flat = [part for term in terms for part in term.terms]
+        return Sum(tuple(flat)) if len(flat) > 1 else flat[0] if flat else Number.ZERO
+
+    @staticmethod
+    def product(factors: Iterable[Form]) -> Form:
+        """Return the product of `factors`; products among them are laid open, numbers multiplied and put first."""
+        over, under, flat = 1, 1, list[Form]()  # integers: a fraction reduces itself at every step
+        for factor in factors:
+            for part in factor.factors:
+                if isinstance(part, Number):
+                    over, under = over * part.value.numerator, under * part.value.denominator
+                else:
+                    flat.append(part)
+        if over == 0:
+            return Number.ZERO
+        if over != under or not flat:
+            flat.insert(0, Number.MINUS_ONE if over == -under else Number(Fraction(over, under)))
+        return Product(tuple(flat)) if len(flat) > 1 else flat[0]
+
     @property
     def terms(self) -> tuple[Form, ...]:
         """The terms of a sum, or the form alone; none of zero."""
@@ -89,8 +111,8 @@ class Form:
         """Return form · rate; a sum of negative terms takes its sign in front."""
         terms = self.terms
         if len(terms) > 1 and all(term.split_sign()[0] < 0 for term in terms):
-            return product_of((Number.MINUS_ONE, sum_of(term.split_sign()[1] for term in terms), rate))
-        return product_of((self, rate))
+            return Form.product((Number.MINUS_ONE, Form.sum(term.split_sign()[1] for term in terms), rate))
+        return Form.product((self, rate))
 
     def substitute(self, known: Mapping[str, Form]) -> Form:
         """Return the form with other forms in place of symbols."""
@@ -184,7 +206,7 @@ class Sum(Form):
 
     def with_parts(self, parts: Iterable[Form]) -> Form:
         """Return the sum of others."""
-        return sum_of(parts)
+        return Form.sum(parts)
 
     def express(self, graph: Graph) -> Expr:
         """Return the sum, term by term."""
@@ -209,13 +231,13 @@ class Product(Form):
 
     def with_parts(self, parts: Iterable[Form]) -> Form:
         """Return the product of others."""
-        return product_of(parts)
+        return Form.product(parts)
 
     def split_sign(self) -> tuple[int, Form]:
         """Return the sign of the number in front, and the product without it."""
         first = self.args[0]
         negative = isinstance(first, Number) and first.value < 0
-        return (-1, product_of((Number.MINUS_ONE, *self.args))) if negative else (1, self)
+        return (-1, Form.product((Number.MINUS_ONE, *self.args))) if negative else (1, self)
 
     def express(self, graph: Graph) -> Expr:
         """Return the product, factor by factor."""
@@ -272,28 +294,6 @@ class Function(Form):
         return graph.function(self.op, *(arg.express(graph) for arg in self.args))
 
 
-def sum_of(terms: Iterable[Form]) -> Form:
-    """Return the sum of `terms`; sums among them are laid open, zeros left out."""
-    flat = [part for term in terms for part in term.terms]
-    return Sum(tuple(flat)) if len(flat) > 1 else flat[0] if flat else Number.ZERO
-
-
-def product_of(factors: Iterable[Form]) -> Form:
-    """Return the product of `factors`; products among them are laid open, numbers multiplied and put first."""
-    over, under, flat = 1, 1, list[Form]()  # integers: a fraction reduces itself at every step
-    for factor in factors:
-        for part in factor.factors:
-            if isinstance(part, Number):
-                over, under = over * part.value.numerator, under * part.value.denominator
-            else:
-                flat.append(part)
-    if over == 0:
-        return Number.ZERO
-    if over != under or not flat:
-        flat.insert(0, Number.MINUS_ONE if over == -under else Number(Fraction(over, under)))
-    return Product(tuple(flat)) if len(flat) > 1 else flat[0]
-
-
 class Forms:
     """The algebra that turns a graph into a form as it stands."""
 
@@ -307,25 +307,25 @@ class Forms:
 
     def add(self, a: Form, b: Form) -> Form:
         """Return a + b."""
-        return sum_of((a, b))
+        return Form.sum((a, b))
 
     def sub(self, a: Form, b: Form) -> Form:
         """Return a - b, the sign in every term."""
-        return sum_of((a, self.neg(b)))
+        return Form.sum((a, self.neg(b)))
 
     def mul(self, a: Form, b: Form) -> Form:
         """Return a b; x x is a square."""
         if a == b and not isinstance(a, Number):
             return Power(a.base, 2 * a.exponent) if isinstance(a, Power) else Power(a, 2)
-        return product_of((a, b))
+        return Form.product((a, b))
 
     def div(self, a: Form, b: Form) -> Form:
         """Return a / b."""
-        return product_of((a, Power(b, -1)))
+        return Form.product((a, Power(b, -1)))
 
     def neg(self, a: Form) -> Form:
         """Return -a."""
-        return sum_of(product_of((Number.MINUS_ONE, term)) for term in a.terms)
+        return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in a.terms)
 
     def function(self, node: Expr, args: Sequence[Form]) -> Form:
         """Return node.op(args)."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra.form import Form, Function, Number, Power, Sum, product_of, sum_of
+from symdyn.algebra.form import Form, Function, Number, Power, Sum
 from symdyn.graph import Op
 
 OTHER = {Op.SIN: Op.COS, Op.COS: Op.SIN}
@@ -56,7 +56,7 @@ def _joined(terms: list[Form]) -> Form:
         pairs = ((i, j) for i, one in enumerate(numbers) for j in range(i + 1, len(left)) if numbers[j] == one)
         found = next(((i, j, one) for i, j in pairs if (one := _one(left[i], left[j])) is not None), None)
         if found is None:
-            return sum_of(one.form for one in left)
+            return Form.sum(one.form for one in left)
         i, j, one = found
         left = [*left[:i], _term(one), *left[i + 1 : j], *left[j + 1 :]]
 
@@ -78,11 +78,11 @@ def _one(first: _Term, second: _Term) -> Form | None:
         sign = sign if f is Op.COS else other
         joined = Function(Op.COS, (_sum(p, q, plus=not same),))
     factor = [Number.MINUS_ONE] if sign < 0 else []
-    return product_of([*factor, *(a & b).elements(), joined])
+    return Form.product([*factor, *(a & b).elements(), joined])
 
 
 def _sum(p: Form, q: Form, plus: bool) -> Form:
-    return sum_of([*p.terms, *(one if plus else product_of((Number.MINUS_ONE, one)) for one in q.terms)])
+    return Form.sum([*p.terms, *(one if plus else Form.product((Number.MINUS_ONE, one)) for one in q.terms)])
 
 
 def _circular(forms: Iterable[Form]) -> list[tuple[Op, Form]]:
@@ -106,7 +106,7 @@ def _folded(terms: list[Form]) -> Form:
                 rest = [term for k, term in enumerate(terms) if k not in (i, j)]
                 rest.insert(min(i, len(rest)), square)
                 return _folded(rest)
-    return sum_of(terms)
+    return Form.sum(terms)
 
 
 def _square(first: Form, second: Form) -> Form | None:
@@ -120,17 +120,17 @@ def _square(first: Form, second: Form) -> Form | None:
             if m == k or len(others) != len(mixed.terms) - 1:
                 continue
             halves = [_half(term) for term in others]
-            b = sum_of(half for half in halves if half is not None)
+            b = Form.sum(half for half in halves if half is not None)
             common = [factor for n, factor in enumerate(factors) if n not in (k, m)]
             if None not in halves and _is_square(second.factors, common, b):
-                return product_of([*common, sum_of([a, *b.terms]).power(2)])
+                return Form.product([*common, Form.sum([a, *b.terms]).power(2)])
     return None
 
 
 def _half(term: Form) -> Form | None:
     """Return b for 2 b."""
     factors = term.factors
-    return product_of(factors[1:]) if len(factors) > 1 and factors[0] == TWO else None
+    return Form.product(factors[1:]) if len(factors) > 1 and factors[0] == TWO else None
 
 
 def _is_square(factors: tuple[Form, ...], common: list[Form], b: Form) -> bool:

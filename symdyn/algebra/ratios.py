@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
-from symdyn.algebra.form import Form, Number, product_of, sum_of
+from symdyn.algebra.form import Form, Number
 from symdyn.graph import Expr, Op, reachable
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
@@ -142,8 +142,8 @@ class Ratios:
         value = above / below  # 3 g/(2 l) is read more easily than (3/2) g/l
         number = Number(Fraction(value.numerator))
         under = under if value.denominator == 1 else [Number(Fraction(value.denominator)), *under]
-        whole = product_of(under) if under else None
-        return product_of((number, *over, *([] if whole is None else [whole.power(-1)])))
+        whole = Form.product(under) if under else None
+        return Form.product((number, *over, *([] if whole is None else [whole.power(-1)])))
 
     def _factors(self, p: Polynomial) -> tuple[Fraction, list[Form]]:
         scale, factors = p.factor()
@@ -154,14 +154,14 @@ class Ratios:
             sign = -1 if sum(c < 0 for _, c in terms) * 2 > len(terms) else 1
             number *= Fraction(sign) ** int(power)
             assert content != 0, "a factor has a leading term"
-            found.append(sum_of([self._term(sign * c, powers) for powers, c in terms]).power(int(power)))
+            found.append(Form.sum([self._term(sign * c, powers) for powers, c in terms]).power(int(power)))
         return number, found
 
     def _term(self, coefficient: Fraction, powers: Sequence[int]) -> Form:
         """Return a term; the first generator is the extra one, which no formula shows."""
         bases = [Form.of(node) for node in self.atoms]
         factors = [base.power(int(k)) for base, k in zip(bases, powers[1:], strict=True) if k]
-        return product_of((Number(coefficient), *factors))
+        return Form.product((Number(coefficient), *factors))
 
     def solved(self, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
         """Return X of A X = B, by Gauss and Jordan with the shortest pivots; ZeroDivisionError where A is singular."""

@@ -28,7 +28,7 @@ from flint import Ordering, fmpq, fmpq_mpoly_ctx
 from flint.utils.flint_exceptions import DomainError
 
 from symdyn.algebra.collect import rounded
-from symdyn.algebra.form import Form, Number, in_any_order, product_of
+from symdyn.algebra.form import Form, Number, in_any_order
 from symdyn.algebra.generators import (
     COSINES,
     Atom,
@@ -258,7 +258,7 @@ class TrigonometricRing(Arithmetic):
         factors = Form.of(node).factors
         numbers = [one.value for one in factors if isinstance(one, Number)]
         others = [one for one in factors if not isinstance(one, Number)]
-        same = in_any_order(product_of(others))
+        same = in_any_order(Form.product(others))
         for g in self.generators:
             if g.kind == kind and g.node is not None and in_any_order(Form.of(g.node)) == same:
                 return prod(numbers, start=Fraction(1)), g.node

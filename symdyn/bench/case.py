@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from symdyn.simulation import Trajectory
-from symdyn.verdict import HOLD, NOT_SHOWN, Claims, Judged, Unclaimed, verdict
+from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 
 NOTHING = "nothing could be compared"
 
@@ -37,13 +37,13 @@ class Case:
     def verdict(self) -> str:
         """One of `symdyn.verdict`: whether the bound holds; what is no number fails."""
         if self.measured is None:
-            return verdict(0)
-        return verdict(1, not (math.isfinite(self.measured) and self.measured <= self.bound))
+            return Verdict.of(0)
+        return Verdict.of(1, not (math.isfinite(self.measured) and self.measured <= self.bound))
 
     @property
     def passed(self) -> bool:
         """Whether something was measured, and the bound holds."""
-        return self.verdict in HOLD
+        return self.verdict in Verdict.HOLD
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Stress(Claims):
         found = [
             Judged(f"{one.name}, {one.metric}", one.verdict, "" if one.passed else one.worst) for one in self.cases
         ]
-        found += [Judged(one.what, NOT_SHOWN, one.why) for one in self.unshown]
+        found += [Judged(one.what, Verdict.NOT_SHOWN, one.why) for one in self.unshown]
         return tuple(found)
 
     def as_dict(self) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from symdyn.draw.shapes import Item, arc_arrow, arrow, circle_points, line
 from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import Scene
-from symdyn.scene.values import GROUND
 
 SHORT = 10.0  # units of the picture: an arc or a dimension below this shows the sense alone
 SENSE = np.radians(55)
@@ -98,7 +97,7 @@ def _slide(found: Places, hinge: Hinge, step: Step, view: View, latex: Mapping[s
     ]
     lie = float(np.mean([np.sum((other - a) * side) for other in others]))
     side = -side if lie > 1e-6 or (abs(lie) <= 1e-6 and side[0, 1] < 0) else side
-    hatched = view.planar and GROUND in (hinge.joint.parent, hinge.joint.child)
+    hatched = view.planar and Scene.GROUND in (hinge.joint.parent, hinge.joint.child)
     off = side * view.size * (4.4 if hatched else 2.9)
     if tiny:
         b = a + way * 4.2 * view.size

@@ -34,7 +34,6 @@ from symdyn.draw.svg import Drawing
 from symdyn.emit import Contents
 from symdyn.errors import DrawError
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import GROUND
 
 FASTEST = 240.0  # frames a second
 MOST_FRAMES = 18_000  # ten minutes at 30 a second
@@ -275,7 +274,7 @@ def _glb(motion: Motion, reel: Reel, fps: float) -> bytes:
     stage = Stage(scene, q, values, motion.view)
     found, seen = stage.found, stage.view
     given = robot_solids(scene, motion.note)
-    return glb(scene.name, found.bodies, standing(scene, found, seen, given), t, seen, found.gravity, GROUND)
+    return glb(scene.name, found.bodies, standing(scene, found, seen, given), t, seen, found.gravity, Scene.GROUND)
 
 
 FILMS: Mapping[str, Film] = {

@@ -19,7 +19,7 @@ from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import GROUND, Joint, Strut
+from symdyn.scene.values import Joint, Strut
 
 ARROW = 46.0  # length of a force, units of the picture
 BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture
@@ -126,7 +126,9 @@ def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Sh
     if one.ends:
         a, b = (view.flat(end) for end in found.ends[one])
         walls = [
-            _wall(at, other, view.size) for at, other, end in ((a, b, 0), (b, a, 1)) if one.ends[end].body == GROUND
+            _wall(at, other, view.size)
+            for at, other, end in ((a, b, 0), (b, a, 1))
+            if one.ends[end].body == Scene.GROUND
         ]
         return (*walls, *_between(one, a, b, view.size)), (a + b) / 2
     hinge = next(hinge for hinge in found.hinges if hinge.joint.name == one.joint)
@@ -150,7 +152,7 @@ def _beside(one: Strut, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[S
     side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * FORCES[one.kind].lines.side
     a = view.flat(hinge.fixed.p - along * room) + side
     b = view.flat(hinge.moved.p) - flat * 2 * view.size + side
-    return (_wall(a, b, view.size, hinge.joint.parent == GROUND), *_between(one, a, b, view.size)), (a + b) / 2
+    return (_wall(a, b, view.size, hinge.joint.parent == Scene.GROUND), *_between(one, a, b, view.size)), (a + b) / 2
 
 
 def from_zero(scene: Scene, joint: Joint) -> bool:

@@ -15,7 +15,7 @@ from symdyn.draw.titles import Title
 from symdyn.draw.view import View
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, MarkPart
-from symdyn.scene.values import GROUND, Contact
+from symdyn.scene.values import Contact
 
 AROUND, SHARE = 1.5, 0.3
 """How far a plane is drawn around what touches it: in radii of a wheel, and for a blade over the size of the scene."""
@@ -26,7 +26,7 @@ STROKES = 9
 def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
     """Return the supports, one item each."""
     items = []
-    held = [hinge for hinge in found.hinges if GROUND in (hinge.joint.parent, hinge.joint.child)]
+    held = [hinge for hinge in found.hinges if Scene.GROUND in (hinge.joint.parent, hinge.joint.child)]
     for hinge in held:
         if not JOINTS[hinge.joint.type].class_t(hinge.joint):
             continue  # nothing holds it
@@ -44,14 +44,14 @@ def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
 
 def _seat(hinge: Hinge) -> Array:
     """Return where the joint sits on the ground, shape (N, 3)."""
-    return hinge.fixed.p if hinge.joint.parent == GROUND else hinge.moved.p
+    return hinge.fixed.p if hinge.joint.parent == Scene.GROUND else hinge.moved.p
 
 
 def _bearing(scene: Scene, hinge: Hinge, found: Places, view: View) -> tuple[Shape, ...]:
     """Return a triangle on a hatched line, on the side of the joint that its body leaves free."""
     at, s = view.flat(_seat(hinge)), view.size
-    other = hinge.joint.child if hinge.joint.parent == GROUND else hinge.joint.parent
-    tip = at if other == GROUND else view.flat(farthest(scene, found, other, _seat(hinge)))
+    other = hinge.joint.child if hinge.joint.parent == Scene.GROUND else hinge.joint.parent
+    tip = at if other == Scene.GROUND else view.flat(farthest(scene, found, other, _seat(hinge)))
     hangs = float(np.mean(tip[:, 1] - at[:, 1])) > 1e-6
     down = np.array([0.0, -1.0 if hangs else 1.0])
     base = at + down * 2.4 * s
@@ -130,7 +130,7 @@ def patches(scene: Scene, found: Places) -> list[tuple[Contact, Array]]:
         margin = AROUND * max(found.wheels[row.name][2] if row.name in found.wheels else 0.0 for row in rows)
         margin = margin or SHARE * _size(found)
         spots = np.stack([found.touches[row.name].spot - plane.at for row in rows])
-        if rows[0].plane.body != GROUND:  # out to where the body is
+        if rows[0].plane.body != Scene.GROUND:  # out to where the body is
             spots = np.concatenate([spots, np.zeros_like(spots[:1])])
         low, high = [], []
         for way in ways:

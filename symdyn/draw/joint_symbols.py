@@ -14,8 +14,8 @@ import numpy as np
 from symdyn.draw.places import Array, Hinge, across
 from symdyn.draw.shapes import Shape, arrow, box, circle_points, cylinder, dot, joined, line, path
 from symdyn.draw.view import View
+from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, MarkPart
-from symdyn.scene.values import GROUND
 
 
 def symbol(hinge: Hinge, view: View) -> tuple[Shape, ...]:
@@ -97,7 +97,7 @@ def _thread(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
 
 def _rail(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
     """Return what a slide runs on, as long as all its ways; on the ground of a planar scene `ground` draws it."""
-    if view.planar and GROUND in (hinge.joint.parent, hinge.joint.child):
+    if view.planar and Scene.GROUND in (hinge.joint.parent, hinge.joint.child):
         return ()
     return (line("rail", *rail_ends(hinge, view, part, 3.2), size=2.4),)
 

@@ -28,7 +28,7 @@ from symdyn.draw.view import View
 from symdyn.emit.print import latex_symbols
 from symdyn.errors import DrawError, quoted
 from symdyn.scene import Scene, SceneLike, scene_of
-from symdyn.scene.values import GROUND, Load, suggestion
+from symdyn.scene.values import Load, suggestion
 
 JOINT = {
     "joint": "{type} joint {name}",
@@ -236,5 +236,5 @@ def known_body(scene: Scene, name: str) -> None:
     """Raise DrawError for a name that is no moving body."""
     bodies = [body.name for body in scene.bodies]
     if name not in bodies:
-        reason = "does not move" if name == GROUND else "is not a body"
+        reason = "does not move" if name == Scene.GROUND else "is not a body"
         raise DrawError(f'{scene.name}: "{name}" {reason}; {suggestion(name, bodies)}')

@@ -18,7 +18,7 @@ from symdyn.errors import DrawError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import GROUND, Contact, Element, Joint
+from symdyn.scene.values import Contact, Element, Joint
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -225,7 +225,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         hinges.append(Hinge(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, *free))
     return Places(
         count,
-        frame("frame", GROUND),
+        frame("frame", Scene.GROUND),
         tuple(bodies),
         tuple(hinges),
         {point.name: (point.body, frame("point", point.name)) for point in scene.points},

@@ -27,7 +27,7 @@ from symdyn.draw.solids import Solid, ball, box, cylinder
 from symdyn.errors import DrawError, SceneError
 from symdyn.scene import Scene, read_bounded
 from symdyn.scene.formats import XmlElement, printable_names
-from symdyn.scene.values import GROUND, show
+from symdyn.scene.values import show
 
 ENDINGS = {".stl": "stl", ".obj": "obj", ".dae": "dae"}
 LARGEST_MESH, MOST_IN_ALL = BOUNDS["bytes of a mesh"], BOUNDS["bytes of the meshes that are shown"]
@@ -65,7 +65,7 @@ def robot_solids(scene: Scene, note: Callable[[str], None]) -> dict[str, tuple[S
     found: dict[str, tuple[Solid, ...]] = {}
     for link in links:
         body = names[link.attributes["name"].strip()]
-        body = body if body in known else GROUND
+        body = body if body in known else Scene.GROUND
         shown = _shown(link, shelf, note)
         if shown is not None:
             found[body] = found.get(body, ()) + shown

@@ -15,7 +15,6 @@ from symdyn.draw.style import LIGHT
 from symdyn.draw.view import View, vertical
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import GROUND
 
 SEEN = 0.5  # how much of it is seen of a surface that may hide joints
 JOINT, DARK, FLOOR = "#9aa4af", LIGHT["ink"], "#c5ced8"
@@ -31,20 +30,24 @@ def standing(scene: Scene, found: Places, view: View, given: Mapping[str, tuple[
         view: says how large joints are.
         given: solids that are known of bodies, such as meshes of a robot: no link or joint is drawn in their place.
     """
-    solids: dict[str, list[Solid]] = {GROUND: list(given.get(GROUND, ()))}
+    solids: dict[str, list[Solid]] = {Scene.GROUND: list(given.get(Scene.GROUND, ()))}
     for k, body in enumerate(found.bodies):
         colour = LIGHT[f"body{k % COLOURS}"]
         made = given[body.name] if body.name in given else _link(scene, found, body, view, colour)
         solids[body.name] = [*made, *_wheels(scene, found, body, view, colour)]
-    frames = {GROUND: found.ground, **{body.name: body.frame for body in found.bodies}}
+    frames = {Scene.GROUND: found.ground, **{body.name: body.frame for body in found.bodies}}
     for hinge in found.hinges:
         joint = hinge.joint
         if joint.child not in given:
             solids[joint.child] += _inside(frames[joint.child], _joint(hinge, view))
         if joint.parent not in given:
             solids[joint.parent] += _inside(frames[joint.parent], _rail(hinge, view))
-        if GROUND in (joint.parent, joint.child) and JOINTS[joint.type].class_t(joint) and GROUND not in given:
-            solids[GROUND] += _inside(found.ground, _stand(hinge, found, view))
+        if (
+            Scene.GROUND in (joint.parent, joint.child)
+            and JOINTS[joint.type].class_t(joint)
+            and Scene.GROUND not in given
+        ):
+            solids[Scene.GROUND] += _inside(found.ground, _stand(hinge, found, view))
     for row, corners in patches(scene, found):
         owner = row.plane.body
         solids[owner] += _inside(frames[owner], (patch(corners[0], FLOOR),))
@@ -141,7 +144,7 @@ def _rail(hinge: Hinge, view: View) -> tuple[Solid, ...]:
 def _stand(hinge: Hinge, found: Places, view: View) -> tuple[Solid, ...]:
     """Return a plate and the post on it that carries a joint."""
     up, reach = vertical(found.gravity), view.reach
-    seat = (hinge.fixed if hinge.joint.parent == GROUND else hinge.moved).p[0]
+    seat = (hinge.fixed if hinge.joint.parent == Scene.GROUND else hinge.moved).p[0]
     foot = seat - 2.4 * reach * up
     plate = box(np.array([1.8, 1.8, 0.12]) * reach, FLOOR).put(along(up), foot)
     return (plate, *bar(foot, seat, 2 * THIN * reach, JOINT))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.algebra import Form, Number, product_of
+from symdyn.algebra import Form, Number
 
 SAME = 1e-7
 """How nearly formulas and numbers are the same."""
@@ -52,4 +52,4 @@ class Symbolic:
 
 def negated(form: Form) -> Form:
     """Return -form."""
-    return product_of((Number.MINUS_ONE, form)) if form.terms else form
+    return Form.product((Number.MINUS_ONE, form)) if form.terms else form

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.algebra import Floats, Form, Number, Symbol, product_of, with_added_angles
+from symdyn.algebra import Floats, Form, Number, Symbol, with_added_angles
 from symdyn.dynamics import formulas
 from symdyn.dynamics.roads import COLUMNS
 from symdyn.errors import DerivationError
@@ -88,15 +88,15 @@ def with_definitions(asked: Prepared, found: Linearization, held: tuple[str, ...
     zero, one = Number(Fraction(0)), Number(Fraction(1))
     nothing = [not x.terms for x in (k, d)]
     lower = [
-        zero if gone else product_of((Number.MINUS_ONE, letter, under))
+        zero if gone else Form.product((Number.MINUS_ONE, letter, under))
         for gone, letter in zip(nothing, letters[1:], strict=True)
     ]
-    drives = [under if j == free else product_of((Symbol(str(slopes[j].value)), under)) for j in asked.drives]
+    drives = [under if j == free else Form.product((Symbol(str(slopes[j].value)), under)) for j in asked.drives]
     named = list(zip(slopes.values(), over, strict=True)) + list(zip(pulls, above, strict=True))
-    ratio = {str(symbol.value): x if not x.terms else product_of((x, down.power(-1))) for symbol, x in named}
+    ratio = {str(symbol.value): x if not x.terms else Form.product((x, down.power(-1))) for symbol, x in named}
     defined = {letter.name: form for letter, form in zip(letters, (m, k, d), strict=True) if form.terms} | ratio
     rates = tuple((zero,) * len(asked.drives) for _ in y)
-    roots = Root("damped" if d.terms else "pair", product_of((letters[1], under)), negated(lower[1]), 1)
+    roots = Root("damped" if d.terms else "pair", Form.product((letters[1], under)), negated(lower[1]), 1)
     result = Symbolic(
         ((zero, one), (lower[0], lower[1])), ((zero,) * len(drives), tuple(drives)), tuple(zip(*C, strict=True)), rates,
         (roots,), held, tuple(defined.items()),

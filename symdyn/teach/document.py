@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Union
 
-from symdyn.algebra import Form, product_of, sum_of
+from symdyn.algebra import Form
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.scene import Scene
 
@@ -118,7 +118,7 @@ class Braced:
     @property
     def form(self) -> Form:
         """The same without braces."""
-        return sum_of(product_of((term.form, term.rate)) for term in self.terms)
+        return Form.sum(Form.product((term.form, term.rate)) for term in self.terms)
 
 
 @dataclass(frozen=True)

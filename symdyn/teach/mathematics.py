@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra import Form, Number, product_of, sum_of
+from symdyn.algebra import Form, Number
 from symdyn.emit import in_latex
 from symdyn.emit.print import BREAK, Latex, PrintName, latex_symbols
 from symdyn.rounding import digits_or, in_digits
@@ -90,7 +90,7 @@ class Spelling:
         for brace in formula.terms:
             terms = brace.form.terms
             negative = bool(brace.under) and all(term.split_sign()[0] < 0 for term in terms)
-            value = sum_of(product_of((Number.MINUS_ONE, term)) for term in terms) if negative else brace.form
+            value = Form.sum(Form.product((Number.MINUS_ONE, term)) for term in terms) if negative else brace.form
             shown = self.inline(value)
             if brace.under:
                 shown = f"({shown})" if len(terms) > 1 else shown

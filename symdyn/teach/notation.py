@@ -9,7 +9,7 @@ from symdyn.emit.print import value_text
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, SceneUnits
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import GROUND, Joint
+from symdyn.scene.values import Joint
 from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
 
@@ -19,7 +19,7 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
     scene = lesson.scene
     rows = []
     for joint in (*scene.joints, *scene.loops):
-        parent = lesson.text("ground") if joint.parent == GROUND else joint.parent
+        parent = lesson.text("ground") if joint.parent == Scene.GROUND else joint.parent
         places: list[Form] = [Symbol(q) for q in joint.coordinates]
         if joint.coupling:
             places = [Form.of(joint.position(Graph()))]
@@ -51,7 +51,7 @@ def acting_steps(lesson: Prose) -> list[Step]:
         if any(x != Quantity.ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), where))
     for one in (*scene.struts, *scene.loads):
-        ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in one.ends)
+        ends = " – ".join(lesson.text("ground") if end.body == Scene.GROUND else end.body for end in one.ends)
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
         rows.append((lesson.kind(one.kind, FORCES[one.kind].words), f"{one.name}: {where}"))
     if not rows:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symdyn.algebra import Form, Function, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Symbol
 from symdyn.graph import Op, substitute
 from symdyn.scene import parse
 from symdyn.scene.forces import elastic
@@ -172,10 +172,10 @@ def _quoted(node: ast.expr) -> Form:
             return left.power(int(str(node.right.value)))
         right = _quoted(node.right)
         if isinstance(node.op, ast.Mult):
-            return product_of((left, right))
-        return sum_of((left, right if isinstance(node.op, ast.Add) else product_of((Number.MINUS_ONE, right))))
+            return Form.product((left, right))
+        return Form.sum((left, right if isinstance(node.op, ast.Add) else Form.product((Number.MINUS_ONE, right))))
     if isinstance(node, ast.UnaryOp):
-        return product_of((Number.MINUS_ONE, _quoted(node.operand)))
+        return Form.product((Number.MINUS_ONE, _quoted(node.operand)))
     if isinstance(node, ast.Call):
         assert isinstance(node.func, ast.Name), "a function has a name"
         return Function(Op[node.func.id.upper()], tuple(map(_quoted, node.args)))

@@ -22,7 +22,7 @@ from symdyn.dynamics import Function
 from symdyn.emit.code import REALS, Real
 from symdyn.graph import Expr, evaluate, reachable, repeated
 from symdyn.program import Program, Sampling
-from symdyn.verdict import HOLD, verdict
+from symdyn.verdict import Verdict
 from symdyn.verify.shaken import Shaken
 
 DIGITS = 50
@@ -59,7 +59,7 @@ class Accuracy:
     @property
     def passed(self) -> bool:
         """Whether it was measured, and no entry exceeded what is allowed."""
-        return self.verdict in HOLD
+        return self.verdict in Verdict.HOLD
 
 
 def measure(
@@ -173,7 +173,7 @@ def _compare(
     bounded: bool,
 ) -> Accuracy:
     if not cases:
-        return Accuracy(function.name, module, real, 0, nan, nan, nan, verdict(0), bounded)
+        return Accuracy(function.name, module, real, 0, nan, nan, nan, Verdict.of(0), bounded)
     errors, worst = [], 0.0
     for case in cases:
         got = np.ravel(call(*case.inputs)).tolist()
@@ -183,5 +183,5 @@ def _compare(
             worst = max(worst, error / allowed)
             largest = max(largest, error)
         errors.append(largest / case.ulp)
-    said = verdict(len(cases), not worst <= 1)
+    said = Verdict.of(len(cases), not worst <= 1)
     return Accuracy(function.name, module, real, len(cases), median(errors), max(errors), worst, said, bounded)

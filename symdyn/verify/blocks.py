@@ -19,7 +19,7 @@ from symdyn.build import RUNNERS, bind_rows
 from symdyn.dynamics import Function
 from symdyn.emit.code import REALS
 from symdyn.program import Sampling, shared
-from symdyn.verdict import HOLD, verdict
+from symdyn.verdict import Verdict
 from symdyn.verify.building import Building
 
 COLUMNS, ROWS = "columns", "rows"
@@ -67,12 +67,12 @@ class Blocks:
     @property
     def verdict(self) -> str:
         """One of `symdyn.verdict`: whether all states of every function came out as one by one."""
-        return verdict(self.functions * (not self.without), bool(self.wrong))
+        return Verdict.of(self.functions * (not self.without), bool(self.wrong))
 
     @property
     def passed(self) -> bool:
         """Whether all states came out as one by one."""
-        return self.verdict in HOLD
+        return self.verdict in Verdict.HOLD
 
 
 def run_blocks(building: Building, target: str, seed: int = 1) -> Blocks:

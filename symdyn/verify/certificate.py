@@ -17,7 +17,7 @@ from symdyn.program import Program, lower, prepare as prepare_program
 from symdyn.rounding import finite
 from symdyn.scene import SceneLike, scene_of
 from symdyn.shown import Shown
-from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed
+from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Accuracy, measure, remarks
 from symdyn.verify.blocks import WAYS, Blocks, run_blocks
 from symdyn.verify.building import Building, run_nowhere, unmeasured, wanted_targets
@@ -77,8 +77,8 @@ class Certificate(Shown, Claims):
         """What was claimed, and what became of it."""
         found = [*map(_of_finding, self.findings), *map(_of_written, self.written), *map(_of_blocks, self.blocks)]
         found += map(_of_accuracy, self.accuracy)
-        found += [Judged("the code is taken by its compiler", DIFFERENT, self.refused)] if self.refused else []
-        found += [Judged(one.what, NOT_SHOWN, one.why) for one in self.unshown]
+        found += [Judged("the code is taken by its compiler", Verdict.DIFFERENT, self.refused)] if self.refused else []
+        found += [Judged(one.what, Verdict.NOT_SHOWN, one.why) for one in self.unshown]
         return tuple(one for one in found if one.verdict)
 
     @property
@@ -129,12 +129,14 @@ class Certificate(Shown, Claims):
 
 
 def _of_finding(one: Finding) -> Judged:
-    return Judged(one.claim, one.verdict, one.why or (f"entry {one.where} differs" if one.verdict == DIFFERENT else ""))
+    return Judged(
+        one.claim, one.verdict, one.why or (f"entry {one.where} differs" if one.verdict == Verdict.DIFFERENT else "")
+    )
 
 
 def _of_accuracy(one: Accuracy) -> Judged:
     what = f"{one.function} in {one.module} against 50 digits"
-    if one.verdict == NOT_SHOWN:
+    if one.verdict == Verdict.NOT_SHOWN:
         return Judged(what, one.verdict, "real at none of the states tried")
     return Judged(what, one.verdict, "" if one.passed else "an entry is farther off than its bound allows")
 

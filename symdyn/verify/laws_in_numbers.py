@@ -11,7 +11,7 @@ import numpy as np
 from symdyn.build import RUNNERS
 from symdyn.emit import emit
 from symdyn.program import Sampling
-from symdyn.verdict import Unclaimed, verdict
+from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Look, Looked, Seen
 from symdyn.verify.natural import forward_findings, reaction_findings
@@ -37,7 +37,7 @@ def positive_definite(seen: Seen) -> Looked:
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
     where = next((k for k, M in enumerate(real) if not _is_definite(M, scene.is_closed)), -1)
     why = "" if real else f"M has finite entries at none of {len(states)} states"
-    return [Finding(DEFINITE, verdict(len(real), where >= 0), len(real), 0, 0.0, where, why)], []
+    return [Finding(DEFINITE, Verdict.of(len(real), where >= 0), len(real), 0, 0.0, where, why)], []
 
 
 def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:

@@ -29,7 +29,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import velocity_name
-from symdyn.verdict import Unclaimed, verdict
+from symdyn.verdict import Unclaimed, Verdict
 from symdyn.verify.equality import Finding
 from symdyn.verify.law import Looked
 
@@ -298,7 +298,7 @@ def _finding(name: str, other: str, compared: Sequence[str], wrong: Sequence[str
     """Return a finding about positions, by name: those compared, those that are off, and those not finite."""
     where = compared.index(wrong[0]) if wrong else -1
     title = f"{name}: at {', '.join(wrong) or 'natural positions'} = {other}"
-    said = verdict(len(compared), bool(wrong))
+    said = Verdict.of(len(compared), bool(wrong))
     why = "" if compared else "there is no closed position where it exists and was compared"
     if holes:
         why = f"at {', '.join(holes)} derived entries are not finite where the equations have a solution"

@@ -30,7 +30,7 @@ from symdyn.scene import Quantity, Scene, SceneLike, scene_of
 from symdyn.scene.joints import start_of
 from symdyn.scene.values import suggestion
 from symdyn.shown import Shown
-from symdyn.verdict import DIFFERENT, NOT_SHOWN, Claims, Judged, Unclaimed, together, verdict
+from symdyn.verdict import Claims, Judged, Unclaimed, Verdict
 from symdyn.verify.accuracy import Array
 from symdyn.verify.building import modules_of, wanted_targets
 from symdyn.verify.claims import taken
@@ -98,7 +98,7 @@ class Rigorous(Shown, Claims):
         entries: dict[tuple[str, str], list[str]] = {}
         for one in self.bounds:
             entries.setdefault((one.function, one.module), []).append(one.verdict)
-        worst = {f"error of {function} in {name}": together(some) for (function, name), some in entries.items()}
+        worst = {f"error of {function} in {name}": Verdict.worst(some) for (function, name), some in entries.items()}
         return tuple(Judged(what, said, _WHY.get(said, "")) for what, said in worst.items())
 
     def as_dict(self) -> dict[str, Any]:
@@ -108,8 +108,8 @@ class Rigorous(Shown, Claims):
 
 
 _WHY = {
-    NOT_SHOWN: "the equations have no value at one of the states",
-    DIFFERENT: "the equations have a value there, and the code returns none",
+    Verdict.NOT_SHOWN: "the equations have no value at one of the states",
+    Verdict.DIFFERENT: "the equations have a value there, and the code returns none",
 }
 
 
@@ -259,7 +259,7 @@ def _bounds(
             ulp = float(np.spacing(np.abs(np.array(computed, REALS[real].dtype)))) if math.isfinite(error) else 1.0
             known = [ball[place].is_finite() for ball in balls]
             lost = any(there and not math.isfinite(r[place]) for there, r in zip(known, results, strict=True))
-            said = verdict(all(known), lost, proved=True)
+            said = Verdict.of(all(known), lost, proved=True)
             rows.append(Bound(function.name, index, name, computed, error, error / ulp, state, said))
     return rows
 

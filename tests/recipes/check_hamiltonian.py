@@ -20,7 +20,7 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingProgram
 from symdyn.program import Candidates, formulate, lower
 from symdyn.simulation import simulate
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify
 
 NAME = hamiltonian.__name__
@@ -46,7 +46,7 @@ def test_a_scene_has_it_unasked_and_it_is_proved(name: str) -> None:
     certificate = certify(scene(name), (NAME,))
     verdicts = {finding.claim: finding.verdict for finding in certificate.findings}
     assert certificate.passed
-    assert any(verdicts.get(f"{NAME}: {sides}") == PROVED for sides in AGREE)
+    assert any(verdicts.get(f"{NAME}: {sides}") == Verdict.PROVED for sides in AGREE)
 
 
 AGREE = ("recursive = definition", "definition = recursive")

@@ -14,7 +14,7 @@ import pytest
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import OUTPUTS, Road, Workspace
-from symdyn.verdict import PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import certify, laws
 
 pytestmark = pytest.mark.usefixtures("numpy_alone")
@@ -28,7 +28,7 @@ ABOUT = ("kinetic_energy", "momentum")
 def test_it_is_proved_of_trees_and_of_closed_scenes(name: str) -> None:
     certificate = certify(symdyn.read(EXAMPLES / f"{name}.toml"), ABOUT)
 
-    assert {finding.claim: finding.verdict for finding in certificate.findings}[CLAIM] == PROVED
+    assert {finding.claim: finding.verdict for finding in certificate.findings}[CLAIM] == Verdict.PROVED
     assert certificate.passed
 
 
@@ -49,7 +49,7 @@ def test_it_sees_what_all_roads_of_an_output_have_wrong(monkeypatch: pytest.Monk
     monkeypatch.setitem(OUTPUTS, "momentum", replace(row, roads=wrong))
     certificate = certify(symdyn.read(EXAMPLES / "two_link.toml"), ABOUT)
 
-    assert [finding.claim for finding in certificate.findings if finding.verdict != PROVED] == [CLAIM]
+    assert [finding.claim for finding in certificate.findings if finding.verdict != Verdict.PROVED] == [CLAIM]
     assert not certificate.passed
 
 

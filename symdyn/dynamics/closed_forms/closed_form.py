@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Any
 
-from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing, product_of, sum_of
+from symdyn.algebra import AngleGroup, Compactor, Form, Polynomial, Symbol, TrigonometricRing
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, ordered_graph, too_long
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
@@ -116,7 +116,7 @@ class ClosedForm(Shown):
             return self.loads.elastic(self.compactor, key[1])
         value = self[key]
         if key[0] == "P":
-            return sum_of((self.compactor(value), self.loads.energy(self.compactor)))
+            return Form.sum((self.compactor(value), self.loads.energy(self.compactor)))
         if key[0] != "K":
             return self.compactor(value)
         terms = []
@@ -126,8 +126,8 @@ class ClosedForm(Shown):
                 speeds = [rates[0].power(2)] if i == j else rates
                 form = self.compactor(self.M[i][j] / 2 if i == j else self.M[i][j])
                 if form.terms:
-                    terms.append(product_of((form, *speeds)))
-        return sum_of(terms)
+                    terms.append(Form.product((form, *speeds)))
+        return Form.sum(terms)
 
     def sympy(self, *key: Any) -> Any:
         """Return one coefficient as a compact SymPy expression; key as in `closed["k_z", 0, 1]`.

@@ -45,7 +45,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
-from symdyn.scene.values import GROUND, Joint
+from symdyn.scene.values import Joint
 from symdyn.spatial import Inertia, Mat, Transform
 
 Step = tuple[str, tuple[Expr, ...]]
@@ -80,7 +80,7 @@ def chosen_frames(scene: Scene) -> tuple[ChosenFrame, ...]:
         p = framed.parent[i]
         steps = _steps(framed.link[i], framed.slides[i], w.tree.position[i], still)
         shown = tuple((kind, amounts) for kind, amounts in steps if not all(map(vanishes, amounts)))
-        found.append(ChosenFrame(joint, joints[p - 1].name if p else GROUND, shown, framed.moved[i]))
+        found.append(ChosenFrame(joint, joints[p - 1].name if p else Scene.GROUND, shown, framed.moved[i]))
     return tuple(found)
 
 

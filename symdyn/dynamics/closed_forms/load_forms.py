@@ -10,18 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from symdyn.algebra import (
-    Compactor,
-    Form,
-    Function,
-    Number,
-    Polynomial,
-    Power,
-    Symbol,
-    TrigonometricRing,
-    product_of,
-    sum_of,
-)
+from symdyn.algebra import Compactor, Form, Function, Number, Polynomial, Power, Symbol, TrigonometricRing
 from symdyn.dynamics.closed_forms.coefficient_key import ordered_graph
 from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors, stored
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
@@ -116,12 +105,12 @@ class ClosedLoads:
     def rate(self, strut: Strut, compact: Compactor) -> Form:
         """Return ṡ = Σ ∂D/∂q_i q̇_i / (2 s) of a strut between points, s by its name where it has one."""
         shares = zip(self.slopes[strut], self.state.qd, strict=True)
-        total = sum_of(compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares)
-        return product_of((total, self._way(strut, compact).power(-1)))
+        total = Form.sum(compact(slope).signed_product(Symbol(str(u.value))) for slope, u in shares)
+        return Form.product((total, self._way(strut, compact).power(-1)))
 
     def energy(self, compact: Compactor) -> Form:
         """Return the elastic energy E."""
-        return sum_of(self._energy(strut, compact) for strut in elastic(self.scene))
+        return Form.sum(self._energy(strut, compact) for strut in elastic(self.scene))
 
     def elastic(self, compact: Compactor, i: int) -> Form:
         """Return k_E,i."""
@@ -129,7 +118,7 @@ class ClosedLoads:
         for strut in elastic(self.scene):
             force = self._force(strut, compact, Form.of(ordered_graph(self.scene).zero))
             terms.append(_product(force, self._slope(strut, compact, i)))
-        return sum_of(terms)
+        return Form.sum(terms)
 
     def acting(self, compact: Compactor) -> list[Form]:
         """Return Q of every coordinate."""
@@ -138,15 +127,15 @@ class ClosedLoads:
         for strut in resisting(self.scene):
             if strut.ends:
                 slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
-                against = product_of((Number.MINUS_ONE, self._force(strut, compact, self._rate(strut, slopes))))
+                against = Form.product((Number.MINUS_ONE, self._force(strut, compact, self._rate(strut, slopes))))
                 for terms, slope in zip(forces, slopes, strict=True):
                     terms.append(_product(against, slope))
         for load, arm in zip(self.scene.loads, self.arms, strict=True):
             components = [Form.of(x) for part in load_vectors(load, graph) for x in part]
             for i, (p, w) in arm.items():
                 shares = zip(components, (*p, *w), strict=True)
-                forces[i] += [product_of((force, compact(share))) for force, share in shares]
-        return [sum_of(terms) for terms in forces]
+                forces[i] += [Form.product((force, compact(share))) for force, share in shares]
+        return [Form.sum(terms) for terms in forces]
 
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
         graph = ordered_graph(self.scene)
@@ -168,13 +157,13 @@ class ClosedLoads:
         if strut in self.names:
             return Symbol(self.names[strut][1])
         pairs = zip(slopes, self.state.qd, strict=True)
-        return sum_of(product_of((slope, Symbol(str(u.value)))) for slope, u in pairs)
+        return Form.sum(Form.product((slope, Symbol(str(u.value)))) for slope, u in pairs)
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
         """Return the derivative of the way by coordinate i."""
         if strut.ends:
             share = compact(self.slopes[strut][i])
-            return product_of((share, self._way(strut, compact).power(-1)))
+            return Form.product((share, self._way(strut, compact).power(-1)))
         graph = ordered_graph(self.scene)
         position = joint_of(self.scene, strut).position(graph)
         coordinate = graph.symbol(str(self.state.q[i].value))
@@ -215,7 +204,7 @@ def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial]
 def _product(*parts: Form) -> Form:
     """Return a product with equal factors as one power, and a squared root as what stands under it."""
     exponents: dict[Form, int] = {}
-    for factor in product_of(parts).factors:
+    for factor in Form.product(parts).factors:
         base, exponent = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
         exponents[base] = exponents.get(base, 0) + exponent
     factors = []
@@ -225,4 +214,4 @@ def _product(*parts: Form) -> Form:
             factors += [base.args[0].power(pairs), base.power(exponent - 2 * pairs)]
         else:
             factors.append(base.power(exponent))
-    return product_of(factors)
+    return Form.product(factors)

@@ -8,7 +8,7 @@ from symdyn.algebra import AngleGroup, TrigonometricRing
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.scene.values import GROUND, Joint
+from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, dot
 
 
@@ -41,7 +41,7 @@ def _axis(joint: Joint, graph: Graph) -> Vec | None:
 def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighbours:
     q, axis, below = graph.symbol(joint.coordinate), _axis(joint, graph), joint
     assert axis, "only joints that turn have neighbours"
-    while below.parent != GROUND:
+    while below.parent != Scene.GROUND:
         axis = below.origin.transform(graph).R @ axis
         below = carrier[below.parent]
         axis = below.tip.transform(graph).R @ axis
@@ -50,7 +50,7 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
             return Neighbours(q, None, graph.zero, below.child, axis)  # no angle of the ring
         if other:
             return Neighbours(q, graph.symbol(below.coordinate), dot(axis, other), below.child, axis)
-    return Neighbours(q, None, graph.zero, GROUND, below.origin.transform(graph).R @ axis)
+    return Neighbours(q, None, graph.zero, Scene.GROUND, below.origin.transform(graph).R @ axis)
 
 
 def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[AngleGroup, ...]:

@@ -23,7 +23,6 @@ from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
-from symdyn.scene.values import GROUND
 from symdyn.spatial import Inertia, Transform, Vec, add, cross, scale, sub, zero_vector
 
 
@@ -106,7 +105,7 @@ def momentum_bias(scene: Scene, tree: Tree, state: State) -> list[Expr]:
 
 def _moving(scene: Scene, graph: Graph) -> Iterator[tuple[Transform, Inertia]]:
     """Yield placement and inertia of every body that moves."""
-    placed, moving = body_placements(scene, graph), {GROUND: False}
+    placed, moving = body_placements(scene, graph), {Scene.GROUND: False}
     for joint, body in zip(scene.joints, scene.bodies, strict=True):
         moving[body.name] = moving[joint.parent] or joint.moves or joint.coupling is not None
         if moving[body.name]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from symdyn.dynamics.mechanism.state import joint_motion, vector
 from symdyn.graph import Graph
 from symdyn.scene import Scene
-from symdyn.scene.values import GROUND, Joint, Place
+from symdyn.scene.values import Joint, Place
 from symdyn.spatial import Transform, Vec, sub
 
 
@@ -17,7 +17,7 @@ def ends_apart(scene: Scene, ends: Sequence[Place], graph: Graph) -> Vec:
     paths = []
     for end in ends:
         path = [end.body]
-        while path[-1] != GROUND:
+        while path[-1] != Scene.GROUND:
             path.append(carrier[path[-1]].parent)
         paths.append(path)
     common = next(body for body in paths[0] if body in paths[1])
@@ -41,7 +41,7 @@ def body_placements(scene: Scene, graph: Graph) -> dict[str, Transform]:
 
     T_0B = T_0P · origin · motion(q) · tip for the joint that carries B on its parent P.
     """
-    placed = {GROUND: Transform.unit(graph)}
+    placed = {Scene.GROUND: Transform.unit(graph)}
     for joint in scene.joints:
         origin, tip = joint.origin.transform(graph), joint.tip.transform(graph)
         placed[joint.child] = placed[joint.parent] @ origin @ joint_motion(joint, graph).placement @ tip
@@ -66,4 +66,4 @@ def moved_placements(scene: Scene, joint: Joint | None, graph: Graph) -> Iterato
             for q in (joint.coupling.coordinate,) if joint.coupling else joint.coordinates:
                 yield number[q], T
         T = joint.origin.transform(graph) @ T
-        joint = None if joint.parent == GROUND else carrier[joint.parent]
+        joint = None if joint.parent == Scene.GROUND else carrier[joint.parent]

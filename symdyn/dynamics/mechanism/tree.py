@@ -35,7 +35,7 @@ from symdyn.dynamics.mechanism.state import joint_motion, vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, JointMotion
-from symdyn.scene.values import GROUND, Body, Joint, velocity_name
+from symdyn.scene.values import Body, Joint, velocity_name
 from symdyn.spatial import (
     Inertia,
     Mat,
@@ -205,7 +205,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
     block: list[tuple[int, ...]] = [()]
     inertia, balls = [Inertia.none(graph)], list[BallRotor]()
     velocities = {name: k for k, name in enumerate(scene.velocities)}
-    home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
+    home: dict[str, tuple[int, Transform]] = {Scene.GROUND: (0, still)}
     ends: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]] = {}
     for joint, body in zip(scene.joints, scene.bodies, strict=True):
         carrier, place = home[joint.parent]

@@ -32,8 +32,8 @@ from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.scene.joints import JOINTS, unit_wrenches
-from symdyn.scene.values import GROUND, Joint, velocity_name
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.values import Joint, velocity_name
 from symdyn.spatial import (
     Transform,
     Vec,
@@ -119,7 +119,7 @@ class Hinge:
 
 def hinges(scene: Scene, graph: Graph) -> tuple[Hinge, ...]:
     """Return the joints of the tree, then those that close loops, then contacts (as joints of type "contact")."""
-    number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
+    number = {Scene.GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
     velocities = {name: k for k, name in enumerate(scene.velocities)}
     tree = [_of_tree(joint, number, velocities, graph) for joint in scene.joints]
     closing = [(cut, cut.joint or Joint(cut.owner, CONTACT, cut.parent, cut.child)) for cut in cuts(scene, graph)]
@@ -226,7 +226,7 @@ def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     kind = JOINTS.get(hinge.joint.type)  # a contact has none
     if kind is None or kind.forbids:
         return hinge.wrenches
-    units, D = unit_wrenches(hinge.graph), drives(hinge, samples)
+    units, D = Wrench.units(hinge.graph), drives(hinge, samples)
     numbers = samples.at([x for force, moment in D for x in (*force, *moment)], PLACES[0]).reshape(len(D), 6)
     taken, _ = pivots(numbers.T, [range(6)], len(D))
     left = [e for k, e in enumerate(units) if k not in taken]

@@ -16,7 +16,7 @@ from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import GROUND, Place, Strut
+from symdyn.scene.values import Place, Strut
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -67,7 +67,7 @@ def placements(tree: Sequence[Hinge]) -> list[Transform]:
 
 def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
     """Return what loads, and struts between points, do on every body about the origin of C, no weight."""
-    number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
+    number = {Scene.GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
     apart = [one for one in scene.struts if not one.joint]
     graph = tree[0].graph
     total = [Wrench.none(graph)] * len(tree)

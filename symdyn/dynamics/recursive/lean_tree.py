@@ -44,7 +44,6 @@ from symdyn.dynamics.mechanism.tree import Topology, Tree
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene.joints import towards
 from symdyn.spatial import Mat, Transform, Vec, dot, zero_vector
 
 Angle = tuple[Expr, Expr]  # cosine and sine
@@ -181,7 +180,7 @@ def _towards(tree: Tree, i: int) -> Mat:
     """Return the shortest rotation that takes z to the axis of joint i."""
     z, s = tree.S[i]
     x, y, c = settle(s if _slides(tree, i) else z)
-    return towards((x, y, c))
+    return Mat.towards((x, y, c))
 
 
 # A placement in parts

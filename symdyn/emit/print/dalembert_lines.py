@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symdyn.algebra import Symbol, product_of, sum_of
+from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.print.dalembert_system import Written, forms_of, printed_system
 from symdyn.emit.print.formula_text import broken_text, rounded
@@ -86,6 +86,6 @@ def _body(scene: Scene, system: Equilibrium, forms: Written, names: list[str], j
         terms = [forms([*part[0], *part[1]][k]) for part in (known.action, known.inertia)]
         for u, name in enumerate(names):
             if (block := system.blocks.get((j, u))) is not None:
-                terms.append(product_of((forms([*block[0], *block[1]][k]), Symbol(name))))
+                terms.append(Form.product((forms([*block[0], *block[1]][k]), Symbol(name))))
         yield f"# {AXES[k]}"
-        yield equation_lines(broken_text(rounded(sum_of(terms), asked() or DIGITS)), "0")
+        yield equation_lines(broken_text(rounded(Form.sum(terms), asked() or DIGITS)), "0")

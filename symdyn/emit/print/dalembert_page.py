@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from symdyn.algebra import Form, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import TIME
 from symdyn.dynamics.reactions import Equilibrium, Unknown
 from symdyn.emit.escape import in_latex
@@ -205,7 +205,7 @@ class _Page:
         rows = zip(*columns, strict=True)
         sizes = [Symbol(self.names[u]) for u in present]
         return [
-            sum_of(product_of((self.forms(x), size)) for x, size in zip(row, sizes, strict=True)) for row in rows
+            Form.sum(Form.product((self.forms(x), size)) for x, size in zip(row, sizes, strict=True)) for row in rows
         ] or None
 
     def bivector(self, kind: str, index: str, entries: Sequence[Form]) -> list[str]:

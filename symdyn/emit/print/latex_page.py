@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number, product_of, sum_of
+from symdyn.algebra import Form, Number
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import (
@@ -170,7 +170,7 @@ def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
     name = c.names[0]
     terms = c.form.terms
     negative = all(term.split_sign()[0] < 0 for term in terms)
-    value = sum_of(product_of((Number.MINUS_ONE, term)) for term in terms) if negative else c.form
+    value = Form.sum(Form.product((Number.MINUS_ONE, term)) for term in terms) if negative else c.form
     text = write.unbroken(value)
     if latex_width(text) > BRACED:
         return "+", name, False

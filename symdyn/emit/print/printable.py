@@ -13,7 +13,7 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from symdyn.algebra import Form, Power, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Power, Symbol
 from symdyn.dynamics import ClosedForm, closed_form, coefficients
 from symdyn.dynamics.mechanism import TIME
 from symdyn.emit.print.breaking import DIGITS
@@ -110,7 +110,7 @@ class PrintedConstraints:
 
     def carried(self, i: int) -> Form:
         """Return Σ_k G_ki λ_k, the generalized force of the constraints on velocity i."""
-        return sum_of(row.G[i].signed_product(Symbol(row.multiplier)) for row in self.rows)
+        return Form.sum(row.G[i].signed_product(Symbol(row.multiplier)) for row in self.rows)
 
     def positions(self) -> list[Form]:
         """Return r(q), rows without one left out."""
@@ -123,10 +123,10 @@ class PrintedConstraints:
     def accelerations(self) -> list[Form]:
         """Return G u̇ + Ġ u."""
         names = [acceleration_name(u) for u in self.velocities]
-        return [sum_of((self._along(row, names), row.bias)) for row in self.rows if row.bias is not None]
+        return [Form.sum((self._along(row, names), row.bias)) for row in self.rows if row.bias is not None]
 
     def _along(self, row: PrintedRow, names: Sequence[str]) -> Form:
-        return sum_of(entry.signed_product(Symbol(name)) for entry, name in zip(row.G, names, strict=True))
+        return Form.sum(entry.signed_product(Symbol(name)) for entry, name in zip(row.G, names, strict=True))
 
 
 @dataclass(frozen=True)
@@ -238,19 +238,19 @@ class Printable:
 
     def coriolis(self, joint: int) -> Form:
         """Return c_i = Σ k_C q̇_j q̇_k + Σ k_D q̇_j² of one joint."""
-        return sum_of(c.term for c in self.rows[joint] if c.of == "qd" and not c.vanishes)
+        return Form.sum(c.term for c in self.rows[joint] if c.of == "qd" and not c.vanishes)
 
     def gravity(self, joint: int) -> Form:
         """Return g_i = k_G,i + k_E,i of one joint."""
-        return sum_of(c.form for c in self.rows[joint] if not c.of)
+        return Form.sum(c.form for c in self.rows[joint] if not c.of)
 
     def left(self, joint: int) -> Form:
         """Return the left-hand side of one equation."""
-        return sum_of(c.term for c in self.rows[joint] if not c.vanishes)
+        return Form.sum(c.term for c in self.rows[joint] if not c.vanishes)
 
     def driving(self, joint: int) -> Form:
         """Return the right-hand side of one equation: drive + Q + Gᵀ λ."""
-        return sum_of((self.right[joint], self.constraints.carried(joint)))
+        return Form.sum((self.right[joint], self.constraints.carried(joint)))
 
     def writer(self) -> Latex:
         """Return what writes the forms of this page.
@@ -266,14 +266,14 @@ class Printable:
 def _rate(scene: Scene, rates: Sequence[tuple[str, int]]) -> Form:
     """Return what a coefficient multiplies."""
     names = [scene.velocities[j] if of == "qd" else acceleration_name(scene.velocities[j]) for of, j in rates]
-    return Power(Symbol(names[0]), 2) if len(set(names)) < len(names) else product_of(map(Symbol, names))
+    return Power(Symbol(names[0]), 2) if len(set(names)) < len(names) else Form.product(map(Symbol, names))
 
 
 def _right_hand_sides(closed: ClosedForm) -> tuple[Form, ...]:
     """Return drive + Q of every coordinate; Q holds declared forces, damping, friction and loads."""
     drives = [[Symbol(drive)] if drive else [] for drive in closed.scene.drives]
     acting = closed.loads.acting(closed.compactor)
-    return tuple(sum_of([*drive, force]) for drive, force in zip(drives, acting, strict=True))
+    return tuple(Form.sum([*drive, force]) for drive, force in zip(drives, acting, strict=True))
 
 
 def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[str]) -> PrintedConstraints:
@@ -292,12 +292,12 @@ def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], ta
     unit = scene.shown_unit("N" if "force" in row.words else "N m" if "moment" in row.words else told)
     name, text = _fresh(f"lambda{k}", taken), _text(scene, row)
     if not row.G:
-        entries = (Symbol(_fresh(f"G{k}_{i}", taken)) if used else sum_of(()) for i, used in enumerate(row.uses, 1))
+        entries = (Symbol(_fresh(f"G{k}_{i}", taken)) if used else Form.sum(()) for i, used in enumerate(row.uses, 1))
         return PrintedRow(name, text, unit, tuple(entries), None, None)
     residual = write(row.residual) if row.closes and row.residual is not None else None
     rates = [Symbol(u) for u in scene.velocities]
-    bias = sum_of(
-        write(form).signed_product(Power(rates[j], 2) if j == k else product_of((rates[j], rates[k])))
+    bias = Form.sum(
+        write(form).signed_product(Power(rates[j], 2) if j == k else Form.product((rates[j], rates[k])))
         for j, k, form in row.bias
     )
     return PrintedRow(name, text, unit, tuple(map(write, row.G)), residual, bias)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.arguments import check_arguments
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops import differentiated
@@ -149,7 +149,7 @@ def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
         return matrix([one] for one in entries)
 
     def alone(kind: str) -> Any:
-        return column(sum_of(c.form for c in row if c.kind == kind) for row in page.rows)
+        return column(Form.sum(c.form for c in row if c.kind == kind) for row in page.rows)
 
     kept = _as_derived(scene) if page.constraints.missing else [(row.G, row.bias, row.residual) for row in rows]
     return SympyEquations(
@@ -185,11 +185,11 @@ def _christoffel(page: Printable, i: int) -> list[Form]:
             continue
         _, j, *other = (index - 1 for index in c.indices)
         if other:
-            terms[j].append(product_of((HALF, c.form, velocities[other[0]])))
-            terms[other[0]].append(product_of((HALF, c.form, velocities[j])))
+            terms[j].append(Form.product((HALF, c.form, velocities[other[0]])))
+            terms[other[0]].append(Form.product((HALF, c.form, velocities[j])))
         else:
-            terms[j].append(product_of((c.form, velocities[j])))
-    return [sum_of(some) for some in terms]
+            terms[j].append(Form.product((c.form, velocities[j])))
+    return [Form.sum(some) for some in terms]
 
 
 def _as_derived(scene: Scene) -> list[tuple[tuple[Expr, ...], Expr, Expr | None]]:

@@ -6,7 +6,7 @@ from symdyn.scene.checks.draft import KINDS, Draft, Use, uses
 from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.joint import acceleration_name
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import CLOCK, check_name, check_scene_name, nearest, suggestion
 from symdyn.scene.values.signals import LETTERS
 from symdyn.scene.values.table import Faults, show, shown
@@ -27,7 +27,7 @@ def check_names(draft: Draft, faults: Faults) -> None:
         for where, one in zip(draft.where[kind], getattr(scene, kind), strict=True):
             family = FAMILIES.get(kind) or FORCES[one.kind].section
             _claim(faults, taken.setdefault(family, {}), where, "", one.name, family == "symbol")
-            if family == "frame" and one.name == GROUND:
+            if family == "frame" and one.name == Scene.GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
     declared = [one.latex for one in scene.parameters] + [one.latex for one in scene.inputs]
     for where, latex in zip((*draft.where["parameters"], *draft.where["inputs"]), declared, strict=True):

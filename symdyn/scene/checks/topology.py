@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from symdyn.scene.checks.draft import Draft
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import GROUND, Scene
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Faults
 
@@ -16,22 +16,22 @@ def check_tree(draft: Draft, faults: Faults) -> None:
     """Report ends that are no bodies, bodies that hang on nothing or on themselves, and a scene that stands still."""
     scene = draft.scene
     bodies = {body.name: None for body in scene.bodies}
-    ends = {**bodies, GROUND: None}
+    ends = {**bodies, Scene.GROUND: None}
     carrier: dict[str, Joint] = {}
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
         _ends(where, joint, bodies, ends, faults)
-        if joint.child == GROUND:
-            faults.add(where, f'child = "{GROUND}" cannot move; swap parent and child')
+        if joint.child == Scene.GROUND:
+            faults.add(where, f'child = "{Scene.GROUND}" cannot move; swap parent and child')
         elif joint.child in carrier:
             faults.add(where, f'child = "{joint.child}" already hangs on the joint {carrier[joint.child].name}')
         elif joint.child:
             carrier[joint.child] = joint
     joined = {body for joint in (*scene.joints, *scene.loops) for body in (joint.parent, joint.child)}
     for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
-        if body.name in carrier or body.name == GROUND:
+        if body.name in carrier or body.name == Scene.GROUND:
             continue
         if body.name in joined:
-            lost = f"no joint leads from {GROUND} to the body{_company(scene, body.name)}"
+            lost = f"no joint leads from {Scene.GROUND} to the body{_company(scene, body.name)}"
             faults.add(where, f'{lost}; add one with child = "{body.name}"')
         else:
             faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
@@ -44,7 +44,7 @@ def check_tree(draft: Draft, faults: Faults) -> None:
 
 def _ends(where: str, joint: Joint, bodies: Mapping[str, None], ends: Mapping[str, None], faults: Faults) -> None:
     _named(where, "parent", joint.parent, ends, faults)
-    if joint.child != GROUND:  # reported by itself
+    if joint.child != Scene.GROUND:  # reported by itself
         _named(where, "child", joint.child, bodies, faults)
 
 
@@ -64,7 +64,7 @@ def _company(scene: Scene, name: str) -> str:
         stack += [x for pair in ends for x in pair if x not in group]
         group.update(dict.fromkeys(stack))
     others = [x for x in group if x != name]
-    if not others or GROUND in group:
+    if not others or Scene.GROUND in group:
         return ""
     ring = [joint.name for joint in joints if joint.parent in group and joint.child in group]
     shape = f" in a ring ({listed(ring)})" if len(ring) >= len(group) else ""
@@ -82,7 +82,9 @@ def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
         if name in path:
             ring = list(path)[list(path).index(name) :]
             shown = " -> ".join([*ring[:10], *(["..."] if len(ring) > 10 else []), name])
-            faults.add(where, f"its body hangs on itself: {shown} (child -> parent); let one of them hang on {GROUND}")
+            faults.add(
+                where, f"its body hangs on itself: {shown} (child -> parent); let one of them hang on {Scene.GROUND}"
+            )
         settled.update(path)
 
 
@@ -90,7 +92,7 @@ def check_loops(draft: Draft, faults: Faults) -> None:
     """Report joints that close loops between bodies that are one, or that say what they forbid in no formula."""
     scene = draft.scene
     bodies = {body.name: None for body in scene.bodies}
-    ends, rigid = {**bodies, GROUND: None}, _rigid(scene.joints)
+    ends, rigid = {**bodies, Scene.GROUND: None}, _rigid(scene.joints)
     for where, joint in zip(draft.where["loops"], scene.loops, strict=True):
         _ends(where, joint, bodies, ends, faults)
         if joint.parent == joint.child:

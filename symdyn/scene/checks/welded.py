@@ -17,7 +17,7 @@ from symdyn.graph import Op
 from symdyn.scene.checks.draft import Draft
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import GROUND, Scene
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.physical import central_inertia, impossible, inertia_fault
 from symdyn.scene.values.quantity import FormulaError, Quantity, Value
@@ -60,11 +60,11 @@ def judge(draft: Draft, values: Mapping[str, Value]) -> Iterator[Judged]:
         why, advice = fault
         if body.name not in verdicts:
             names = tuple(_welded(welds, body.name))
-            condition = None if GROUND in names else _together(scene, welds, names, values) if names[1:] else why
+            condition = None if Scene.GROUND in names else _together(scene, welds, names, values) if names[1:] else why
             verdicts.update(dict.fromkeys(names, (names, condition)))
         names, condition = verdicts[body.name]
         others = listed((name for name in names if name != body.name), 4)
-        if GROUND in names:
+        if Scene.GROUND in names:
             why += "; it is welded to the ground, and enters no equation"
         elif names[1:]:
             why += f"; with {others}, to which it is welded, it makes "

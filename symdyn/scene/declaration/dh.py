@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.table import Entry, Faults, Table, compose, plain, show
 
 CONVENTIONS = ("standard", "modified")
@@ -36,7 +36,7 @@ def expand(entry: Entry, faults: Faults) -> tuple[list[Entry], list[Entry]]:
     if convention and convention not in CONVENTIONS:
         table.fault(f'convention = "{convention}" is not known; write "{CONVENTIONS[0]}" or "{CONVENTIONS[1]}"')
     faults.nameless(entry.where, "convention", convention)
-    parent = table.text("parent", GROUND)
+    parent = table.text("parent", Scene.GROUND)
     rows = plain(entry.table.get("links", ()))
     if not isinstance(rows, (list, tuple)) or not rows:
         table.fault("links is no list of rows; write one [[dh.links]] for each joint")

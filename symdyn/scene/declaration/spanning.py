@@ -21,7 +21,7 @@ from symdyn.scene.forces.force_table import FORCES
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Entry, Faults, plain, show
 
@@ -101,7 +101,7 @@ def _leader(entry: Entry) -> str:
 
 def _is_tree(edges: Sequence[_Edge]) -> bool:
     """Tell whether every body is the child of one joint and all hang on ground, as declared."""
-    met = list(_walk(edges, GROUND))
+    met = list(_walk(edges, Scene.GROUND))
     return len(met) == len(edges) and all(edge.parent == body for body, edge in met)
 
 
@@ -121,7 +121,7 @@ def _parents_first(edges: Sequence[_Edge]) -> list[_Edge]:
 
 def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
     """Return the tree that the module's rules choose."""
-    met = {edge.index: k for k, (_, edge) in enumerate(_walk(edges, GROUND))}
+    met = {edge.index: k for k, (_, edge) in enumerate(_walk(edges, Scene.GROUND))}
     order = sorted(
         edges,
         key=lambda e: (e.entry.name not in held and not _kept(e.entry), e.freedoms, met.get(e.index, len(edges))),
@@ -164,7 +164,7 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
         if edge not in tree:
             ring = " -> ".join(_ring(tree, edge))
             faults.add("", f"{asked} leaves a loop: {ring}; cut one more of its joints")
-    met = {GROUND} | {edge.child for edge in tree} | {edge.parent for edge in tree}
+    met = {Scene.GROUND} | {edge.child for edge in tree} | {edge.parent for edge in tree}
     for edge in edges:
         if edge.entry.name not in cuts:
             continue
@@ -235,7 +235,7 @@ def _forest(order: Sequence[_Edge]) -> list[_Edge]:
 
 def _backwards(tree: Sequence[_Edge]) -> set[int]:
     """Return the joints of a tree whose child is the end nearer to ground."""
-    return {edge.index for body, edge in _walk(tree, GROUND) if edge.child == body}
+    return {edge.index for body, edge in _walk(tree, Scene.GROUND) if edge.child == body}
 
 
 def _ring(tree: Sequence[_Edge], closing: _Edge) -> list[str]:

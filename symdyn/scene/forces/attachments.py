@@ -10,7 +10,7 @@ from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.element import Contact, Place, Plane, Strut
 from symdyn.scene.values.key import PARAMETERS, Stand, along, indexed
 from symdyn.scene.values.made_names import Names
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.shapes import NAMED, VECTOR, Shape, exactly_one, not_both, table_shape
@@ -88,7 +88,7 @@ class Ends:
     def check(self, one: Strut, stand: Stand) -> None:
         """Report a joint that is none, or has not one coordinate, and ends that are none, or never part."""
         scene, faults = stand.scene, stand.faults
-        bodies = [*(body.name for body in scene.bodies), GROUND]
+        bodies = [*(body.name for body in scene.bodies), Scene.GROUND]
         if one.joint:
             joints = {joint.name: joint for joint in scene.joints}
             joint = joints.get(one.joint)
@@ -140,7 +140,7 @@ class AtBody:
 
 def known_body(key: str, body: str, stand: Stand) -> None:
     """Report a body that is none."""
-    bodies = [*(one.name for one in stand.scene.bodies), GROUND]
+    bodies = [*(one.name for one in stand.scene.bodies), Scene.GROUND]
     stand.faults.nameless(stand.where, key, body)
     if body and body not in bodies:
         stand.fault(f'{key} = "{body}" is not a body; {suggestion(body, bodies)}')
@@ -231,10 +231,10 @@ class OnPlane:
             where = table.inner("plane", ("body", "at", "normal"), advice)
             if "normal" in table:
                 table.fault("normal is given beside plane; write it into plane")
-        body = where.text("body", GROUND) if declared else GROUND
+        body = where.text("body", Scene.GROUND) if declared else Scene.GROUND
         at = where.vector("at") if declared else NULL
         normal = where.vector("normal", Plane().normal)
-        if "normal" not in where and self.needs_normal and body != GROUND:
+        if "normal" not in where and self.needs_normal and body != Scene.GROUND:
             where.fault(f'normal is missing; a plane on body "{body}" has one of its own, such as normal = [0, 0, 1]')
         elif "normal" not in where and (self.needs_normal or declared):
             if isinstance(scope.level, str):
@@ -251,7 +251,7 @@ class OnPlane:
         plane = one.plane
         if not plane.declared:
             return {"normal": plane.normal} if self.needs_normal and plane.normal != scope.level else {}
-        fixed = plane.body == GROUND
+        fixed = plane.body == Scene.GROUND
         said: dict[str, object] = {} if fixed else {"body": plane.body}
         said |= {"at": plane.at} if plane.at != NULL else {}
         return {"plane": said if fixed and plane.normal == scope.level else said | {"normal": plane.normal}}
@@ -271,8 +271,8 @@ class OnPlane:
         """Report a plane of no body, or of the body that touches it, and a normal that is no direction."""
         known_body("plane: body", one.plane.body, stand)
         body = one.place.body
-        if body == one.plane.body == GROUND:
-            stand.fault(f"is about {GROUND}, which does not move; name a body")
+        if body == one.plane.body == Scene.GROUND:
+            stand.fault(f"is about {Scene.GROUND}, which does not move; name a body")
         elif body and body == one.plane.body:
             stand.fault(f'touches a plane on its own body, "{body}"; name another body')
         if one.axis is not None:

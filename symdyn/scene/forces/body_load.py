@@ -9,7 +9,7 @@ from symdyn.scene.forces.attachments import AtBody
 from symdyn.scene.forces.force_kind import ForceKind, Push
 from symdyn.scene.values.element import Load
 from symdyn.scene.values.key import TIMED, Key, Stand, choice
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Vector
 from symdyn.scene.values.shapes import choice_of
 from symdyn.scene.values.spelling import spell
@@ -27,8 +27,8 @@ def _vector(vector: Vector, graph: Graph) -> Vec:
 
 
 def _check(load: Load, stand: Stand) -> None:
-    if load.place.body == GROUND:
-        stand.fault(f"acts on {GROUND}, which does not move; name a body")
+    if load.place.body == Scene.GROUND:
+        stand.fault(f"acts on {Scene.GROUND}, which does not move; name a body")
 
 
 def _says(load: Load) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from symdyn.scene.declaration.joint_table import freedoms
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_name
 from symdyn.scene.values.table import Entry, Faults, show
 
@@ -41,5 +41,5 @@ def free_base(name: str, root: str, joints: Sequence[Entry], faults: Faults, sta
     for joint in joints:
         if freedoms(joint) == 6 and joint.table["parent"] == root:
             faults.add(WHERE, f"the joint {joint.name} sets the robot free already; leave the floating base out")
-    table: dict[str, object] = {"type": "free", "parent": GROUND, "child": root, "drive": False}
+    table: dict[str, object] = {"type": "free", "parent": Scene.GROUND, "child": root, "drive": False}
     return Entry(name, table if start is None else table | {"start": start}, WHERE)

@@ -13,7 +13,7 @@ from symdyn.scene.values import folding
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.table import Entry, Faults, compose
 from symdyn.scene.values.turns import Step, inverse, plus
@@ -124,8 +124,8 @@ class Joints:
         self.faults.note(where, "closes a loop without give here; MuJoCo's constraint is soft")
         table = {
             "type": "fixed" if weld else "spherical",
-            "parent": self.frames.get(("body", ends[0]), GROUND),
-            "child": self.frames.get(("body", ends[1]), GROUND),
+            "parent": self.frames.get(("body", ends[0]), Scene.GROUND),
+            "child": self.frames.get(("body", ends[1]), Scene.GROUND),
             "origin": merged(*places[0]),
             "tip": merged(*inverse(places[1])),
         }

@@ -25,7 +25,7 @@ from symdyn.scene.formats.inertias import from_principal
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import LONGEST, listed
 from symdyn.scene.values.table import Entry, Faults, shorten
 
@@ -129,7 +129,7 @@ class Tree:
             *shift(self.doubles.vector(model.body_pos[i])),
             *self.doubles.rotation(model.body_quat[i], f"body {name}"),
         )
-        parent = self.frames.get(("body", int(model.body_parentid[i])), GROUND)
+        parent = self.frames.get(("body", int(model.body_parentid[i])), Scene.GROUND)
         count = int(model.body_jntnum[i])
         for k in range(count):
             j = int(model.body_jntadr[i]) + k
@@ -189,7 +189,7 @@ class Tree:
         model, name = self.model, self.frames["site", i]
         place = self.doubles.vector(model.site_pos[i])
         turn = self.doubles.rotation(model.site_quat[i], f"site {name}")
-        carrier = self.frames.get(("body", int(model.site_bodyid[i])), GROUND)
+        carrier = self.frames.get(("body", int(model.site_bodyid[i])), Scene.GROUND)
         return Entry(name, {"body": carrier, "at": merged(*shift(place), *turn)}, f"site {name}")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_name
 
 LONGEST_CORE = 40
@@ -32,7 +32,7 @@ def printable_names(names: Iterable[str], kind: str) -> dict[str, str]:
 
 
 def _good(name: str, kind: str) -> bool:
-    return check_name(name, letter=kind == SYMBOL) is None and name != GROUND
+    return check_name(name, letter=kind == SYMBOL) is None and name != Scene.GROUND
 
 
 def _near(name: str, kind: str, taken: dict[str, None]) -> str:

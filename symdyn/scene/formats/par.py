@@ -39,7 +39,7 @@ from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.values.body import Pose
 from symdyn.scene.values.folding import neg
 from symdyn.scene.values.formula import parse, split_commas
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import FORMULA_NAMES
 from symdyn.scene.values.quantity import FormulaError, Quantity
 from symdyn.scene.values.spelling import spell
@@ -118,11 +118,11 @@ class _Reader:
         carriers = self.names("Joint names", "joint", counts.joints)
         variables = [self.variable(frame) for frame in frames]
         joints = [
-            Entry(carriers[frame.j - 1], self.joint(frame, variable, (GROUND, *bodies)), f"frame {frame.j}")
+            Entry(carriers[frame.j - 1], self.joint(frame, variable, (Scene.GROUND, *bodies)), f"frame {frame.j}")
             for frame, variable in zip(frames, variables, strict=True)
         ]
         loops = [
-            Entry(carriers[j], self.loop(j, j + counts.joints - n, (GROUND, *bodies)), f"frame {j + 1}")
+            Entry(carriers[j], self.loop(j, j + counts.joints - n, (Scene.GROUND, *bodies)), f"frame {j + 1}")
             for j in range(n, counts.joints)
         ]
         links = [Entry(bodies[j], self.body(j), f"frame {j + 1}") for j in range(n)]

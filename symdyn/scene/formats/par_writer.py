@@ -21,7 +21,7 @@ from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.joint import Joint, Limits
-from symdyn.scene.values.model import GROUND, Parameter, Scene
+from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.turns import Step, inverse, towards
@@ -103,8 +103,8 @@ def _frames(scene: Scene) -> list[Frame]:
     from the frame of the file by that.
     """
     frames: list[Frame] = []
-    number = {GROUND: 0}
-    behind: dict[str, tuple[Step, ...]] = {GROUND: ()}
+    number = {Scene.GROUND: 0}
+    behind: dict[str, tuple[Step, ...]] = {Scene.GROUND: ()}
     taken = dict.fromkeys([body.name for body in scene.bodies] + [joint.name for joint in scene.joints])
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         turn = towards(joint.axis) if joint.moves else ()

@@ -30,7 +30,7 @@ from symdyn.scene.formats.xml import XmlElement
 from symdyn.scene.joints.blocks import AXIS
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values import folding
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.spelling import spell
@@ -108,7 +108,7 @@ class _Robot:
         self.joint_name = self._printable([name for name, _ in self.joints if name], "joint")
         self.base, roots = options.floating_base, self._roots()
         if self.base is None:
-            self.body_name.update(dict.fromkeys(roots, GROUND))
+            self.body_name.update(dict.fromkeys(roots, Scene.GROUND))
         self.root_names = [self.body_name[name] for name in roots]
         self.data: dict[str, list[str]] = {}
 
@@ -123,7 +123,7 @@ class _Robot:
         for name, link in self.links:
             where = self._where(name, link)
             body = self._body(where, link)
-            if name and self.body_name[name] != GROUND:
+            if name and self.body_name[name] != Scene.GROUND:
                 entries.append(Entry(self.body_name[name], body, where))
             elif name and body.get("mass", Quantity.ZERO) != Quantity.ZERO:
                 found = f"is the root and does not move; its mass ({spell(body['mass'])} kg) enters no equation"

@@ -22,7 +22,7 @@ from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.body import Body, Pose
 from symdyn.scene.values.joint import Joint
-from symdyn.scene.values.model import GROUND, STANDARD_GRAVITY, Scene
+from symdyn.scene.values.model import STANDARD_GRAVITY, Scene
 from symdyn.scene.values.names import listed
 from symdyn.scene.values.physical import central_inertia
 from symdyn.scene.values.quantity import Quantity, Value
@@ -106,7 +106,7 @@ class _Writer:
 
     def text(self) -> str:
         """Return the file."""
-        lines = _element("link", GROUND)
+        lines = _element("link", Scene.GROUND)
         for joint, body in zip(self.scene.joints, self.scene.bodies, strict=True):
             carried = body.name
             if joint.tip.steps:

@@ -2,11 +2,8 @@
 
 from .blocks import (
     ORIENTATION as ORIENTATION,
-    rotation_of as rotation_of,
-    towards as towards,
     unit as unit,
 )
-from .forbidden import unit_wrenches as unit_wrenches
 from .joint_kind import Block as Block, Gimbal as Gimbal, JointMotion as JointMotion
 from .joint_mark import MarkPart as MarkPart
 from .joint_table import JOINTS as JOINTS

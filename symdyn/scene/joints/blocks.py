@@ -18,7 +18,6 @@ from symdyn.spatial import (
     Mat,
     Transform,
     Vec,
-    cross,
     dot,
     scale,
     zero_vector,
@@ -63,20 +62,6 @@ def unit(axis: Vector, graph: Graph) -> Vec:
     square = dot((x, y, z), (x, y, z))
     number = as_number(square)
     return scale(graph.one / graph.sqrt(number if number and number > 0 else square), (x, y, z))
-
-
-def towards(u: Vec) -> Mat:
-    """Return the shortest rotation from z to the unit vector u: 1 + ṽ + ṽ² / (1 + u_z), v = z × u.
-
-    It needs no root beyond those of u; for u = -z it is a half turn about x.
-    """
-    graph = u[0].graph
-    one, zero = graph.one, graph.zero
-    if u[2] is graph.constant(-1):
-        return Mat(((one, zero, zero), (zero, -one, zero), (zero, zero, -one)))
-    v = Mat.skew(cross((zero, zero, one), u))
-    sides, share = Mat.identity(graph) + v, 1 / (1 + u[2])
-    return sides + (v @ v).scaled(share)
 
 
 def turn(axis: Vector) -> Block:
@@ -125,7 +110,7 @@ def aligned(axis: Vector, back: bool = False) -> Block:
     """Return the constant rotation that takes z to an axis, or the one back."""
 
     def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-        R = towards(unit(axis, graph))
+        R = Mat.towards(unit(axis, graph))
         return JointMotion((), Transform(R.T if back else R, zero_vector(graph)), ())
 
     return Block((), (), motion)
@@ -182,19 +167,6 @@ def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
 # A ball and free flight
 
 
-def rotation_of(e: tuple[Expr, ...]) -> Mat:
-    """Return the rotation of a unit quaternion (w, x, y, z): columns are the rotated axes."""
-    w, x, y, z = e
-    one = w.graph.one
-    return Mat(
-        (
-            (one - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-            (2 * (x * y + w * z), one - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-            (2 * (x * z - w * y), 2 * (y * z + w * x), one - 2 * (x * x + y * y)),
-        )
-    )
-
-
 def _quaternion_rates(e: tuple[Expr, ...], omega: Vec) -> tuple[Expr, ...]:
     """Return ½ e ∘ (0, ω), ω in the turned frame."""
     (w, x, y, z), (a, b, c) = e, omega
@@ -218,7 +190,7 @@ def _spin(graph: Graph, before: Transform, first: int) -> tuple[Move, ...]:
 
 
 def _ball(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
-    turned = Transform(rotation_of(q), zero_vector(graph))
+    turned = Transform(Mat.of_quaternion(q), zero_vector(graph))
     brackets = tuple(bracket for k in range(3) for bracket in _pair(k, (k + 1) % 3, (k + 2) % 3))
     return JointMotion(
         _spin(graph, turned, 0), Transform.unit(graph), _quaternion_rates(q, (u[0], u[1], u[2])), brackets
@@ -232,7 +204,7 @@ def _pair(j: int, i: int, m: int, value: int = 1) -> tuple[tuple[int, int, int, 
 
 def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
     v, omega, e = (u[0], u[1], u[2]), (u[3], u[4], u[5]), q[3:]
-    R, still, one = rotation_of(e), Transform.unit(graph), graph.one
+    R, still, one = Mat.of_quaternion(e), Transform.unit(graph), graph.one
     placed = Transform(R, (q[0], q[1], q[2]))
     slides = []
     for k in range(3):  # d(R v)/dt = R (v̇ + ω × v)

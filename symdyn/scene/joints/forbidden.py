@@ -10,7 +10,7 @@ Wrenches (force, moment) act at the origin of the moved frame; axes of the joint
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.joints.blocks import towards, unit
+from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.joint_kind import Forbids
 from symdyn.scene.values.joint import Joint
 from symdyn.scene.values.quantity import Vector
@@ -48,7 +48,7 @@ def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
 
 def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:
     """Return two directions across an axis and the axis itself, the columns of A."""
-    return towards(unit(axis, graph)).T
+    return Mat.towards(unit(axis, graph)).T
 
 
 def forces(*along: Vec) -> tuple[Wrench, ...]:
@@ -59,11 +59,6 @@ def forces(*along: Vec) -> tuple[Wrench, ...]:
 def moments(*along: Vec) -> tuple[Wrench, ...]:
     """Return unit moments."""
     return tuple(Wrench(zero_vector(x[0].graph), x) for x in along)
-
-
-def unit_wrenches(graph: Graph) -> tuple[Wrench, ...]:
-    """Return unit forces and moments along the axes of the joint frame, six."""
-    return forces(*Mat.identity(graph)) + moments(*Mat.identity(graph))
 
 
 def offsets(X: Transform, *along: Vec) -> tuple[Expr, ...]:

@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from symdyn.arguments import check_arguments, walked
 from symdyn.errors import SceneError
@@ -30,8 +30,6 @@ from symdyn.scene.values.signals import LETTERS
 from symdyn.scene.values.tolerance import Tolerance
 from symdyn.shown import Shown
 from symdyn.unlocked import cached_property
-
-GROUND = "ground"
 
 NAMING = ("", ".toml", ".par")
 """Endings of files that name their coordinates themselves, or none where Python made the scene."""
@@ -160,6 +158,9 @@ class Scene(Shown):
     outputs: tuple[Signal, ...] = ()
     dimensionless: bool = False
     source: str = field(default="", compare=False)
+
+    GROUND: ClassVar[str] = "ground"
+    """The name of body 0, which does not move."""
 
     def __post_init__(self) -> None:
         lists = [one.name for one in fields(self) if one.type not in ("str", "bool")]
@@ -349,7 +350,7 @@ class Scene(Shown):
     @property
     def leaves(self) -> tuple[str, ...]:
         """The bodies that carry no other body: hands, tools, feet."""
-        carrying = {joint.parent for joint in self.joints} | {GROUND}
+        carrying = {joint.parent for joint in self.joints} | {Scene.GROUND}
         return tuple(body.name for body in self.bodies if body.name not in carrying)
 
     def coordinates_of_joints(self, most: int | None = None) -> str:

@@ -17,7 +17,7 @@ from symdyn.dynamics.mechanism import TIME, joint_motion, quaternions
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import GROUND, Joint
+from symdyn.scene.values import Joint
 from symdyn.spatial import add, cross
 from symdyn.unlocked import cached_property
 
@@ -74,7 +74,7 @@ def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> 
     first = 0
     for joint in scene.moving:
         own = momenta[first : first + len(joint.rates)]
-        if joint.parent == GROUND and JOINTS[joint.type].quaternion(joint) is not None:
+        if joint.parent == Scene.GROUND and JOINTS[joint.type].quaternion(joint) is not None:
             found += _in_ground_axes(w, joint, own)
         first += len(joint.rates)
     seeds = state.velocity | dict(zip(state.qd, accelerations, strict=True))

@@ -23,7 +23,7 @@ from symdyn.teach.interactive.reduced import ACTING, STATE, Held, function, held
 from symdyn.teach.interactive.vectors import Vectors, vectors
 from symdyn.teach.languages import language_of
 from symdyn.teach.shown_state import shown_state
-from symdyn.verdict import HOLD
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
 MOST = 8
@@ -206,4 +206,4 @@ def _lasting(equations: Equations, terms: Sequence[Term]) -> tuple[Term, ...]:
     entries = [equations[term.function].entries[term.entry] for term in terms]
     claims = [Claim(str(k), "coefficient", "zero", (x,), (x.graph.zero,)) for k, x in enumerate(entries)]
     _, findings = prove(claims)
-    return tuple(term for term, finding in zip(terms, findings, strict=True) if finding.verdict not in HOLD)
+    return tuple(term for term, finding in zip(terms, findings, strict=True) if finding.verdict not in Verdict.HOLD)

@@ -11,7 +11,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.scene.values import GROUND, Load, Strut
+from symdyn.scene.values import Load, Strut
 from symdyn.spatial import Mat, Vec, add, cross, scale, sub
 
 AROUND, BLADE = 2, 1
@@ -70,10 +70,10 @@ class Sheet:
         self.marks: list[Mark] = []
         self.found = drawn(scene, graph)
         self._hinges: dict[str, tuple[tuple[int, ...], bool, str]] = {}
-        self._number = {body.name: k for k, body in enumerate(scene.bodies)} | {GROUND: -1}
+        self._number = {body.name: k for k, body in enumerate(scene.bodies)} | {Scene.GROUND: -1}
         self.gravity = self._direction(self.found["gravity",])
         starts = {joint.child: self._point(self.found["moved", joint.name][9:]) for joint in scene.joints}
-        tips: dict[str, list[int]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
+        tips: dict[str, list[int]] = {name: [] for name in (Scene.GROUND, *(body.name for body in scene.bodies))}
         self.marks += [*self._planes(scene), *self._outlines(scene, graph, values, outlined)]
         joints = list(self._joints(scene, starts, tips))
         masses = [*self._wheels(scene), *self._masses(scene, starts, tips)]
@@ -118,9 +118,9 @@ class Sheet:
             sign = JOINTS[joint.type].mark.sign
             self._hinges[joint.name] = ((at, place, way), sign.slides, joint.child)
             if sign.line:
-                self.marks.append(self._made("link", (at, place), GROUND))
-            if sign.shape and joint.parent == GROUND:
-                self.marks.append(self._made("rail" if sign.slides else "support", (at, way), GROUND))
+                self.marks.append(self._made("link", (at, place), Scene.GROUND))
+            if sign.shape and joint.parent == Scene.GROUND:
+                self.marks.append(self._made("rail" if sign.slides else "support", (at, way), Scene.GROUND))
             if sign.shape:
                 yield self._made(sign.shape, (place, way, at), joint.child, joint=joint.name)
             if not closes:
@@ -211,7 +211,7 @@ class Sheet:
             if isinstance(one, Load):
                 yield self._made("load", (*rows, self._direction(self.found["force", one])), one.place.body, one.name)
             elif rows:
-                yield self._made(FORCES[one.kind].lines.page, rows, GROUND)
+                yield self._made(FORCES[one.kind].lines.page, rows, Scene.GROUND)
             else:
                 rows, slides, child = self._hinges[one.joint]
                 joint = next(joint for joint in scene.joints if joint.name == one.joint)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Union
 
-from symdyn.algebra import Form, Number, Symbol, product_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit import in_html
 from symdyn.graph import Expr, Graph, Op, reachable
@@ -83,7 +83,7 @@ class Numbered:
                 yield None, None
             for brace in block.terms:
                 about = Symbol(brace.under) if brace.under else brace.form
-                yield about, self._value(product_of((brace.form, brace.rate)))
+                yield about, self._value(Form.product((brace.form, brace.rate)))
             return
         terms = _terms_or_zero(block.form)
         if block.left:

@@ -26,9 +26,10 @@ from symdyn.dynamics.mechanism import (
 from symdyn.dynamics.roads import unique
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
+from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import GROUND, Body, Joint, Strut
+from symdyn.scene.values import Body, Joint, Strut
 from symdyn.spatial import (
     Mat,
     Vec,
@@ -137,7 +138,7 @@ def _actions(w: Workspace, found: Found) -> Iterator[tuple[tuple[str, str], list
             (rate,) = tangents([graph.sqrt(square)], w.state.velocity)
             force = scale(pull(strut, square, rate), way)
             for sign, at, end in ((1, a, strut.ends[0]), (-1, b, strut.ends[1])):
-                if end.body != GROUND:
+                if end.body != Scene.GROUND:
                     yield (strut.name, end.body), [*at, *scale(sign, force), *still]
     for load in scene.loads:
         yield (

@@ -16,7 +16,7 @@ from symdyn.teach.languages import language_of
 from symdyn.teach.masses import AXES, masses
 from symdyn.teach.practice.sympy_to_graph import sympy_to_graph
 from symdyn.unlocked import cached_property
-from symdyn.verdict import NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
 LONGEST = 600  # characters of a difference that is told
@@ -64,7 +64,8 @@ class Derived:
             raise TeachError(f"there is no {name!r}; there are {', '.join(self.values)}")
         mine, right = sympy_to_graph(expression, self.graph, self.scene.coordinates), self.values[name]
         finding = prove([Claim(name, "yours", "symdyn's", (mine,), (right,))])[1][0]
-        key = {PROVED: "derived.proved", NUMERICAL: "derived.numerical"}.get(finding.verdict, "derived.different")
+        keys: dict[str, str] = {Verdict.PROVED: "derived.proved", Verdict.NUMERICAL: "derived.numerical"}
+        key = keys.get(finding.verdict, "derived.different")
         print(self.words[key].format(name=name))
         if key == "derived.different" and (more := shortest(mine - right, self.scene, self.state)) is not None:
             text = text_of(more)

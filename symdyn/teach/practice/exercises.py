@@ -19,7 +19,7 @@ from symdyn.teach.practice.given import with_given
 from symdyn.teach.practice.hidden import Told, follows, own_symbols, plain, written_out
 from symdyn.teach.student.statements import read_formula
 from symdyn.teach.student.vocabulary import Names, Target
-from symdyn.verdict import HOLD, NOT_SHOWN
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, prove
 
 RESULTS = ("square", "potential", "momentum", "rate", "slope", "equation", "coefficients", "bivectors", "solved")
@@ -267,9 +267,9 @@ def judge(document: Document, key: str, text: str) -> str:
         Claim("turned", "typed", "-", (-typed,), (right,)),
     )
     findings = prove([same, turned])[1]
-    if all(finding.verdict == NOT_SHOWN for finding in findings):
+    if all(finding.verdict == Verdict.NOT_SHOWN for finding in findings):
         return words["answer.undefined"]
-    verdicts = [finding.verdict in HOLD for finding in findings]
+    verdicts = [finding.verdict in Verdict.HOLD for finding in findings]
     if not verdicts[0] and _lies_elsewhere(document.scene, blanks[key], typed, right):
         return words["answer.shifted"]
     return words["answer.right" if verdicts[0] else "answer.turned" if verdicts[1] else "answer.wrong"]
@@ -282,7 +282,7 @@ def _lies_elsewhere(scene: Scene, blank: Blank, typed: Expr, right: Expr) -> boo
     if not blank.left.startswith(FREE) or all(x.is_zero for _, x in slopes):
         return False
     claims = [Claim(f"{k}", "typed", "answer", (mine,), (x,)) for k, (mine, x) in enumerate(slopes)]
-    return all(finding.verdict in HOLD for finding in prove(claims)[1])
+    return all(finding.verdict in Verdict.HOLD for finding in prove(claims)[1])
 
 
 def quantities(names: Names) -> dict[str, Target]:

@@ -21,7 +21,7 @@ from symdyn.dynamics.mechanism import (
 from symdyn.emit.code import SYMPY
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import Scene
-from symdyn.scene.values import GROUND, Body
+from symdyn.scene.values import Body
 from symdyn.spatial import Mat, Transform
 from symdyn.teach.masses import AXES, masses
 from symdyn.unlocked import cached_property
@@ -119,7 +119,7 @@ class Cells:
             k, p = number[joint.child], number.get(joint.parent)
             T = joint_placement(joint, graph)
             R, o = self.matrix(T.R), self.matrix([[x] for x in T.p])
-            if joint.parent == GROUND:
+            if joint.parent == Scene.GROUND:
                 lines += [f"R{k} = {R}", f"o{k} = {o}"]
             else:
                 lines += [f"R{k} = R{p} * {R}", f"o{k} = o{p} + R{p} * {o}"]

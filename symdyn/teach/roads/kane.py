@@ -7,7 +7,7 @@ Reference: Kane and Levinson, Dynamics: Theory and Applications (1985), chapter 
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Symbol
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import Printable
@@ -59,7 +59,7 @@ def kane_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     ours, truth = chosen.of(lesson.graph.total(nodes), whole)
     assert abs(ours - truth) <= SMALL * (1 + sum(map(abs, chosen.of(*nodes)))), "Kane's form is another equation"
     claim = lesson.say("kane", rate=named(u), left=page.right[i])
-    blocks: list[Block] = [folded(lesson, Formula("", page.right[i], right=sum_of(forms)))]
+    blocks: list[Block] = [folded(lesson, Formula("", page.right[i], right=Form.sum(forms)))]
     if turned := [symbol for form in forms for symbol in form.factors if is_turned(symbol)]:
         blocks.append(lesson.say("kane.turned", rates=together(list(dict.fromkeys(turned)))))
     return [Step("kane", claim, tuple(blocks), lesson.say("kane.reason"), show=("accelerations", "velocities"))]
@@ -84,7 +84,7 @@ def _moved(lesson: Lesson, mass: Mass, u: Expr) -> list[tuple[Form, Expr]]:
         lesson.name(f"d{axis}:{mass.tag}", axis, mass.tag, node=velocity, dots=1)
         a = lesson.name(f"dd{axis}:{mass.tag}", axis, mass.tag, node=pushed, dots=2)
         slope = lesson.slope(f"d{axis}:{mass.tag}", str(u.value), partial)
-        found.append((product_of((lesson.short(mass.m), a, slope)), mass.m * pushed * partial))
+        found.append((Form.product((lesson.short(mass.m), a, slope)), mass.m * pushed * partial))
     return found
 
 
@@ -103,5 +103,5 @@ def _turned(lesson: Lesson, mass: Mass, u: Expr) -> list[tuple[Form, Expr]]:
         lesson.name(f"omega:{mass.tag}{axis}", "omega", mass.tag, axis, node=rate)
         H = lesson.name(f"{TURNED}{mass.tag}{axis}", "H", mass.tag, axis, node=moment, dots=1)
         slope = lesson.slope(f"omega:{mass.tag}{axis}", str(u.value), partial)
-        found.append((product_of((H, slope)), moment * partial))
+        found.append((Form.product((H, slope)), moment * partial))
     return found

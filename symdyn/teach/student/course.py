@@ -28,7 +28,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import GROUND, Joint
+from symdyn.scene.values import Joint
 from symdyn.spatial import Transform, Vec, dot, sub
 from symdyn.teach.masses import Mass, masses
 from symdyn.unlocked import cached_property
@@ -236,7 +236,7 @@ class Course:
     def ancestors(self, joint: Joint) -> list[Joint]:
         """Return the joints on the ground's side of one that turn in it or against it, the nearest first."""
         found = []
-        while joint.parent != GROUND:
+        while joint.parent != Scene.GROUND:
             joint = self.joints[joint.parent]
             found.append(joint)
         return [one for one in found if one.moves and JOINTS[one.type].velocities(one)[0] == "rad"]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 from dataclasses import replace
 
-from symdyn.algebra import Form, Number, Symbol, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.bounds import BOUNDS
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError, TeachError
@@ -22,7 +22,7 @@ from symdyn.teach.student.multipliers import ENERGIES, energy_judged
 from symdyn.teach.student.quantity import equality, judged, less, minus
 from symdyn.teach.student.statements import Statement, find_target, read_statements
 from symdyn.teach.student.vocabulary import Names, Target
-from symdyn.verdict import DIFFERENT
+from symdyn.verdict import Verdict
 
 
 def check_derivation(
@@ -105,7 +105,7 @@ def _names_only(statement: Statement, names: Names, count: int) -> bool:
 
 def _diagnosed(answer: Answer, found: Form, right: Form, key: str, diagnosis: Diagnosis) -> Answer:
     """Return the answer with the rule that was forgotten, if a wrong one is a mistake that is known."""
-    if answer.verdict != DIFFERENT or answer.mistake or not key:
+    if answer.verdict != Verdict.DIFFERENT or answer.mistake or not key:
         return answer
     scene = diagnosis.scene
 
@@ -121,7 +121,7 @@ def _diagnosed(answer: Answer, found: Form, right: Form, key: str, diagnosis: Di
 def _balanced(answer: Answer, statement: Statement, diagnosis: Diagnosis) -> Answer:
     """Return the answer to an equation with the rule that was forgotten."""
     scene = diagnosis.scene
-    if answer.verdict != DIFFERENT or len(statement.forms) != 2 or scene.is_closed:
+    if answer.verdict != Verdict.DIFFERENT or len(statement.forms) != 2 or scene.is_closed:
         return answer
     found = less(*statement.forms)
     named = set(found.symbols)
@@ -178,7 +178,7 @@ def expected(page: Printable, target: Target, book: bool = False, diagnosis: Dia
     i = target.index[0] - 1
     if target.kind == "tau":
         drive = page.scene.drives[i]
-        loads = sum_of(term for term in page.driving(i).terms if not (drive and term == Symbol(drive)))
+        loads = Form.sum(term for term in page.driving(i).terms if not (drive and term == Symbol(drive)))
         return less(page.left(i), loads)
     own = ((c.form, c.of) for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index))
     form, of = next(own, (Number.ZERO, ""))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from symdyn.algebra import Form, Number, Symbol, product_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import solve
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
@@ -15,7 +15,7 @@ from symdyn.teach.student.answer import EQUAL, HOLDS, Answer
 from symdyn.teach.student.quantity import equality, findings, judged, less, minus, same_value
 from symdyn.teach.student.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.statements import Statement
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim
 
 FEW_SOLVED = 4  # accelerations, while equations solved for one are something that a student writes
@@ -52,10 +52,10 @@ def _row(line: int, found: Form, page: Printable) -> Answer:
             return Answer(line, row.name, finding.verdict, finding.error_log10)
         rates = [Symbol(name) for u in scene.velocities for name in (acceleration_name(u), u)]
         if level != LEVELS[0] and _proportional(found, row.form, page, rates):
-            return Answer(line, row.name, PROVED, scaled=True)
+            return Answer(line, row.name, Verdict.PROVED, scaled=True)
     if holds(found, scene):
         return Answer(line, f"{level} row", HOLDS)
-    best = Answer(line, f"{level} row", DIFFERENT)
+    best = Answer(line, f"{level} row", Verdict.DIFFERENT)
     for row in (*own, *ground_rows(scene, level)):
         for mine in (found, minus(found)):
             answer = judged(line, row.name, mine, row.form, scene, "row")
@@ -85,7 +85,7 @@ def _equation(line: int, found: Form, page: Printable) -> Answer:
                 continue
             rates = [c.rate for c in page.rows[i] if c.of == "qdd" and not c.vanishes]
             if _proportional(mine, right, page, rates):
-                return Answer(line, f"equation {i + 1}", PROVED, scaled=True)
+                return Answer(line, f"equation {i + 1}", Verdict.PROVED, scaled=True)
             answer = without_slope(answer, mine, right, i, page)
             if answer.forgotten:
                 return answer
@@ -123,7 +123,7 @@ def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
         slope = gradient(node, [c.rate.express(graph)])[0]
         names = {str(one.value) for one in reachable([slope]) if one.op is Op.SYMBOL}
         if not slope.is_zero and names <= parameters:
-            yield product_of((found, c.form, Form.of(slope).power(-1)))
+            yield Form.product((found, c.form, Form.of(slope).power(-1)))
 
 
 def _solved(statement: Statement, page: Printable) -> Answer | None:
@@ -168,4 +168,4 @@ def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[For
     nothing = Claim("no factor", "found", "0", (x,), (graph.zero,))
     same = Claim("proportional", "found", "scene", (a * y,), (b * x,))
     first, second = findings([nothing, same], page.scene)
-    return first.verdict == DIFFERENT and second.verdict in EQUAL
+    return first.verdict == Verdict.DIFFERENT and second.verdict in EQUAL

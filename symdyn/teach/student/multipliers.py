@@ -18,7 +18,7 @@ from symdyn.teach.student.answer import Answer
 from symdyn.teach.student.mistakes import Mistake
 from symdyn.teach.student.quantity import judged
 from symdyn.teach.student.rows import LEVELS, holds, independent, level_of
-from symdyn.verdict import DIFFERENT
+from symdyn.verdict import Verdict
 
 ENERGIES = ("K", "P", "L")
 ADDED_TO = ("P", "L")
@@ -36,7 +36,9 @@ def energy_judged(line: int, kind: str, found: Form, right: Form, page: Printabl
         alone = judged(line, kind, found.substitute(dict.fromkeys(used, Number.ZERO)), right, scene, kind)
         return replace(alone, multiplied=tuple(used)) if alone.right else alone
     answer = judged(line, kind, found, right, scene, kind)
-    return replace(answer, mistake=Mistake("multiplier", Graph().zero)) if answer.verdict == DIFFERENT else answer
+    return (
+        replace(answer, mistake=Mistake("multiplier", Graph().zero)) if answer.verdict == Verdict.DIFFERENT else answer
+    )
 
 
 def _added(found: Form, used: Sequence[str], scene: Scene) -> bool:

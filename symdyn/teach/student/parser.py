@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.algebra import Form, Function, Number, Pi, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Pi, Symbol
 from symdyn.graph import Op
 from symdyn.scene.values import shorten
 from symdyn.teach.student.source import Source
@@ -63,12 +63,12 @@ class _Parser(Cursor):
         sign = self.take().text if self.sees("op", "+", "-") else "+"
         while True:
             term = self.term()
-            terms.append(product_of((Number.MINUS_ONE, term)) if sign == "-" else term)
+            terms.append(Form.product((Number.MINUS_ONE, term)) if sign == "-" else term)
             if not self.sees("op", "+", "-"):
                 break
             sign = self.take().text
         self.depth -= 1
-        return sum_of(terms)
+        return Form.sum(terms)
 
     def term(self) -> Form:
         factors = self.factor()
@@ -76,18 +76,18 @@ class _Parser(Cursor):
         while True:
             if self.sees("op", "*"):
                 self.take()
-                factors, divided = product_of((factors, self.signed())), None
+                factors, divided = Form.product((factors, self.signed())), None
             elif self.sees("op", "/"):
                 slash = self.take()
                 below = self.signed()
                 if below == Number(Fraction(0)):
                     raise self.fault(slash, "division by zero")
-                factors = product_of((factors, _inverse(below)))
+                factors = Form.product((factors, _inverse(below)))
                 divided = None if isinstance(below, Number) else slash
             elif self.starts_factor():
                 if divided is not None and not self.sees("command", *UNARY):  # g/l sin q is read in one way
                     raise self.fault(divided, "does this divide by one factor or by all? write a/(b c) or (a/b) c")
-                factors = product_of((factors, self.factor()))
+                factors = Form.product((factors, self.factor()))
             else:
                 return factors
 
@@ -98,7 +98,7 @@ class _Parser(Cursor):
         if self.sees("op", "+", "-"):
             negative = self.take().text == "-"
             factor = self.factor()
-            return product_of((Number.MINUS_ONE, factor)) if negative else factor
+            return Form.product((Number.MINUS_ONE, factor)) if negative else factor
         return self.factor()
 
     def factor(self) -> Form:
@@ -149,7 +149,7 @@ class _Parser(Cursor):
             above, below = self.group(token), self.group(token)
             if below == Number(Fraction(0)):
                 raise self.fault(token, "division by zero")
-            return self.raised(product_of((above, _inverse(below))))
+            return self.raised(Form.product((above, _inverse(below))))
         if name in ("dot", "ddot"):
             return self.word(*self.dotted(token))
         if name in ("underbrace", "overbrace"):
@@ -179,7 +179,7 @@ class _Parser(Cursor):
             raise self.fault(self.take(), f"does the exponent belong to {token.text} or to its angle? write brackets")
         result: Form = Function(op, (inner,))
         if tangent:
-            result = product_of((result, Function(Op.COS, (inner,)).power(-1)))
+            result = Form.product((result, Function(Op.COS, (inner,)).power(-1)))
         result = result.power(power)
         return result if bare else self.raised(result)
 
@@ -195,7 +195,7 @@ class _Parser(Cursor):
             factors.append(self.product(token, self.read(token), dots))
         if not factors:
             raise self.fault(self.tokens[self.next - 1], f"{of.text} of what? write {of.text}(q)")
-        return product_of(factors)
+        return Form.product(factors)
 
     def dotted(self, token: Token) -> tuple[Token, int]:
         """Return the word under an accent, in braces or not, then perhaps its index, and the number of dots."""
@@ -240,9 +240,9 @@ class _Parser(Cursor):
         if isinstance(last, Function) and not last.args:  # c q_1, the book's cosine
             name = replace(token, text="cos" if last.op is Op.COS else "sin")
             before = [self.product(token, pieces[:-1], dots)] if pieces[1:] else []
-            return product_of((*before, self.function(name, last.op)))
+            return Form.product((*before, self.function(name, last.op)))
         *first, end = [self.product(token, [piece], dots if i == 0 else 0) for i, piece in enumerate(pieces)]
-        return product_of((*first, self.raised(end)))
+        return Form.product((*first, self.raised(end)))
 
     def product(self, token: Token, pieces: Sequence[str | Form], dots: int) -> Form:
         factors: list[Form] = []
@@ -260,7 +260,7 @@ class _Parser(Cursor):
                 )
             else:
                 factors.append(piece)
-        return product_of(factors)
+        return Form.product(factors)
 
     # Powers
 

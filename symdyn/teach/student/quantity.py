@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number, product_of, sum_of
+from symdyn.algebra import Form, Number
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.teach.student.answer import EQUAL, ROUNDED, Answer
 from symdyn.teach.student.differences import differences
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, Finding, prove
 
 MANY = 400  # differences, which no answer lists
@@ -18,33 +18,33 @@ MANY = 400  # differences, which no answer lists
 
 def minus(form: Form) -> Form:
     """Return -form."""
-    return sum_of([product_of((Number.MINUS_ONE, form))])
+    return Form.sum([Form.product((Number.MINUS_ONE, form))])
 
 
 def less(a: Form, b: Form) -> Form:
     """Return a - b."""
-    return sum_of((a, product_of((Number.MINUS_ONE, b))))
+    return Form.sum((a, Form.product((Number.MINUS_ONE, b))))
 
 
 def judged(line: int, name: str, found: Form, right: Form, scene: Scene, kind: str) -> Answer:
     """Return the answer to a formula of a quantity, or of a row."""
     finding = equality(name, found, right, scene)
-    if finding.verdict != DIFFERENT:
+    if finding.verdict != Verdict.DIFFERENT:
         return Answer(line, name, finding.verdict, finding.error_log10)
     if kind.startswith(("P", "L")) and (constant := _free(less(found, right), scene)) is not None:
-        return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
+        return Answer(line, name, Verdict.PROVED, finding.error_log10, shifted=constant)
     values = _values(found, right, scene)
     if values and equality(name, found, right.substitute(values), scene).verdict in EQUAL:
-        return Answer(line, name, PROVED, valued=tuple(values))
+        return Answer(line, name, Verdict.PROVED, valued=tuple(values))
     if equality(name, found, minus(right), scene).verdict in EQUAL:
-        return Answer(line, name, DIFFERENT, turned=True)
+        return Answer(line, name, Verdict.DIFFERENT, turned=True)
     try:
         listed = differences(found, right, scene)
     except DerivationError:
         listed = []
     if listed and all(d.kind == "rounded" for d in listed):
         return Answer(line, name, ROUNDED, differences=tuple(listed))
-    return Answer(line, name, DIFFERENT, differences=tuple(listed[:MANY]))
+    return Answer(line, name, Verdict.DIFFERENT, differences=tuple(listed[:MANY]))
 
 
 def _values(found: Form, right: Form, scene: Scene) -> dict[str, Form]:
@@ -74,10 +74,10 @@ def _free(form: Form, scene: Scene) -> Form | None:
     """Return the value of a form if it depends on parameters only: it is looked at term by term."""
     try:
         left = [
-            d.found or product_of((Number.MINUS_ONE, d.right or Number.ZERO))
+            d.found or Form.product((Number.MINUS_ONE, d.right or Number.ZERO))
             for d in differences(form, Number.ZERO, scene)
         ]
     except DerivationError:
         return None
     moving = {*scene.coordinates, *scene.velocities}
-    return sum_of(left) if not any(moving & set(term.symbols) for term in left) else None
+    return Form.sum(left) if not any(moving & set(term.symbols) for term in left) else None

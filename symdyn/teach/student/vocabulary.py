@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import combinations
 
-from symdyn.algebra import Form, Function, Symbol, sum_of
+from symdyn.algebra import Form, Function, Symbol
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, Graph, Op
@@ -161,7 +161,7 @@ class Names:
         found: dict[str, Form] = {}
         for count in range(1, len(angles) + 1):
             for chosen in combinations(angles, count):
-                angle = sum_of(Symbol(self.scene.coordinates[i]) for i in chosen)
+                angle = Form.sum(Symbol(self.scene.coordinates[i]) for i in chosen)
                 digits = "".join(str(i + 1) for i in chosen)
                 for letter, op in CIRCULAR.items():
                     found.setdefault(letter + digits, Function(op, (angle,)))

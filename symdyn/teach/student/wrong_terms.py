@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import permutations
 
-from symdyn.algebra import Form, Function, Number, Power, Product, Sum, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene import SceneUnits
@@ -117,9 +117,9 @@ def _swaps(course: Course, node: Expr) -> Iterator[dict[Expr, Expr]]:
 def _exchanged(form: Form, ops: Mapping[Op, Op | None]) -> Form:
     """Return a form with sines for cosines, and so on; None leaves the function out."""
     if isinstance(form, Sum):
-        return sum_of(_exchanged(one, ops) for one in form.terms)
+        return Form.sum(_exchanged(one, ops) for one in form.terms)
     if isinstance(form, Product):
-        return product_of(_exchanged(one, ops) for one in form.factors)
+        return Form.product(_exchanged(one, ops) for one in form.factors)
     if isinstance(form, Power):
         return _exchanged(form.base, ops).power(form.exponent)
     if isinstance(form, Function) and form.op in ops:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra import Array, Batches, Symbol, sum_of
+from symdyn.algebra import Array, Batches, Form, Symbol
 from symdyn.draw import Text
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable, latex_symbols
@@ -91,7 +91,7 @@ def comparison_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step | N
     table = lesson.table(("compare.which", "compare.balance", "compare.apart"), rows)
     claim = lesson.say("compare", number=str(len(names)), seconds=lesson.written(last))
     show = ("coriolis", "centrifugal", "ghost")
-    blocks = (picture, lesson.say("compare.energy", total=sum_of((Symbol("K:"), Symbol("P:")))), table)
+    blocks = (picture, lesson.say("compare.energy", total=Form.sum((Symbol("K:"), Symbol("P:")))), table)
     return Step("compare", claim, blocks, lesson.say("compare.reason"), show=show)
 
 

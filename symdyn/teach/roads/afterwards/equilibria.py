@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from symdyn.algebra import Array, Form, Number, Pi, Ratios, product_of
+from symdyn.algebra import Array, Form, Number, Pi, Ratios
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.graph import Expr, evaluate, gradient, reachable, substitute
 from symdyn.scene import SceneUnits
@@ -328,4 +328,4 @@ def _quarter(k: int) -> Form:
     if not value:
         return Number(value)
     below = Number(Fraction(value.denominator)).power(-1)
-    return product_of((Number(Fraction(value.numerator)), Pi(), *((below,) if value.denominator > 1 else ())))
+    return Form.product((Number(Fraction(value.numerator)), Pi(), *((below,) if value.denominator > 1 else ())))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Number, Symbol, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import TIME, generalized_forces
 from symdyn.emit.print import Printable
 from symdyn.errors import DerivationError
@@ -62,7 +62,7 @@ def _energy(lesson: Lesson, chosen: Chosen) -> Step:
     graph, scene = lesson.graph, lesson.scene
     show = ("energies", "plots")
     left, led = reduced(lesson, chosen), led_by(lesson)
-    total = sum_of((Symbol("K:"), Symbol("P:")))
+    total = Form.sum((Symbol("K:"), Symbol("P:")))
     if led:
         if left is None:
             return Step("energy", lesson.say("energy.led", total=total), (), show=show)

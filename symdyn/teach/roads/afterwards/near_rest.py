@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.algebra import Form, Number, Ratios, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Ratios, Symbol
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import SceneUnits
@@ -131,7 +131,7 @@ def _frequencies(lesson: Lesson, near: FirstOrder, tag: str, chosen: Chosen) -> 
             omega = lesson.name(key, "omega", *index, node=None)
             b = lesson.name(f"{key}:b", "b", *index, node=sum_.express(lesson.graph))
             d = lesson.name(f"{key}:d", "d", *index, node=product.express(lesson.graph))
-            whole = sum_of((omega.power(4), product_of((Number.MINUS_ONE, b, omega.power(2))), d))
+            whole = Form.sum((omega.power(4), Form.product((Number.MINUS_ONE, b, omega.power(2))), d))
             shown[count] = [lesson.say("near.two", equation=whole), Formula(b.name, sum_), Formula(d.name, product)]
     blocks = [block for count in sorted(shown) for block in shown[count]]
     if blocks:
@@ -151,7 +151,7 @@ def _taken(left: dict[int, float], square: float) -> int:
 def _negated(form: Form) -> Form:
     """Return -form, a minus in front of a term taken off."""
     signed = (term.split_sign() for term in form.terms)
-    return sum_of(product_of((Number.MINUS_ONE, rest)) if sign > 0 else rest for sign, rest in signed)
+    return Form.sum(Form.product((Number.MINUS_ONE, rest)) if sign > 0 else rest for sign, rest in signed)
 
 
 # Numbers

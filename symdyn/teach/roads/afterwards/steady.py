@@ -10,7 +10,7 @@ import math
 from collections.abc import Set
 from fractions import Fraction
 
-from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Power, Ratios, Symbol
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, evaluate, gradient
 from symdyn.scene import SceneUnits
@@ -75,11 +75,11 @@ def _solutions(lesson: Lesson, factored: Form, r: Symbol, rates: Set[str]) -> li
         under = [_divided(term, wave) for term in inner.terms if wave in set(term.walk())]
         if any(one is None for one in under):
             continue
-        above = sum_of(product_of((Number.MINUS_ONE, term)) for term in over)
-        below = sum_of(one for one in under if one is not None)
+        above = Form.sum(Form.product((Number.MINUS_ONE, term)) for term in over)
+        below = Form.sum(one for one in under if one is not None)
         if _negative(above) and above != Number.ZERO:  # no sign in front that the other side could take
             above, below = _turned(above), _turned(below)
-        value = product_of((above, _taken_out(below).power(-1)))
+        value = Form.product((above, _taken_out(below).power(-1)))
         found.append(lesson.say("steady.wave", wave=wave, value=value))
     return found
 
@@ -94,7 +94,7 @@ def _without(form: Form, r: Symbol) -> Form:
 def _divided(term: Form, wave: Form) -> Form | None:
     """Return a term divided by a wave that is one of its factors, None where it is a power of it."""
     rest = [factor for factor in term.factors if factor != wave]
-    return None if wave in {one for factor in rest for one in factor.walk()} else product_of(rest)
+    return None if wave in {one for factor in rest for one in factor.walk()} else Form.product(rest)
 
 
 def _taken_out(form: Form) -> Form:
@@ -108,8 +108,8 @@ def _taken_out(form: Form) -> Form:
         left = list(term.factors)
         for one in shared:
             left.remove(one)
-        rest.append(product_of((Number(Fraction(sign)), *left)))
-    return product_of((sum_of(rest), *shared))
+        rest.append(Form.product((Number(Fraction(sign)), *left)))
+    return Form.product((Form.sum(rest), *shared))
 
 
 def _negative(form: Form) -> bool:
@@ -117,7 +117,7 @@ def _negative(form: Form) -> bool:
 
 
 def _turned(form: Form) -> Form:
-    return sum_of(product_of((Number.MINUS_ONE, term)) for term in form.terms)
+    return Form.sum(Form.product((Number.MINUS_ONE, term)) for term in form.terms)
 
 
 def _numbers(lesson: Lesson, left: Reduced) -> list[Block]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.draw import Wrench, free_body
 from symdyn.emit.print import Letters, latex_symbols, text_of
 from symdyn.graph import Expr
@@ -164,7 +164,7 @@ def _weighed(lesson: Balance, j: int, one: Cut) -> list[Form]:
     names = (f"ddr:0,T{Letters.body_number(j)}:{axis}" for axis in "xyz")
     pairs = zip(names, one.F, strict=True)
     minus = (Number.MINUS_ONE, lesson.short(one.m))
-    return [Number.ZERO if force.is_zero else product_of((*minus, Symbol(name))) for name, force in pairs]
+    return [Number.ZERO if force.is_zero else Form.product((*minus, Symbol(name))) for name, force in pairs]
 
 
 def _matrix(
@@ -210,7 +210,7 @@ def _misprint(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
     blocks: list[Block] = [
         lesson.say("erratum.5.16"),
         lesson.say(
-            "erratum.reads", left=Symbol(f"F*D:{here}"), form=product_of((Number.MINUS_ONE, Form.of(one.m), place))
+            "erratum.reads", left=Symbol(f"F*D:{here}"), form=Form.product((Number.MINUS_ONE, Form.of(one.m), place))
         ),
     ]
     if wrong != right:
@@ -241,7 +241,7 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
     for row in range(len(lesson.axes)):
         parts = [Symbol(column.names[row]) for column in columns if column.entries[row] != Number.ZERO]
         if parts:
-            balance.append(Formula("", sum_of(parts), "5.18" if row == 0 else "", Number.ZERO))
+            balance.append(Formula("", Form.sum(parts), "5.18" if row == 0 else "", Number.ZERO))
     shown = tuple(_folded(lesson, column) for column in columns)
     claim, reason = lesson.say("bivectors", body=body), _once(lesson, j, "bivectors.reason")
     bivectors = Step(f"bivectors:{body}", claim, shown, reason, "(5.1)-(5.17)")
@@ -255,7 +255,7 @@ def _exerted(lesson: Balance, j: int, present: Sequence[int]) -> list[tuple[Form
     sizes = [lesson.unknowns[u] for u in present]
     entries = []
     for row in zip(*columns, strict=True):
-        form = sum_of(product_of((lesson.short(x), size)) for x, size in zip(row, sizes, strict=True))
+        form = Form.sum(Form.product((lesson.short(x), size)) for x, size in zip(row, sizes, strict=True))
         values = [lesson.names[size.name].node for size in sizes]
         node = lesson.graph.total(x * value for x, value in zip(row, values, strict=True) if value is not None)
         entries.append((form, node))

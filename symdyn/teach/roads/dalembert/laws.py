@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from symdyn.algebra import Form, Number, product_of, sum_of
+from symdyn.algebra import Form, Number
 from symdyn.emit.print import latex_symbols
 from symdyn.teach.document import ERRATA, Block, Box, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.mathematics import letter
@@ -95,7 +95,7 @@ def law_steps(lesson: Balance) -> list[Step]:
     s = {key: lesson.called(LAW + key, look) for key, look in LETTERS.items()}
     if letter(LETTERS["m"]) not in latex_symbols(lesson.scene).values():  # m_1 is the scene's, m_j nobody's
         lesson.names[LAW + "m"] = Name(LETTERS["m"])
-    minus = {key: product_of((Number.MINUS_ONE, symbol)) for key, symbol in s.items()}
+    minus = {key: Form.product((Number.MINUS_ONE, symbol)) for key, symbol in s.items()}
     bivector = _matrix("both_A", [s["F_A"], s["M_A"]], "5.1")
     shifts = (
         _matrix(
@@ -106,31 +106,33 @@ def law_steps(lesson: Balance) -> list[Step]:
         ),
         _matrix("R", [s["1"], s["0"], s["r"], s["1"]], "5.3", 2),
         _matrix("both_P", [s["P"], s["0"], s["0"], s["P"]], "5.4", 2),
-        _formula("both_0", product_of((s["R"], s["both_P"], s["both"])), "5.5"),
+        _formula("both_0", Form.product((s["R"], s["both_P"], s["both"])), "5.5"),
     )
     reactions = (
         _matrix("both_R", [s["F_R"], s["M_R"]], "5.6"),
         _matrix("of_R", [s[key] for key in ("F_x", "F_y", "F_z", "M_x", "M_y")] + [Number.ZERO], "5.7"),
-        _formula("F_e", product_of((Number.MINUS_ONE, s["P_e"], s["F_ee"])), "5.8"),
+        _formula("F_e", Form.product((Number.MINUS_ONE, s["P_e"], s["F_ee"])), "5.8"),
         _formula(
             "M_e",
-            sum_of(
+            Form.sum(
                 (
-                    product_of((Number.MINUS_ONE, s["r_e"], s["P_e"], s["F_ee"])),
-                    product_of((Number.MINUS_ONE, s["P_e"], s["M_ee"])),
+                    Form.product((Number.MINUS_ONE, s["r_e"], s["P_e"], s["F_ee"])),
+                    Form.product((Number.MINUS_ONE, s["P_e"], s["M_ee"])),
                 )
             ),
             "5.9",
         ),
         _matrix("both_e", [s["F_e"], s["M_e"]], "5.10"),
     )
-    spun = sum_of((product_of((s["I"], s["dw"])), product_of((s["w~"], s["I"], s["w"]))))
+    spun = Form.sum((Form.product((s["I"], s["dw"])), Form.product((s["w~"], s["I"], s["w"]))))
     inertia = (
-        _formula("w~", product_of((s["turned"], s["dP"]))),
-        _formula("F_D0", product_of((Number.MINUS_ONE, s["m"], s["a_T"])), "5.11"),
+        _formula("w~", Form.product((s["turned"], s["dP"]))),
+        _formula("F_D0", Form.product((Number.MINUS_ONE, s["m"], s["a_T"])), "5.11"),
         _formula("back", s["turned"], "5.12"),
-        _formula("F_D", product_of((s["back"], s["F_D0"])), "5.13"),
-        _formula("M_D", sum_of((product_of((Number.MINUS_ONE, spun)), product_of((s["r_T"], s["F_star"])))), "5.14"),
+        _formula("F_D", Form.product((s["back"], s["F_D0"])), "5.13"),
+        _formula(
+            "M_D", Form.sum((Form.product((Number.MINUS_ONE, spun)), Form.product((s["r_T"], s["F_star"])))), "5.14"
+        ),
         _matrix(
             "I",
             [
@@ -141,19 +143,19 @@ def law_steps(lesson: Balance) -> list[Step]:
             "5.15",
             3,
         ),
-        _formula("F_star", product_of((Number.MINUS_ONE, s["m"], s["back"], s["a_O"])), "5.16"),
+        _formula("F_star", Form.product((Number.MINUS_ONE, s["m"], s["back"], s["a_O"])), "5.16"),
         _matrix("both_D", [s["F_D"], s["M_D"]], "5.17"),
     )
-    rest = (s["both_A"], s["both_D"], s["both_R"], product_of((s["sum_e"], s["both_e"])))
-    balanced = (Formula("", sum_of(rest), "5.18", Number.ZERO),)
+    rest = (s["both_A"], s["both_D"], s["both_R"], Form.product((s["sum_e"], s["both_e"])))
+    balanced = (Formula("", Form.sum(rest), "5.18", Number.ZERO),)
     each = Number(Fraction(len(lesson.system.kept)))
     counted = (
-        _formula("m_R", product_of((s["sum_t"], s["t"], s["s_t"])), "5.19"),
+        _formula("m_R", Form.product((s["sum_t"], s["t"], s["s_t"])), "5.19"),
         Formula(
             "",
-            product_of((each, sum_of((s["u"], Number.MINUS_ONE)))),
+            Form.product((each, Form.sum((s["u"], Number.MINUS_ONE)))),
             "5.20",
-            sum_of((s["n"], s["m_R"])),
+            Form.sum((s["n"], s["m_R"])),
         ),
     )
     steps: list[tuple[str, Sequence[Block], str]] = [

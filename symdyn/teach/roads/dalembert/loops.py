@@ -11,17 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import (
-    Compactor,
-    Form,
-    Number,
-    Symbol,
-    TrigonometricRing,
-    product_of,
-    sum_of,
-    with_added_angles,
-    with_squares,
-)
+from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, with_added_angles, with_squares
 from symdyn.dynamics import ClosedRow, angle_groups, closed_constraints
 from symdyn.dynamics.mechanism import body_placements
 from symdyn.dynamics.reactions import Hinge
@@ -99,12 +89,12 @@ def _forms_of(lesson: Balance, row: ClosedRow) -> tuple[Form | None, Form, Form]
     """Return r, G q̇ and G q̈ + Ġ q̇ of a row; None for r of a row between rates."""
     names = [Symbol(name) for name in lesson.scene.velocities]
     pushed = [Symbol(acceleration_name(name)) for name in lesson.scene.velocities]
-    rate = sum_of(entry.signed_product(u) for entry, u in zip(row.G, names, strict=True))
+    rate = Form.sum(entry.signed_product(u) for entry, u in zip(row.G, names, strict=True))
     bias = (
-        form.signed_product(names[i].power(2) if i == j else product_of((names[i], names[j])))
+        form.signed_product(names[i].power(2) if i == j else Form.product((names[i], names[j])))
         for i, j, form in row.bias
     )
-    push = sum_of([*(entry.signed_product(a) for entry, a in zip(row.G, pushed, strict=True)), *bias])
+    push = Form.sum([*(entry.signed_product(a) for entry, a in zip(row.G, pushed, strict=True)), *bias])
     return row.residual if row.closes else None, rate, push
 
 
@@ -133,5 +123,5 @@ def loop_writer(lesson: Balance, nodes: Sequence[Expr]) -> Callable[[Expr], Form
 def _vanishing(lesson: Balance, form: Form) -> Block:
     """Return that a form is zero; without minus signs in front of all of its terms."""
     if all(term.split_sign()[0] < 0 for term in form.terms):
-        form = sum_of(product_of((Number.MINUS_ONE, term)) for term in form.terms)
+        form = Form.sum(Form.product((Number.MINUS_ONE, term)) for term in form.terms)
     return folded(lesson, Formula("", form, right=Number.ZERO))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number, Power, product_of, sum_of
+from symdyn.algebra import Form, Number, Power
 
 
 def quotient(above: Form, below: Form) -> Form:
@@ -17,9 +17,9 @@ def quotient(above: Form, below: Form) -> Form:
         (whole if divided[1] == Number.ONE else rest).append((term, divided[0]))
     if not whole:
         top, bottom = _divided(above, below)
-        return top if bottom == Number.ONE else product_of((top, Power(bottom, -1)))
-    left = quotient(sum_of(term for term, _ in rest), below) if rest else Number.ZERO
-    return sum_of([*(one for _, one in whole), left])
+        return top if bottom == Number.ONE else Form.product((top, Power(bottom, -1)))
+    left = quotient(Form.sum(term for term, _ in rest), below) if rest else Number.ZERO
+    return Form.sum([*(one for _, one in whole), left])
 
 
 def _laid_open(form: Form) -> Form:
@@ -29,7 +29,7 @@ def _laid_open(form: Form) -> Form:
     if len(sums) != 1:
         return form
     others = [one for k, one in enumerate(factors) if k != sums[0]]
-    return sum_of(product_of([*others, term]) for term in factors[sums[0]].terms)
+    return Form.sum(Form.product([*others, term]) for term in factors[sums[0]].terms)
 
 
 def _factored(form: Form) -> Form:
@@ -41,7 +41,7 @@ def _factored(form: Form) -> Form:
         if not isinstance(base, Number) and all(has(base, one) for one in terms):
             terms = [less(base, one) for one in terms]
             common.append(base)
-    return product_of([*common, sum_of(map(product_of, terms))])
+    return Form.product([*common, Form.sum(map(Form.product, terms))])
 
 
 def _divided(above: Form, below: Form) -> tuple[Form, Form]:
@@ -57,7 +57,7 @@ def _divided(above: Form, below: Form) -> tuple[Form, Form]:
                 terms = [less(base, factors) for factors in terms]
             else:
                 bottom.append(base)
-    return sum_of(map(product_of, terms)), product_of(bottom)
+    return Form.sum(map(Form.product, terms)), Form.product(bottom)
 
 
 def has(base: Form, factors: Sequence[Form]) -> bool:

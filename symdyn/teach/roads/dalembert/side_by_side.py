@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, product_of, with_squares
+from symdyn.algebra import Compactor, Form, Number, Symbol, TrigonometricRing, with_squares
 from symdyn.dynamics import Workspace, angle_groups, closed_form
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import text_of
@@ -75,7 +75,7 @@ def terms_of_both(scene: Scene) -> list[Term]:
         slopes = [gradient(x, u) for x in resting]
         for place, (j, k) in enumerate(pairs):
             second = [gradient(slope[j], (u[k],))[0] for slope in slopes]
-            found.append((i, product_of((names[j], names[k])), closed.form("k_C", i, place), second))
+            found.append((i, Form.product((names[j], names[k])), closed.form("k_C", i, place), second))
         for k in range(n):
             half = [gradient(slope[k], (u[k],))[0] / 2 for slope in slopes]
             found.append((i, names[k].power(2), closed.form("k_D", i, k), half))

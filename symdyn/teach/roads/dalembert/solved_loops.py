@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi, remainder
 
-from symdyn.algebra import Form, Function, Number, Power, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Power, Symbol
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, gradient, reachable, substitute, tangents
 from symdyn.scene import SceneUnits
@@ -206,7 +206,7 @@ def _placed(solving: Solving, gap: Sequence[Expr], u: int, v: int) -> tuple[tupl
         return None
     first, gone = named(x), named(y)
     middle, way = root.forms
-    solution = lesson.order(sum_of((middle, way if sign > 0 else product_of((Number.MINUS_ONE, way)))))
+    solution = lesson.order(Form.sum((middle, way if sign > 0 else Form.product((Number.MINUS_ONE, way)))))
     above, beside = solving.write(*down)
     blocks = (
         lesson.say("solved.without", gone=gone),
@@ -232,12 +232,12 @@ def _angle(solving: Solving, g0: Sequence[Expr], x: Expr, radius: Expr) -> Root 
     )
     a, b, c = nodes
     way = graph.function(Op.ATAN2, graph.function(Op.SQRT, a * a + b * b - c * c), -c)
-    opposite = product_of((Number.MINUS_ONE, C))
-    under = sum_of((Power(A, 2), Power(B, 2), product_of((Number.MINUS_ONE, Power(C, 2)))))
+    opposite = Form.product((Number.MINUS_ONE, C))
+    under = Form.sum((Power(A, 2), Power(B, 2), Form.product((Number.MINUS_ONE, Power(C, 2)))))
     shown = Function(Op.ATAN2, (B, A)), Function(Op.ATAN2, (Function(Op.SQRT, (under,)), opposite))
-    terms = (product_of((A, Function(Op.COS, (named(x),)))), product_of((B, Function(Op.SIN, (named(x),)))), C)
+    terms = (Form.product((A, Function(Op.COS, (named(x),)))), Form.product((B, Function(Op.SIN, (named(x),)))), C)
     written = (Formula(one.name, form) for one, form in zip((A, B, C), solving.write(*nodes), strict=True))
-    blocks = (Formula("", sum_of(terms), right=Number.ZERO), *written)
+    blocks = (Formula("", Form.sum(terms), right=Number.ZERO), *written)
     return Root((graph.function(Op.ATAN2, b, a), way), shown, blocks)
 
 
@@ -289,9 +289,9 @@ def _without_lengths(lesson: Balance, above: Form, beside: Form) -> tuple[Form, 
     terms = [*above.terms, *beside.terms]
     for factor in [one for one in terms[0].factors if one in positive]:
         if all(has(factor, term.factors) for term in terms):
-            terms = [product_of(less(factor, term.factors)) for term in terms]
+            terms = [Form.product(less(factor, term.factors)) for term in terms]
     count = len(above.terms)
-    return sum_of(terms[:count]), sum_of(terms[count:])
+    return Form.sum(terms[:count]), Form.sum(terms[count:])
 
 
 # Where there are no formulas
@@ -318,11 +318,11 @@ def _in_numbers(solving: Solving, independent: Sequence[Symbol], solved: bool) -
     minus = (Number.MINUS_ONE, s["G"])
     blocks: list[Block] = []
     if lesson.scene.loops:
-        blocks.append(Formula("law:loop:step", product_of((*minus, s["r"]))))
+        blocks.append(Formula("law:loop:step", Form.product((*minus, s["r"]))))
     if not solved:
-        blocks.append(Formula("law:loop:u", product_of((*minus, s["Gi"], s["ui"]))))
-        pushed = sum_of((product_of((s["Gi"], s["ai"])), product_of((s["dG"], s["all"]))))
-        blocks.append(Formula("law:loop:a", product_of((*minus, pushed))))
+        blocks.append(Formula("law:loop:u", Form.product((*minus, s["Gi"], s["ui"]))))
+        pushed = Form.sum((Form.product((s["Gi"], s["ai"])), Form.product((s["dG"], s["all"]))))
+        blocks.append(Formula("law:loop:a", Form.product((*minus, pushed))))
     names = [Symbol(lesson.scene.velocities[k]) for k in solving.left]
     said = lesson.say("solved.numbers.reason", **s, dependent=together(names), independent=together(independent))
     if lesson.scene.loops:

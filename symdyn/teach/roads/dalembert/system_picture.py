@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import groupby
 
-from symdyn.algebra import Number, product_of, sum_of
+from symdyn.algebra import Form, Number
 from symdyn.draw import Diagram, Text
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import reachable
@@ -33,7 +33,7 @@ def system_step(lesson: Balance) -> Step:
     places["all"] = str(len(A) * len(lesson.unknowns))
     title = lesson.text("system.alt", scene=lesson.scene.name, **places)
     picture = Picture(_drawn(lesson, title), lesson.say("system.caption"), title, "system")
-    equation = Formula("", sum_of((product_of((s["A"], s["x"])), s["b"])), "5.18", Number.ZERO)
+    equation = Formula("", Form.sum((Form.product((s["A"], s["x"])), s["b"])), "5.18", Number.ZERO)
     blocks: tuple[Block, ...] = (equation, picture, lesson.say("system.count", **places))
     alone = ", ".join(lesson.scene.bodies[j].name for j in _alone(lesson)) if lesson.closed else ""
     key = "system.tree" if not lesson.closed else "system.some" if alone else "system.loops"

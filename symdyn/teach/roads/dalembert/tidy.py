@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra import Form, Function, Number, Power, Product, Sum, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum
 from symdyn.graph import Op
 from symdyn.scene import Scene
 from symdyn.scene.values import acceleration_name
@@ -33,17 +33,17 @@ class Order:
         if isinstance(form, Power):
             sign, base = parts[0].split_sign()
             turned = base.power(form.exponent)
-            return product_of((Number.MINUS_ONE, turned)) if sign < 0 and form.exponent % 2 else turned
+            return Form.product((Number.MINUS_ONE, turned)) if sign < 0 and form.exponent % 2 else turned
         if isinstance(form, Product):
-            return self._product(product_of(parts))
+            return self._product(Form.product(parts))
         if isinstance(form, Sum):
-            return _signed(list(sum_of(parts).terms))
+            return _signed(list(Form.sum(parts).terms))
         return form.with_parts(parts)
 
     def _product(self, form: Form) -> Form:
         if not isinstance(form, Product):
             return form
-        return product_of(sorted(form.factors, key=self._of_factor))
+        return Form.product(sorted(form.factors, key=self._of_factor))
 
     def _of_factor(self, factor: Form) -> tuple[int, int]:
         used = factor.symbols
@@ -62,9 +62,9 @@ class Order:
         )
         leading = next((term for term in terms if term.symbols), None)
         if leading is None or leading.split_sign()[0] > 0:
-            return Function(form.op, (sum_of(terms),)) if terms else form
-        turned = Function(form.op, (sum_of(product_of((Number.MINUS_ONE, term)) for term in terms),))
-        return turned if form.op is Op.COS else product_of((Number.MINUS_ONE, turned))
+            return Function(form.op, (Form.sum(terms),)) if terms else form
+        turned = Function(form.op, (Form.sum(Form.product((Number.MINUS_ONE, term)) for term in terms),))
+        return turned if form.op is Op.COS else Form.product((Number.MINUS_ONE, turned))
 
 
 def order_of(scene: Scene) -> Callable[[Form], Form]:
@@ -81,5 +81,5 @@ def _has_function(form: Form) -> bool:
 def _signed(terms: list[Form]) -> Form:
     """Return a sum that begins without a minus where it can: then those with one stand behind the others."""
     if terms[0].split_sign()[0] > 0:
-        return sum_of(terms)
-    return sum_of(sorted(terms, key=lambda term: term.split_sign()[0] < 0))
+        return Form.sum(terms)
+    return Form.sum(sorted(terms, key=lambda term: term.split_sign()[0] < 0))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from symdyn.algebra import Form
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
-from symdyn.scene.values import GROUND, Contact
+from symdyn.scene.values import Contact
 from symdyn.teach.document import Block, Document, Step, Words
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.roads.dalembert.balance import Balance
@@ -86,7 +86,9 @@ def _contacts(lesson: Balance) -> dict[tuple[str, int], tuple[str, dict[str, str
     for row in lesson.scene.rows:
         told = FORCES[row.kind].touch.words(row) if isinstance(row, Contact) else ()
         if isinstance(row, Contact) and all(told) and (row.name, len(told) - 1) in unknown:
-            bodies = (lesson.text("ground") if name == GROUND else name for name in (row.plane.body, row.place.body))
+            bodies = (
+                lesson.text("ground") if name == Scene.GROUND else name for name in (row.plane.body, row.place.body)
+            )
             places = dict(zip(("parent", "child"), bodies, strict=True)) | {"owner": row.name}
             found |= {(row.name, k): (f"tie.{one}", dict(places)) for k, one in enumerate(told)}
     return found

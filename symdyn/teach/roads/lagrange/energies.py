@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.algebra import Form, Function, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Symbol
 from symdyn.dynamics import rotor_energy
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, tangents
@@ -50,7 +50,7 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
     if moves and not mass.m.is_zero:
         lesson.name(f"v2:{tag}", "v", tag, node=square, power=2)
         steps.append(_square(lesson, mass))
-        parts.append(product_of((HALF, lesson.short(mass.m), Symbol(f"v2:{tag}"))))
+        parts.append(Form.product((HALF, lesson.short(mass.m), Symbol(f"v2:{tag}"))))
         values.append(mass.m * square / 2)
     if mass.h is not None:
         omega = lesson.placed[mass.body.name].R @ angular_velocity(lesson, mass.body)
@@ -71,7 +71,7 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
     key, node = f"K:{tag}", lesson.graph.total(values)
     lesson.name(key, "K", tag, node=node)
     kinetic.append(key)
-    definition = sum_of(parts)
+    definition = Form.sum(parts)
     blocks: list[Block] = [Formula(key, definition, lesson.number(f"K.definition:{tag}"))]
     blocks.append(folded(lesson, Formula(key, kinetic_form(lesson, node), lesson.number(key))))
     claim = lesson.say("kinetic", body=mass.body.name, tag=tag)
@@ -86,7 +86,7 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     rates: dict[str, Form] = {str(q.value): named(u) for q, u in zip(state.q, state.rates, strict=True)}
     components = {axis: rate_of(lesson.short(node), rates) for axis, node in zip(AXES, mass.place, strict=True)}
     components = {axis: form for axis, form in components.items() if form.terms}
-    squares = sum_of(Symbol(f"d{axis}:{tag}").power(2) for axis in components)
+    squares = Form.sum(Symbol(f"d{axis}:{tag}").power(2) for axis in components)
     blocks: list[Block] = [Formula(key, squares, lesson.number(f"v2.definition:{tag}"))]
     groups = expanded_squares(components.values())
     if groups is None:
@@ -95,19 +95,19 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     simple = []
     identities: list[Block] = []
     for group in groups:
-        sines = sum_of(group.sines)
+        sines = Form.sum(group.sines)
         short = lesson.short(sines.express(lesson.graph))
         if set(short.terms) != set(sines.terms):
             identities += [_identity(lesson, sines, short), Formula("", sines, right=short)]
         if short.terms:
-            simple.append(product_of((group.outer, short)))
+            simple.append(Form.product((group.outer, short)))
     if identities:
-        expanded = Formula(key, sum_of(group.form for group in groups))
+        expanded = Formula(key, Form.sum(group.form for group in groups))
         multiplied: list[Block] = [lesson.say("square.out"), expanded, *identities]
         if length(expanded.form) > 3 * MOST_TERMS:
             multiplied = [Fold(lesson.say("square.fold", terms=str(length(expanded.form))), tuple(multiplied))]
         blocks += [*multiplied, lesson.say("square.result")]
-    ordered = sum_of(_rates_last(term) for term in simple)
+    ordered = Form.sum(_rates_last(term) for term in simple)
     blocks.append(folded(lesson, Formula(key, ordered, lesson.number(key))))
     return Step(f"square:{tag}", lesson.say("square", tag=tag), tuple(blocks), reference=_reference(lesson, key))
 
@@ -116,7 +116,7 @@ def _rates_last(term: Form) -> Form:
     """Return a product with rates behind sines."""
     factors = term.factors
     moving = [f for f in factors if is_rate(f)]
-    return product_of([*(f for f in factors if not is_rate(f)), *moving])
+    return Form.product([*(f for f in factors if not is_rate(f)), *moving])
 
 
 def _identity(lesson: Lesson, sines: Form, short: Form) -> Words:
@@ -139,9 +139,9 @@ def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
         for b in range(a, 3):
             if not mass.inertia[a][b].is_zero and not still[a] and not still[b]:
                 rates: list[Form] = [w[a].power(2)] if a == b else [w[a], w[b]]
-                terms.append(product_of((HALF if a == b else Number.ONE, lesson.short(mass.inertia[a][b]), *rates)))
+                terms.append(Form.product((HALF if a == b else Number.ONE, lesson.short(mass.inertia[a][b]), *rates)))
     key = f"Kw:{tag}"
-    blocks: list[Block] = [Formula(key, sum_of(terms)), folded(lesson, Formula(key, kinetic_form(lesson, spin)))]
+    blocks: list[Block] = [Formula(key, Form.sum(terms)), folded(lesson, Formula(key, kinetic_form(lesson, spin)))]
     claim = lesson.say("spin", body=mass.body.name)
     return Step(f"spin:{tag}", claim, tuple(blocks), lesson.once("spin.reason", mass.body.name), level="full")
 
@@ -170,8 +170,8 @@ def kinetic_form(lesson: Lesson, node: Expr) -> Form:
             short = lesson.short(second / 2 if i == j else second)
             if short.terms:
                 a, b = named(u), named(qd[j])
-                terms.append(product_of((short, a.power(2)) if i == j else (short, a, b)))
-    return sum_of(terms)
+                terms.append(Form.product((short, a.power(2)) if i == j else (short, a, b)))
+    return Form.sum(terms)
 
 
 # Potential
@@ -191,12 +191,12 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
     potential.append(key)
     blocks: list[Block] = []
     places = [
-        product_of((Number.MINUS_ONE, lesson.short(mass.m), lesson.short(one), Symbol(f"{axis}:{tag}")))
+        Form.product((Number.MINUS_ONE, lesson.short(mass.m), lesson.short(one), Symbol(f"{axis}:{tag}")))
         for axis, one in zip(AXES, gravity, strict=True)
         if not lesson.vanishes(one)
     ]
     if mass.h is None:
-        blocks.append(Formula(key, sum_of(places), lesson.number(f"P.definition:{tag}")))
+        blocks.append(Formula(key, Form.sum(places), lesson.number(f"P.definition:{tag}")))
     blocks.append(folded(lesson, Formula(key, lesson.short(node), lesson.number(key))))
     claim = lesson.say("potential", body=mass.body.name, tag=tag)
     reason = lesson.once("potential.reason", Symbol(key))
@@ -220,15 +220,15 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
     lesson.name("L:", "L", node=lesson.L)
     total: list[Block] = []
     for name, keys, form in (("K", kinetic, page.K), ("P", potential, page.P)):
-        parts = sum_of(Symbol(key) for key in keys)
+        parts = Form.sum(Symbol(key) for key in keys)
         if parts != Number.ZERO:
             total.append(Formula(f"{name}:", parts))
         if len(keys) != 1 or name == "K":
             total.append(folded(lesson, Formula(f"{name}:", form, lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
-    negative = sum_of(_negated(term) for term in page.P.terms)
+    negative = Form.sum(_negated(term) for term in page.P.terms)
     blocks: list[Block] = [
-        folded(lesson, Formula("L:", sum_of((page.K, negative)), lesson.number("L"))),
+        folded(lesson, Formula("L:", Form.sum((page.K, negative)), lesson.number("L"))),
     ]
     steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
     return steps
@@ -236,7 +236,7 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
 
 def _negated(term: Form) -> Form:
     sign, rest = term.split_sign()
-    return rest if sign < 0 else product_of((Number.MINUS_ONE, term))
+    return rest if sign < 0 else Form.product((Number.MINUS_ONE, term))
 
 
 def _reference(lesson: Lesson, key: str) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, groupby
 
-from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.emit.print import Coefficient, Printable, text_of
 from symdyn.graph import Expr, tangents
@@ -80,8 +80,8 @@ def _momentum(lesson: Lesson, i: int) -> Step:
 
 def momentum_form(lesson: Lesson, i: int) -> Form:
     """Return Σ k_z,ij q̇_j, which costs nothing, where the derivative of K multiplied out may be too long."""
-    terms = [product_of((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
-    return sum_of(term for term in terms if term != Number.ZERO)
+    terms = [Form.product((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
+    return Form.sum(term for term in terms if term != Number.ZERO)
 
 
 def _rate(lesson: Lesson, i: int) -> Step:
@@ -94,14 +94,14 @@ def _rate(lesson: Lesson, i: int) -> Step:
         for k in range(n)
         if forms.M[i][j]
     }
-    terms = [product_of((_M(lesson, i, j), _qdd(lesson, j))) for j in range(n) if forms.M[i][j]]
+    terms = [Form.product((_M(lesson, i, j), _qdd(lesson, j))) for j in range(n) if forms.M[i][j]]
     for j, k in [*combinations(range(n), 2), *((j, j) for j in range(n))]:
         zero = forms.ring.zero
         total = slopes.get((j, k), zero) + (slopes.get((k, j), zero) if j != k else zero)
         if total:
             terms.append(_signed(forms.compactor(total), *_rates(lesson, j, k)))
     key = f"rate:{i + 1}"
-    formula = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
+    formula = folded(lesson, Formula(symbol.name, Form.sum(terms), lesson.number(key)))
     written = sum(length(_M(lesson, i, j)) for j in range(n)) <= MOST_TERMS
     table = _products(lesson, i) if written else _products_by_name(lesson, i)
     shown: Block = table if n <= SMALL_SCENE else Fold(lesson.say("rate.fold"), (table,))
@@ -115,8 +115,8 @@ def _products(lesson: Lesson, i: int) -> Values:
     rows: list[tuple[Form, Form, Form]] = []
     for j in range(lesson.state.n):
         for term in _M(lesson, i, j).terms:
-            changing = sum_of(_with_rate(part, _qd(lesson, j)) for part in rate_of(term, rates).terms)
-            rows.append((product_of((term, _qd(lesson, j))), changing, product_of((term, _qdd(lesson, j)))))
+            changing = Form.sum(_with_rate(part, _qd(lesson, j)) for part in rate_of(term, rates).terms)
+            rows.append((Form.product((term, _qd(lesson, j))), changing, Form.product((term, _qdd(lesson, j)))))
     return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
 
 
@@ -129,8 +129,8 @@ def _products_by_name(lesson: Lesson, i: int) -> Values:
             (node,) = tangents([node_of(lesson, key)], lesson.state.velocity)
             change = lesson.rate(key, node)
             rates = _qd(lesson, j), _qdd(lesson, j)
-            rows.append((product_of((Symbol(key), rates[0])), product_of((change, rates[0])),
-                         product_of((Symbol(key), rates[1]))))  # fmt: skip
+            rows.append((Form.product((Symbol(key), rates[0])), Form.product((change, rates[0])),
+                         Form.product((Symbol(key), rates[1]))))  # fmt: skip
     return lesson.table(("rate.term", "rate.coefficient", "rate.acceleration"), rows)
 
 
@@ -139,7 +139,7 @@ def _with_rate(term: Form, rate: Symbol) -> Form:
     factors = [*term.factors, rate]
     rates = sorted((x for x in factors if isinstance(x, Symbol) and is_rate(x)), key=lambda x: x.name)
     others = [x for x in factors if x not in rates]
-    return product_of((*others, *(x.power(rates.count(x)) for x in dict.fromkeys(rates))))
+    return Form.product((*others, *(x.power(rates.count(x)) for x in dict.fromkeys(rates))))
 
 
 def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
@@ -160,7 +160,7 @@ def _slope(lesson: Lesson, page: Printable, i: int) -> Step:
                 terms.append(_signed(shown, *_rates(lesson, j, k)))
     terms += [_signed(Number.MINUS_ONE, term) for c in page.rows[i] if not c.of for term in c.form.terms]
     key = f"slope:{i + 1}"
-    block = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
+    block = folded(lesson, Formula(symbol.name, Form.sum(terms), lesson.number(key)))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
     reason = lesson.once("slope.absent" if absent else "slope.reason", symbol, q=named(q))
     return Step(key, lesson.say("slope", slope=symbol), (block,), reason, lesson.reference(key))
@@ -176,7 +176,7 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
         form = c.form if short else Symbol(coefficient_key(c))
         terms.append(Brace(form, coefficient_key(c) if short else "", c.rate))
     q, qd = lesson.state.q[i].value, lesson.state.qd[i].value
-    left = sum_of((Symbol(f"d/dt dL:/d{qd}"), _signed(Number.MINUS_ONE, Symbol(f"dL:/d{q}"))))
+    left = Form.sum((Symbol(f"d/dt dL:/d{qd}"), _signed(Number.MINUS_ONE, Symbol(f"dL:/d{q}"))))
     claim = lesson.say("equation", left=left, right=page.right[i])
     key, motion = f"equation:{i + 1}", f"motion:{i + 1}"
     blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", lesson.number(key))]
@@ -211,7 +211,7 @@ def _qdd(lesson: Lesson, j: int) -> Symbol:
 
 def _signed(form: Form, *rate: Form) -> Form:
     """Return form · rate; a sum of negative terms takes its sign in front."""
-    return form.signed_product(product_of(rate))
+    return form.signed_product(Form.product(rate))
 
 
 # Coefficients

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.graph import Op
 
 Monomial = tuple[tuple[Form, int], ...]  # (atom, exponent), in order of appearance
@@ -23,35 +23,35 @@ def rate_of(form: Form, rates: Mapping[str, Form]) -> Form:
     if isinstance(form, Symbol):
         return rates.get(form.name, Number.ZERO)
     if isinstance(form, Sum):
-        return sum_of(rate_of(term, rates) for term in form.terms)
+        return Form.sum(rate_of(term, rates) for term in form.terms)
     if isinstance(form, Power):
         inner = rate_of(form.base, rates)
         if inner == Number.ZERO:
             return Number.ZERO
-        outer = product_of((Number(Fraction(form.exponent)), form.base.power(form.exponent - 1)))
+        outer = Form.product((Number(Fraction(form.exponent)), form.base.power(form.exponent - 1)))
         return _spread(outer, inner)
     if isinstance(form, Product):
         terms = []
         for k, factor in enumerate(form.factors):
             inner = rate_of(factor, rates)
             if inner != Number.ZERO:
-                others = product_of((*form.factors[:k], *form.factors[k + 1 :]))
+                others = Form.product((*form.factors[:k], *form.factors[k + 1 :]))
                 terms.append(_spread(others, inner))
-        return sum_of(terms)
+        return Form.sum(terms)
     if isinstance(form, Function) and form.op in (Op.SIN, Op.COS):
         inner = rate_of(form.args[0], rates)
         if inner == Number.ZERO:
             return Number.ZERO
         sign, op = (Number.ONE, Op.COS) if form.op is Op.SIN else (Number.MINUS_ONE, Op.SIN)
-        return product_of((sign, Function(op, form.args), inner))
+        return Form.product((sign, Function(op, form.args), inner))
     return Number.ZERO
 
 
 def _spread(outer: Form, inner: Form) -> Form:
     """Return outer · inner, term by term where inner has sines to differentiate by more than one coordinate."""
     if isinstance(inner, Sum) and not all(isinstance(term, Symbol) for term in inner.terms):
-        return sum_of(product_of((outer, term)) for term in inner.terms)
-    return product_of((outer, inner))
+        return Form.sum(Form.product((outer, term)) for term in inner.terms)
+    return Form.product((outer, inner))
 
 
 def has_sine(form: Form) -> bool:
@@ -78,7 +78,7 @@ class Group:
     @property
     def form(self) -> Form:
         """The product."""
-        return product_of((self.outer, sum_of(self.sines)))
+        return Form.product((self.outer, Form.sum(self.sines)))
 
 
 def expanded_squares(forms: Iterable[Form]) -> list[Group] | None:
@@ -100,8 +100,8 @@ def expanded_squares(forms: Iterable[Form]) -> list[Group] | None:
     result = []
     for outer, members in groups.items():
         shared = members[0][0] if all(abs(a) == abs(members[0][0]) for a, _ in members) else Fraction(1)
-        sines = tuple(product_of((Number(a / shared), _product(m))) for a, m in members)
-        result.append(Group(product_of((Number(shared), _product(outer))), sines))
+        sines = tuple(Form.product((Number(a / shared), _product(m))) for a, m in members)
+        result.append(Group(Form.product((Number(shared), _product(outer))), sines))
     return result
 
 
@@ -165,4 +165,4 @@ def is_rate(form: Form) -> bool:
 
 
 def _product(monomial: Monomial) -> Form:
-    return product_of(atom.power(exponent) for atom, exponent in monomial)
+    return Form.product(atom.power(exponent) for atom, exponent in monomial)

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.algebra import Form, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import vector
 from symdyn.emit.print import Printable
 from symdyn.graph import Expr
+from symdyn.scene import Scene
 from symdyn.scene.joints import JOINTS, unit
-from symdyn.scene.values import GROUND, Joint
+from symdyn.scene.values import Joint
 from symdyn.spatial import Vec, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
 from symdyn.teach.lesson import Lesson, named
@@ -60,7 +61,7 @@ def beyond(lesson: Lesson, joint: Joint, found: list[Mass]) -> list[Mass]:
     carrier = {j.child: j for j in lesson.scene.joints}
 
     def carried(body: str) -> bool:
-        while body != GROUND:
+        while body != Scene.GROUND:
             if carrier[body] is joint:
                 return True
             body = carrier[body].parent
@@ -121,7 +122,7 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
         node, terms = node + rotor, [*terms, lesson.short(rotor)]
     lesson.name(key, "m" if axis.slides else "I", here, node=node)
     number = lesson.number(f"J:{here}")
-    in_names, written_out = sum_of(terms), lesson.short(node)
+    in_names, written_out = Form.sum(terms), lesson.short(node)
     blocks.append(Formula(key, in_names, number))
     if in_names != written_out:
         blocks.append(folded(lesson, Formula(key, written_out)))
@@ -129,7 +130,7 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
     torque = f"Mz:{here},{here}"
     qdd = lesson.state.qdd[i]
     lesson.name(torque, "F" if axis.slides else "M", "z", here + here, node=node_of(lesson, k_z) * qdd)
-    moved, product = lesson.say("inertia.torque", rate=named(qdd)), product_of((Symbol(k_z), named(qdd)))
+    moved, product = lesson.say("inertia.torque", rate=named(qdd)), Form.product((Symbol(k_z), named(qdd)))
     blocks += [moved, Formula(torque, product, lesson.number(torque))]
     kind = "mass" if axis.slides else "inertia"
     tags = ", ".join(mass.tag for mass in carried)
@@ -153,7 +154,7 @@ def _inertia_about(lesson: Lesson, axis: Axis, mass: Mass, here: str) -> tuple[E
         sides = _sides(lesson, axis, mass)
         short = lesson.short(square)
         blocks.append(folded(lesson, Formula(key, sides, "", short) if sides is not None else Formula(key, short)))
-        share, terms = share + mass.m * square, [product_of((m, symbol))]
+        share, terms = share + mass.m * square, [Form.product((m, symbol))]
     n = lesson.placed[mass.body.name].R.T @ axis.n
     spin = dot(n, mass.inertia @ n)
     if mass.h is not None:
@@ -174,7 +175,7 @@ def _sides(lesson: Lesson, axis: Axis, mass: Mass) -> Form | None:
     if len(along) != 1:
         return None
     across = [k for k in range(3) if k != along[0] and not lesson.vanishes(mass.place[k])]
-    return sum_of(Symbol(f"{AXES[k]}:{mass.tag}").power(2) for k in across)
+    return Form.sum(Symbol(f"{AXES[k]}:{mass.tag}").power(2) for k in across)
 
 
 def _check(lesson: Lesson, a: str, b: str) -> Box:
@@ -202,7 +203,7 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], found
     other = lesson.state.qdd[i]
     lesson.name(back, "F" if second.slides else "M", "z", there + here, node=node_of(lesson, twin) * other)
     blocks: list[Block] = [
-        Formula(torque, product_of((Symbol(k_z), Symbol(str(qdd.value)))), lesson.number(torque)),
+        Formula(torque, Form.product((Symbol(k_z), Symbol(str(qdd.value)))), lesson.number(torque)),
         lesson.say("induced.how", rate=Symbol(str(qdd.value))),
         folded(lesson, Formula(key, lesson.short(node))),
         _check(lesson, k_z, key),
@@ -212,9 +213,11 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], found
         lesson.vanishes(a - b) for a, b in zip(first.n, second.n, strict=True)
     )
     if parallel and not lesson.vanishes(rest) and length(short := lesson.short(rest)) < length(lesson.short(node)):
-        formula = Formula(k_z, sum_of((Symbol(f"k_z:{there},{there}"), short)), lesson.number(f"split:{here},{there}"))
+        formula = Formula(
+            k_z, Form.sum((Symbol(f"k_z:{there},{there}"), short)), lesson.number(f"split:{here},{there}")
+        )
         blocks += [lesson.say("induced.split"), formula]
-    blocks.append(Formula(back, product_of((Symbol(twin), Symbol(str(other.value)))), lesson.number(back)))
+    blocks.append(Formula(back, Form.product((Symbol(twin), Symbol(str(other.value)))), lesson.number(back)))
     blocks += [lesson.say("induced.twin"), Formula(twin, Symbol(k_z), lesson.number(twin))]
     claim = lesson.say("induced", name=Symbol(k_z), rate=Symbol(str(qdd.value)), joint=first.joint.name)
     reference = lesson.reference(torque, k_z, f"split:{here},{there}", back, twin)

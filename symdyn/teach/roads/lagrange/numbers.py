@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.draw import Lettered, Wrench, picture
 from symdyn.dynamics.mechanism import TIME, vector
 from symdyn.emit.print import Printable
@@ -65,10 +65,10 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
         if not c.vanishes:
             key = coefficient_key(c)
             value = node_of(lesson, key) * c.rate.express(lesson.graph)
-            terms.append((product_of((Symbol(key), c.rate)), value))
+            terms.append((Form.product((Symbol(key), c.rate)), value))
     for force in _others(lesson, page, i):
         node = page.lengths.written_out(force).express(lesson.graph)
-        terms.append((product_of((Number.MINUS_ONE, force)), -node))
+        terms.append((Form.product((Number.MINUS_ONE, force)), -node))
     labels, values = [label for label, _ in terms], chosen.of(*(value for _, value in terms))
     whole, sum_ = sum(map(abs, values)) or 1.0, sum(values)
     sum_ = 0.0 if abs(sum_) <= NONE * whole else sum_
@@ -104,8 +104,8 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     lesson.name("E:", "E", node=total)
     symbol = lesson.rate("E:", rate)
     forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
-    power = [sum_of(forces[i]).signed_product(named(state.qd[i])) for i in n]
-    others = [page.lengths.written_out(sum_of(some[1:])) for some in forces]
+    power = [Form.sum(forces[i]).signed_product(named(state.qd[i])) for i in n]
+    others = [page.lengths.written_out(Form.sum(some[1:])) for some in forces]
     acting = [lesson.drives[i] + others[i].express(lesson.graph) for i in n]
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)
@@ -113,8 +113,8 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     size = sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen))))
     assert abs(left - sum(parts)) <= 1e-9 * (1 + size), "the power of the drives is not the rate of K + P"
     blocks: list[Block] = [
-        Formula("E:", sum_of((Symbol("K:"), Symbol("P:")))),
-        Formula(symbol.name, sum_of(power)),
+        Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))),
+        Formula(symbol.name, Form.sum(power)),
         lesson.say(
             "power.numbers",
             left=symbol,

@@ -5,7 +5,7 @@ The index i in them stands for any coordinate: these names have no value, and te
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import generalized_forces
 from symdyn.emit.print import Printable
 from symdyn.scene import SceneUnits
@@ -94,4 +94,4 @@ def _said(lesson: Lesson, i: int, slides: bool) -> Words:
 
 
 def _less(a: Form, b: Form) -> Form:
-    return sum_of((a, product_of((Number.MINUS_ONE, b))))
+    return Form.sum((a, Form.product((Number.MINUS_ONE, b))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Number, Symbol, product_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.emit.print import Printable, text_of
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import SceneUnits
@@ -32,7 +32,7 @@ def rates_step(lesson: Lesson, page: Printable, kind: str, found: list[Mass]) ->
     if reference:
         node, rate = node_of(lesson, "k_D:1,1"), lesson.state.qd[0]
         lesson.name("k_D torque", "M", "D", "11", node=node * rate * rate)
-        product = product_of((Symbol("k_D:1,1"), named(rate).power(2)))
+        product = Form.product((Symbol("k_D:1,1"), named(rate).power(2)))
         blocks.append(Formula("k_D torque", product, lesson.number("k_D:1,1"), Number.ZERO))
     claim, reason = lesson.say(f"meaning.{kind}"), lesson.say(f"meaning.{kind}.reason")
     return Step(f"meaning:{kind}", claim, tuple(blocks), reason, reference)

@@ -6,12 +6,12 @@ From C_0b = C_0p C_pb and the skew matrix ω̃ = Cᵀ Ċ follows ω_b = C_pbᵀ 
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Symbol
 from symdyn.dynamics.mechanism import joint_placement
 from symdyn.emit.print import Letters
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Scene
-from symdyn.scene.values import GROUND, Body, Joint
+from symdyn.scene.values import Body, Joint
 from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Fold, Letter, Matrix, Step
 from symdyn.teach.lesson import Lesson
@@ -32,7 +32,7 @@ def rotation_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
     wanted: set[str] = set()
     for name in bodies:
         below = name
-        while below != GROUND and below not in wanted:
+        while below != Scene.GROUND and below not in wanted:
             wanted.add(below)
             below = carrier[below].parent
     return [_rotation(lesson, joint) for joint in lesson.scene.joints if joint.child in wanted]
@@ -40,7 +40,7 @@ def rotation_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
 
 def number_of(scene: Scene, body: str) -> str:
     """Return the number of a body in print, "0" for the ground."""
-    return "0" if body == GROUND else str(Letters.body_number([one.name for one in scene.bodies].index(body)))
+    return "0" if body == Scene.GROUND else str(Letters.body_number([one.name for one in scene.bodies].index(body)))
 
 
 def _rotation(lesson: Lesson, joint: Joint) -> Step:
@@ -58,11 +58,11 @@ def _rotation(lesson: Lesson, joint: Joint) -> Step:
     if max(len(entry.terms) for entry in entries) > WIDEST:
         matrix = Fold(lesson.say("rotation.fold", name=Symbol(left)), (matrix,))
     blocks = [matrix]
-    if joint.parent != GROUND:
+    if joint.parent != Scene.GROUND:
         first, whole = cosines("0", here), cosines("0", there)
         for key, of in ((first, here), (whole, there)):
             lesson.called(key, Letter("C", ("0" + of,)))
-        product = product_of((Symbol(first), Symbol(left)))
+        product = Form.product((Symbol(first), Symbol(left)))
         blocks.append(lesson.say("rotation.product", body=joint.child, whole=Symbol(whole), product=product))
     claim = lesson.say("rotation", body=joint.child, parent=_called(lesson, joint.parent))
     return Step(f"rotation:{joint.child}", claim, tuple(blocks), lesson.once("rotation.reason", joint.child))
@@ -74,7 +74,7 @@ def cosines(here: str, there: str) -> str:
 
 
 def _called(lesson: Lesson, body: str) -> str:
-    return lesson.text("rotation.ground") if body == GROUND else body
+    return lesson.text("rotation.ground") if body == Scene.GROUND else body
 
 
 # Angular velocities
@@ -99,7 +99,7 @@ def read_from(lesson: Lesson, body: Body, found: list[Mass]) -> list[Form] | Non
     key = cosines(number_of(lesson.scene, joint.parent), number_of(lesson.scene, body.name))
     if key not in lesson.names:
         return None
-    if joint.parent == GROUND:
+    if joint.parent == Scene.GROUND:
         return _skew(lesson, key) if len(joint.coordinates) > 1 else None
     parent = next(one for one in lesson.scene.bodies if one.name == joint.parent)
     above, R = angular_velocity(lesson, parent), joint_placement(joint, lesson.graph).R
@@ -111,9 +111,9 @@ def read_from(lesson: Lesson, body: Body, found: list[Mass]) -> list[Form] | Non
         for k in range(3):
             if not lesson.vanishes(above[k]) and not lesson.vanishes(R[k][a]):
                 rate: Form = Symbol(f"omega:{tags[0]}{AXES[k]}") if tags else lesson.short(above[k])
-                terms.append(product_of((lesson.short(R[k][a]), rate)))
+                terms.append(Form.product((lesson.short(R[k][a]), rate)))
         terms += lesson.short(own - handed[a]).terms
-        components.append(sum_of(terms))
+        components.append(Form.sum(terms))
     return components
 
 
@@ -135,6 +135,6 @@ def _skew(lesson: Lesson, key: str) -> list[Form]:
             look = lesson.names[f"{key}:{k}{b}"].look
             assert isinstance(look, Letter), "an entry of C is called by a letter"
             moving = lesson.called(f"d{key}:{k}{b}", Letter("C", look.index, dots=1), rate)
-            terms.append(product_of((Symbol(f"{key}:{k}{a}"), moving)))
-        components.append(sum_of(terms))
+            terms.append(Form.product((Symbol(f"{key}:{k}{a}"), moving)))
+        components.append(Form.sum(terms))
     return components

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from symdyn.algebra import Form, Function, Number, Power, Product, Sum, Symbol
 from symdyn.graph import Expr, tangents
-from symdyn.scene.values import GROUND
+from symdyn.scene import Scene
 from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Fold, Formula, Step
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named
@@ -81,7 +81,7 @@ def _turning(lesson: Lesson, mass: Mass, found: list[Mass]) -> Step:
 
 def _carried(lesson: Lesson) -> set[str]:
     """Return the bodies whose neighbour towards the ground moves."""
-    return {joint.child for joint in lesson.scene.joints if joint.parent != GROUND}
+    return {joint.child for joint in lesson.scene.joints if joint.parent != Scene.GROUND}
 
 
 def _along(v: Vec) -> Iterator[tuple[str, Expr]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.algebra import Form, Power, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Power, Symbol
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Formula, Matrix, Step, Words
 from symdyn.teach.lesson import named, together
@@ -74,7 +74,7 @@ def _owner(lesson: Constrained, ties: list[Tie]) -> Step:
     u = list(map(named, lesson.state.qd))
     for tie in ties:
         terms = (slope(lesson, tie, i).signed_product(rate) for i, rate in enumerate(u))
-        blocks.append(folded(lesson, Formula(tie.rate, sum_of(terms))))
+        blocks.append(folded(lesson, Formula(tie.rate, Form.sum(terms))))
     blocks.append(lesson.say("ties.still", names=_all([Symbol(tie.rate) for tie in ties])))
     first = ties[0]
     key = "ties.loop" if first.loop else "ties.contact" if first.parent else "ties.formula"
@@ -100,8 +100,8 @@ def _accelerations(lesson: Constrained) -> Step:
         terms = [slope(lesson, tie, i).signed_product(rate) for i, rate in enumerate(a)]
         for j, k, node in lesson.turning[tie.number]:
             rates: list[Form] = [Power(u[j], 2)] if j == k else [u[j], u[k]]
-            terms.append(lesson.tie_form(node).signed_product(product_of(rates)))
-        blocks.append(folded(lesson, Formula(tie.acceleration, sum_of(terms))))
+            terms.append(lesson.tie_form(node).signed_product(Form.product(rates)))
+        blocks.append(folded(lesson, Formula(tie.acceleration, Form.sum(terms))))
     blocks.append(lesson.say("ties.still", names=_all([Symbol(tie.acceleration) for tie in lesson.ties])))
     return Step("ties.accelerations", lesson.say("ties.accelerations"), tuple(blocks), show=("accelerations",))
 

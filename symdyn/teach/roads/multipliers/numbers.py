@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Symbol
 from symdyn.graph import tangents
 from symdyn.scene import SceneUnits
 from symdyn.scene.values import force_unit
@@ -45,16 +45,16 @@ def tied_power_step(lesson: Constrained, right: Sequence[Form], chosen: Chosen) 
     lesson.name("E:", "E", node=total)
     symbol = lesson.rate("E:", rate)
     power = [force.signed_product(named(u)) for force, u in zip(right, state.qd, strict=True) if force.terms]
-    held = [product_of((multiplier(tie), Symbol(tie.rate))) for tie in lesson.ties]
+    held = [Form.product((multiplier(tie), Symbol(tie.rate))) for tie in lesson.ties]
     left, *parts = chosen.of(rate, *(valued(lesson, form) for form in (*power, *held)))
     size = SMALL * (1 + sum(map(abs, (*parts, *rates_of(lesson.energy, state, chosen)))))
     assert abs(left - sum(parts)) <= size, "the power of all forces is not d/dt (K + P)"
     assert sum(map(abs, parts[len(power) :])) <= size, "a condition does work"
     value, done = (0.0 if abs(x) <= size else x for x in (left, sum(parts[: len(power)])))
     idle = any(lesson.scene.drives[k] is None for k in lesson.partition.independent)  # then only in its own motion
-    whole = sum_of([*power, *held])
+    whole = Form.sum([*power, *held])
     blocks: list[Block] = [
-        Formula("E:", sum_of((Symbol("K:"), Symbol("P:")))),
+        Formula("E:", Form.sum((Symbol("K:"), Symbol("P:")))),
         Words((symbol, " = ", whole)) if idle else Formula(symbol.name, whole),
         lesson.say("tied.power.numbers", left=symbol, value=lesson.equals(value), done=lesson.about(done)),
     ]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
 
-from symdyn.algebra import Form, Number, Power, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Power, Symbol
 from symdyn.emit.print import text_of
 from symdyn.graph import Expr, gradient, substitute
 from symdyn.scene.values import Joint
@@ -39,8 +39,8 @@ def energy_steps(lesson: Turning) -> list[Step]:
             claim = lesson.say("body.kinetic", body=mass.body.name, tag=mass.tag)
             reason = lesson.say("body.kinetic.reason") if len(parts) == 1 else Words(())
             steps.append(Step(f"kinetic:{mass.tag}", claim, blocks, reason))
-    whole = valued(lesson, sum_of(parts))
-    blocks = (Formula("K:", sum_of(parts)),) if lesson.vanishes(whole - lesson.energy.K) else ()  # rotors turn too
+    whole = valued(lesson, Form.sum(parts))
+    blocks = (Formula("K:", Form.sum(parts)),) if lesson.vanishes(whole - lesson.energy.K) else ()  # rotors turn too
     blocks += (folded(lesson, Formula("K:", kinetic_form(lesson, lesson.energy.K))),)
     blocks += (folded(lesson, Formula("P:", lesson.shape(lesson.energy.P))),)
     reason = lesson.say("body.potential.reason")
@@ -51,14 +51,14 @@ def _kinetic(lesson: Turning, mass: Mass) -> tuple[Block, ...]:
     """Return K of one mass: ½ m v², ½ ω·I ω, and the mixed term of a first moment."""
     tag, terms, blocks = mass.tag, list[Form](), list[Block]()
     v, w = ([Symbol(f"{letter}:{tag}{axis}") for axis in AXES] for letter in ("v", "omega"))
-    squares = sum_of(one.power(2) for one in v if lesson.shape(lesson.node(one.name)).terms)
+    squares = Form.sum(one.power(2) for one in v if lesson.shape(lesson.node(one.name)).terms)
     if not mass.m.is_zero and squares.terms:
-        terms.append(product_of((HALF, lesson.short(mass.m), squares)))
+        terms.append(Form.product((HALF, lesson.short(mass.m), squares)))
     for a in range(3):
         for b in range(a, 3):
             if not mass.inertia[a][b].is_zero:
                 pair: list[Form] = [HALF, w[a].power(2)] if a == b else [w[a], w[b]]
-                terms.append(product_of((lesson.short(mass.inertia[a][b]), *pair)))
+                terms.append(Form.product((lesson.short(mass.inertia[a][b]), *pair)))
     if mass.h is not None:
         x, y, z = (lesson.node(one.name) for one in v)
         a1, a2, a3 = lesson.twist(mass.body.name)[1]
@@ -68,7 +68,7 @@ def _kinetic(lesson: Turning, mass: Mass) -> tuple[Block, ...]:
             blocks.append(folded(lesson, Formula(f"Kh:{tag}", kinetic_form(lesson, mixed))))
     if not terms:
         return ()
-    form = sum_of(terms)
+    form = Form.sum(terms)
     lesson.name(f"K:{tag}", "K", tag, node=valued(lesson, form))
     return (*blocks, Formula(f"K:{tag}", form))
 
@@ -104,7 +104,7 @@ def momentum_steps(lesson: Turning) -> list[Step]:
 
 def _cross(a: Sequence[Symbol], b: Sequence[Symbol]) -> list[Form]:
     pairs = ((1, 2), (2, 0), (0, 1))
-    return [sum_of((product_of((a[i], b[j])), product_of((Number.MINUS_ONE, a[j], b[i])))) for i, j in pairs]
+    return [Form.sum((Form.product((a[i], b[j])), Form.product((Number.MINUS_ONE, a[j], b[i])))) for i, j in pairs]
 
 
 def _velocities(lesson: Turning, joint: Joint) -> range:
@@ -115,7 +115,7 @@ def _velocities(lesson: Turning, joint: Joint) -> range:
 def _linear(lesson: Turning, node: Expr) -> Form:
     """Return Σ coefficient · u_j."""
     slopes = zip(gradient(node, lesson.state.qd), lesson.state.qd, strict=True)
-    return sum_of(lesson.shape(slope).signed_product(named(u)) for slope, u in slopes if not slope.is_zero)
+    return Form.sum(lesson.shape(slope).signed_product(named(u)) for slope, u in slopes if not slope.is_zero)
 
 
 # Equations
@@ -154,7 +154,7 @@ def right_sides(lesson: Turning) -> tuple[Form, ...]:
     """Return drive + Q of every velocity."""
     found = []
     for drive, force in zip(lesson.scene.drives, lesson.acting, strict=True):
-        found.append(sum_of([*([Symbol(drive)] if drive else []), lesson.shape(force)]))
+        found.append(Form.sum([*([Symbol(drive)] if drive else []), lesson.shape(force)]))
     return tuple(found)
 
 
@@ -167,11 +167,11 @@ def equation_steps(lesson: Turning, right: Sequence[Form]) -> list[Step]:
         for (j, k), terms in lesson.energy.directions.brackets.items():
             for m, value in terms if k == i else ():
                 if lesson.shape(lesson.p[m]).terms:
-                    parts.append(product_of((Number(Fraction(-value)), named(u[j]), Symbol(f"p:{m + 1}"))))
+                    parts.append(Form.product((Number(Fraction(-value)), named(u[j]), Symbol(f"p:{m + 1}"))))
         if lesson.shape(lesson.along_K[i]).terms:
-            parts.append(product_of((Number.MINUS_ONE, Symbol(f"XK:{number}"))))
+            parts.append(Form.product((Number.MINUS_ONE, Symbol(f"XK:{number}"))))
         parts += [Symbol(key) for key, node in _along(lesson, i) if lesson.shape(node).terms]
-        blocks: list[Block] = [Formula("", right[i], right=sum_of(parts))]
+        blocks: list[Block] = [Formula("", right[i], right=Form.sum(parts))]
         braces, long = _terms(lesson, i)
         blocks.append(Braced(right[i], tuple(braces), f"tau:{number}"))
         if long:
@@ -204,7 +204,7 @@ def _terms(lesson: Turning, i: int) -> tuple[list[Brace], dict[str, Form]]:
         square = j == k
         index: tuple[str, ...] = ("D", f"{i + 1}{j + 1}") if square else ("C", str(i + 1), f"{j + 1}{k + 1}")
         key = f"k_D:{i + 1},{j + 1}" if square else f"k_C:{i + 1},{j + 1},{k + 1}"
-        rate: Form = Power(named(state.qd[j]), 2) if square else product_of((named(state.qd[j]), named(state.qd[k])))
+        rate: Form = Power(named(state.qd[j]), 2) if square else Form.product((named(state.qd[j]), named(state.qd[k])))
         found.append((key, index, second / 2 if square else second, rate))
     braces: list[Brace] = []
     long: dict[str, Form] = {}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.algebra import Number, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Symbol
 from symdyn.dynamics.mechanism import joint_motion
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, tangents
 from symdyn.scene import SceneUnits
-from symdyn.scene.joints import rotation_of
 from symdyn.scene.values import Joint
+from symdyn.spatial import Mat
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
 from symdyn.teach.lesson import named, together
 from symdyn.teach.masses import AXES
@@ -64,7 +64,7 @@ def _quaternion(lesson: Turning, joint: Joint, first: bool) -> list[Step]:
         lesson.called(f"rate:{x.value}", Letter(rf"\dot{{{spelled[str(x.value)]}}}"), node)
         for x, node in zip(e, rates, strict=True)
     ]
-    square = sum_of(x.power(2) for x in forms)
+    square = Form.sum(x.power(2) for x in forms)
     steps: list[Step] = []
     if first:
         said = lesson.say("quaternion.unit", scalar=e0, vector=together([e1, e2, e3]), square=square)
@@ -77,19 +77,24 @@ def _quaternion(lesson: Turning, joint: Joint, first: bool) -> list[Step]:
     turning = ((a, c1, e1, e2, c3, e3, c2), (b, c2, e2, e3, c1, e1, c3), (c, c3, e3, e1, c2, e2, c1))
     blocks: list[Block] = []
     for one, own, x, y, z, s, t in turning:
-        terms = (product_of((e0, own)), product_of((MINUS, x, c0)), product_of((MINUS, y, z)), product_of((s, t)))
-        blocks.append(Formula(one.name, product_of((TWO, sum_of(terms)))))
+        terms = (
+            Form.product((e0, own)),
+            Form.product((MINUS, x, c0)),
+            Form.product((MINUS, y, z)),
+            Form.product((s, t)),
+        )
+        blocks.append(Formula(one.name, Form.product((TWO, Form.sum(terms)))))
     reason = lesson.say("quaternion.omega.reason") if first else Words(())
     claim = lesson.say("quaternion.omega", joint=joint.name)
     steps.append(Step(f"omega:{joint.name}", claim, tuple(blocks), reason, show=("velocities",)))
     inverse = (
-        sum_of(product_of((MINUS, x, y)) for x, y in ((e1, a), (e2, b), (e3, c))),
-        sum_of((product_of((e0, a)), product_of((e2, c)), product_of((MINUS, e3, b)))),
-        sum_of((product_of((e0, b)), product_of((e3, a)), product_of((MINUS, e1, c)))),
-        sum_of((product_of((e0, c)), product_of((e1, b)), product_of((MINUS, e2, a)))),
+        Form.sum(Form.product((MINUS, x, y)) for x, y in ((e1, a), (e2, b), (e3, c))),
+        Form.sum((Form.product((e0, a)), Form.product((e2, c)), Form.product((MINUS, e3, b)))),
+        Form.sum((Form.product((e0, b)), Form.product((e3, a)), Form.product((MINUS, e1, c)))),
+        Form.sum((Form.product((e0, c)), Form.product((e1, b)), Form.product((MINUS, e2, a)))),
     )
-    back: list[Block] = [Formula(dot.name, product_of((HALF, form))) for dot, form in zip(dots, inverse, strict=True)]
-    kept = sum_of(product_of((x, dot)) for x, dot in zip(forms, dots, strict=True))
+    back: list[Block] = [Formula(dot.name, Form.product((HALF, form))) for dot, form in zip(dots, inverse, strict=True)]
+    kept = Form.sum(Form.product((x, dot)) for x, dot in zip(forms, dots, strict=True))
     back.append(lesson.say("quaternion.kept", sum=kept))
     reason = lesson.say("quaternion.rates.reason") if first else Words(())
     steps.append(Step(f"rates:{joint.name}", lesson.say("quaternion.rates", joint=joint.name), tuple(back), reason))
@@ -99,7 +104,7 @@ def _quaternion(lesson: Turning, joint: Joint, first: bool) -> list[Step]:
 
 
 def _rotation(lesson: Turning, joint: Joint, e: tuple[Expr, ...], first: bool) -> Step:
-    R, key = rotation_of(e), f"R:{joint.name}"
+    R, key = Mat.of_quaternion(e), f"R:{joint.name}"
     index = (joint.name,) if len(lesson.balls) > 1 else ()
     lesson.name(key, "R", *index, node=None)
     names = []

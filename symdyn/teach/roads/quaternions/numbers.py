@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import sqrt
 
-from symdyn.algebra import Form, Symbol, sum_of
+from symdyn.algebra import Form, Symbol
 from symdyn.teach.document import Step
 from symdyn.teach.lesson import together
 from symdyn.teach.roads.quaternions.turning import Turning
@@ -39,7 +39,7 @@ def conserved_steps(lesson: Turning) -> list[Step]:
         turning = graph.total(lesson.p[i] * (lesson.p_rates[i] - lesson.needed[i]) for i in own)
         if not free or not lesson.vanishes(turning):
             continue
-        square: Form = sum_of(Symbol(f"p:{i + 1}").power(2) for i in own)
+        square: Form = Form.sum(Symbol(f"p:{i + 1}").power(2) for i in own)
         assert square.terms, "a sum of squares has terms"
         momenta = together([Symbol(f"p:{i + 1}") for i in own])
         said = lesson.say("conserved", joint=joint.name, square=square)

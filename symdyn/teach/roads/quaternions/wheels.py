@@ -12,8 +12,9 @@ from dataclasses import replace
 
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, gradient, tangents
+from symdyn.scene import Scene
 from symdyn.scene.joints import unit
-from symdyn.scene.values import GROUND, Contact
+from symdyn.scene.values import Contact
 from symdyn.spatial import Vec, add, cross, dot, scale, sub
 from symdyn.teach.document import Letter
 from symdyn.teach.roads.multipliers.constrained import Constrained
@@ -24,7 +25,7 @@ WAYS = {"tie.force along the track": 0, "tie.force across the track": 1, "tie.no
 
 def rolls(row: Contact) -> bool:
     """Tell whether a contact is a wheel on the ground."""
-    return row.plane.body == GROUND and row.axis is not None and row.radius is not None
+    return row.plane.body == Scene.GROUND and row.axis is not None and row.radius is not None
 
 
 def name_normal(lesson: Constrained, row: Contact) -> None:
