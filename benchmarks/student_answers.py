@@ -22,7 +22,7 @@ from pathlib import Path
 from symdyn.algebra import Form
 from symdyn.errors import SymdynError
 from symdyn.graph import gradient
-from symdyn.resources import template_folder
+from symdyn.resources import folder
 from symdyn.scene import Scene, read
 from symdyn.scene.values import acceleration_name
 from symdyn.teach import check_derivation, in_words
@@ -172,7 +172,7 @@ def judged_on_page(rows: Sequence[Row]) -> Iterator[Row]:
                 drive = scene.drives[i]
                 node = ((course.graph.symbol(drive) if drive else course.graph.zero) - (node - M * a)) / M
             asked[key] = (key, Form.of(node))
-        checker = (template_folder() / "teach" / "answers.js").read_text(encoding="utf-8")
+        checker = (folder("templates") / "teach" / "answers.js").read_text(encoding="utf-8")
         program = f"const QUESTIONS={json.dumps(questions_of(scene, asked, 'en'))};\n{checker}"
         texts = json.dumps([[key_of(row.asked, scene), row.typed] for row in own])
         program += f"\nconsole.log(JSON.stringify({texts}.map(([key, text]) => Answers.judge(key, text))));"

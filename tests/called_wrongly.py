@@ -29,7 +29,7 @@ from symdyn.errors import SymdynError
 from symdyn.identification import Identification
 from symdyn.linear.linearization import Linearization
 from symdyn.program.routine import Program
-from symdyn.resources import example_folder
+from symdyn.resources import folder
 from symdyn.simulation.ensemble.ensemble import Ensemble
 from symdyn.simulation.error_bars import Uncertainty
 from symdyn.simulation.gradients import Sensitivity
@@ -74,7 +74,7 @@ DOORS: dict[str, list[dict[str, Any]]] = {
     "load": [{"functions": ["mass_matrix"]}],
     "lower": [{}],
     "picture": [{}],
-    "read": [{"path": example_folder() / "cart_pole.toml"}],
+    "read": [{"path": folder("examples") / "cart_pole.toml"}],
     "sensitivity": [{"until": 0.01}],
     "simulate": [{"until": 0.01}, {"scene": "pendulum", "until": 0.01}],
     "sweep": [

@@ -10,7 +10,7 @@ import pytest
 
 from symdyn.emit.compiled_templates import OPTIONS, Beside, jinja2
 from symdyn.emit.render import _environment
-from symdyn.resources import template_folder
+from symdyn.resources import folder
 
 
 @pytest.fixture(autouse=True)
@@ -66,7 +66,7 @@ def test_no_template_is_compiled_to_what_a_filter_of_ours_has_said() -> None:
     environment = _environment()
     own = set(environment.filters) - set(jinja2.Environment().filters)
     seen = set()
-    for path in template_folder().rglob("*.jinja"):
+    for path in folder("templates").rglob("*.jinja"):
         for node in environment.parse(path.read_text(encoding="utf-8")).find_all(jinja2.nodes.Filter):
             if node.name in own:
                 seen.add(node.name)

@@ -18,7 +18,7 @@ from symdyn.emit import emit
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import formulate, lower
-from symdyn.resources import template_folder
+from symdyn.resources import folder
 from symdyn.scene import read_text
 
 pytestmark = [pytest.mark.long(0)]
@@ -128,17 +128,17 @@ def test_a_header_that_takes_a_name_of_others_would_be_found(headers: Mapping[st
 
 @pytest.mark.runs("gcc")
 def test_scenes_that_differ_by_a_capital_stand_side_by_side(tmp_path: Path) -> None:
-    for folder in ("one", "other"):  # which may be one on disks that know no capitals
-        (tmp_path / folder).mkdir()
-    for folder, name in (("one", "ops"), ("other", "Ops")):
+    for place in ("one", "other"):  # which may be one on disks that know no capitals
+        (tmp_path / place).mkdir()
+    for place, name in (("one", "ops"), ("other", "Ops")):
         for file, text in emit(lower(every_op(name)), "c").texts.items():
-            (tmp_path / folder / file).write_text(text)
+            (tmp_path / place / file).write_text(text)
     call = "void f(double *x);\nvoid f(double *x) { ops_scalar(x, x, x, x); Ops_scalar(x, x, x, x); }"
     assert compiled(tmp_path, COMPILERS["gcc"], ['#include "one/ops.h"', '#include "other/Ops.h"', call]) == ""
 
 
 def test_no_template_defines_a_macro_that_is_not_of_symdyn() -> None:
-    files = [file for file in template_folder().rglob("*") if file.suffix in (".h", ".jinja")]
+    files = [file for file in folder("templates").rglob("*") if file.suffix in (".h", ".jinja")]
     text = "\n".join(file.read_text("utf-8") for file in files)
     found = set(re.findall(r"^ *# *(?:define|undef) +([^\s({]+)", text, re.MULTILINE))
 

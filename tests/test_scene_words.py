@@ -31,7 +31,6 @@ from symdyn.scene.forces.velocity_row import linear_parts
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import start_of
 from symdyn.scene.values import Place
-from symdyn.scene.values.mapping import quantities_in
 
 WIDE = everything()
 
@@ -125,7 +124,7 @@ def test_the_checks_look_at_every_quantity():
         }
         axes |= {x for row in one.contacts for x in (*(row.axis or ()), *row.plane.normal)}
         seen = {use.quantity for use in uses(draft_of(one))}
-        held = set(quantities_in(replace(one, parameters=())))
+        held = set(Quantity.inside(replace(one, parameters=())))
         assert held - axes <= seen <= held
 
 
@@ -159,7 +158,7 @@ def test_what_is_bound_to_zero_is_zero_everywhere():
     assert named("elements", "s_joint", one).stiffness == (Quantity.number(0),) * 3
     assert named("elements", "wind", one).force[0] == Quantity.number(0)
     assert named("elements", "d_line", one).damping == (Quantity.number(0),)
-    assert "k" not in {name for q in quantities_in(replace(one, parameters=())) for name in q.symbols}
+    assert "k" not in {name for q in Quantity.inside(replace(one, parameters=())) for name in q.symbols}
 
 
 def test_a_rod_bound_to_no_length_is_refused():

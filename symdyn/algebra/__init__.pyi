@@ -28,7 +28,7 @@ from .form import (
     Symbol as Symbol,
 )
 from .joined_terms import with_added_angles as with_added_angles, with_squares as with_squares
-from .many_points import ManyPoints as ManyPoints, Residues as Residues
+from .many_points import ManyPoints as ManyPoints
 from .midpoints import Midpoints as Midpoints, RealBalls as RealBalls
 from .numeric import Array as Array, Batches as Batches, Floats as Floats
 from .ratios import (

@@ -27,9 +27,9 @@ from symdyn.draw.view import View
 from symdyn.emit import in_latex
 from symdyn.emit.print import PrintName
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values import Contact, Strut, quantities_in
+from symdyn.scene.values import Contact, Strut
 from symdyn.spatial import Mat, Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight
@@ -247,7 +247,7 @@ def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
     rows = [(names[k], names[k + 1], names[k + 2]) for k in range(0, 12, 3)]
     X = Transform(Mat(rows[:3]), rows[3])
     values = dict(zip(names, [*between.R[0].ravel().tolist(), *p.tolist()], strict=True))
-    values |= {graph.symbol(name): 1.0 for one in quantities_in(hinge.joint.shape) for name in one.symbols}
+    values |= {graph.symbol(name): 1.0 for one in Quantity.inside(hinge.joint.shape) for name in one.symbols}
     pairs = given.wrenches(hinge.joint, X)
     flat = np.array(evaluate([x for force, moment in pairs for x in (*force, *moment)], Floats(), values))
     flat[np.abs(flat) < SMALL] = 0.0

@@ -20,7 +20,7 @@ from symdyn.identification.payload import Carried, Payload, carried, check_paylo
 from symdyn.identification.said_gains import doubts
 from symdyn.identification.told_apart import untold
 from symdyn.identification.units import forces_off, said_in, shown_in
-from symdyn.scene import SceneLike, SceneUnits, scene_of, with_values
+from symdyn.scene import SceneLike, SceneUnits, scene_of
 from symdyn.scene.values import listed
 from symdyn.simulation.prescribed import drive_names
 
@@ -72,7 +72,7 @@ def identify(
     check_arguments(identify, locals(), IdentifyError)
     band, hold_back = doubles(band, hold_back)
     scene = scene_of(scene)
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     if not scene.velocities:
         raise IdentifyError(f"{scene.name}: nothing moves: no joint has a coordinate")
     faults = []

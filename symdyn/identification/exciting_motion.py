@@ -19,7 +19,7 @@ from symdyn.identification.criteria import CRITERIA
 from symdyn.identification.excitation import Excitation, Improved, Reached
 from symdyn.identification.families import FAMILIES, Basis
 from symdyn.identification.motion_search import Functions, Motion, Search
-from symdyn.scene import Scene, SceneLike, scene_of, with_values
+from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation import Trajectory, read_guess
 from symdyn.simulation.prescribed import drive_names
@@ -95,7 +95,7 @@ def excite(
     check_arguments(excite, locals(), IdentifyError)
     (period, every), (terms, starts, seed) = doubles(period, every), wholes(terms, starts, seed)
     scene = scene_of(scene)
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     faults = Faults("")
     for fault in fits(scene):
         faults.add("", fault)

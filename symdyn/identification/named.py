@@ -21,7 +21,6 @@ from symdyn.graph import Expr, Op, evaluate, gradient, reachable
 from symdyn.identification.by_name import places_of
 from symdyn.identification.unknowns import never_negative, without_values
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import quantities_in
 
 WEAK = 1e-3
 """One over the standard deviation of the prior, in sizes of a parameter."""
@@ -59,8 +58,8 @@ class Named:
 
 def inertial_names(scene: Scene) -> tuple[str, ...]:
     """Return the parameters that bodies are made of, and nothing of the geometry is."""
-    places = {name for one in quantities_in(_geometry(scene)) for name in one.symbols}
-    used = {name for one in quantities_in(scene.bodies) for name in one.symbols}
+    places = {name for one in Quantity.inside(_geometry(scene)) for name in one.symbols}
+    used = {name for one in Quantity.inside(scene.bodies) for name in one.symbols}
     return tuple(p.name for p in scene.parameters if p.name in used and p.name not in places)
 
 
@@ -87,7 +86,7 @@ def fit_names(
     told = BaseColumns.of(Workspace(without_values(scene, unbound))).named()
     beta = [told[k][1] for k in places_of(base, [name for name, _ in told])]
     graph = beta[0].graph
-    places = {name for one in quantities_in(_geometry(scene)) for name in one.symbols}
+    places = {name for one in Quantity.inside(_geometry(scene)) for name in one.symbols}
     met = {str(node.value) for node in reachable(beta)}
     unknown = [p for p in scene.parameters if p.name in met and p.name not in places]
     fixed = [p for p in scene.parameters if p.name not in {one.name for one in unknown}]

@@ -23,7 +23,7 @@ from symdyn.identification.measured import FEWEST, Measured, first_state, read_m
 from symdyn.identification.output_fit import OutputFit
 from symdyn.identification.search import Search, searched
 from symdyn.identification.shooting import shooting
-from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of, with_values
+from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.simulation import Values, opened
 from symdyn.simulation.prescribed import Entries, parameter_values
@@ -80,7 +80,7 @@ def output_error(
     """
     check_arguments(output_error, locals(), SimulateError)
     scene = scene_of(scene)
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     parameter_values(scene)
     faults, known = Faults(""), [one.name for one in scene.parameters]
     asked = None if parameters is None else (parameters,) if isinstance(parameters, str) else tuple(parameters)

@@ -16,7 +16,7 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
 from symdyn.rounding import in_digits
-from symdyn.scene import SceneLike, SceneUnits, scene_of, with_values
+from symdyn.scene import SceneLike, SceneUnits, scene_of
 from symdyn.simulation import Forces, Start, Trajectory, read_start
 
 
@@ -65,7 +65,7 @@ def linearize(
     (t,), scene = doubles(t), scene_of(scene)
     if not math.isfinite(t):
         raise SimulateError(f"t = {t}: give a finite time, s")
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     asked = prepared(scene, forces, outputs, independent)
     start = read_start(scene, at, rates)
     return settled(asked, asked.at(start.q, start.u, t, start.notes), anywhere)
@@ -83,7 +83,7 @@ def linearize_at_rest(
     Arguments and errors as of `linearize`.
     """
     scene = scene_of(scene)
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     asked = prepared(scene, forces, outputs, independent)
     found = equilibria(asked)
     return tuple(at_rest(asked, place) for place in found.places), found

@@ -3,7 +3,6 @@
 from .binding import (
     bind as bind,
     read_bindings as read_bindings,
-    with_values as with_values,
     without_hidden_zeros as without_hidden_zeros,
 )
 from .build import (

@@ -60,11 +60,6 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
     return bound
 
 
-def with_values(scene: Scene, values: Mapping[str, object] | None) -> Scene:
-    """Return the scene, bound where values are given: anything that has items, such as a series of pandas."""
-    return scene if values is None or not len(values) else bind(scene, values)
-
-
 def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
     """Return the scene with zero in every formula for the parameters that are zero; they cannot be bound again there.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
-from symdyn.resources import example_folder
+from symdyn.resources import folder
 from symdyn.scene.scene_files import read
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_scene_name, choice
@@ -16,7 +16,7 @@ def examples() -> tuple[str, ...]:
     >>> examples()[:3]
     ('arm7', 'bicycle', 'cart_pole')
     """
-    return tuple(sorted(path.stem for path in example_folder().glob("*.toml")))
+    return tuple(sorted(path.stem for path in folder("examples").glob("*.toml")))
 
 
 def example(name: str) -> Scene:
@@ -30,7 +30,7 @@ def example(name: str) -> Scene:
     """
     check_arguments(example, locals(), SceneError)
     _check(name)
-    return read(example_folder() / f"{name}.toml")
+    return read(folder("examples") / f"{name}.toml")
 
 
 def example_text(example: str, name: str) -> str:
@@ -40,7 +40,7 @@ def example_text(example: str, name: str) -> str:
         SceneError: there is no such example, and which there are; or the name will not do.
     """
     _check(example)
-    text = (example_folder() / f"{example}.toml").read_text(encoding="utf-8")
+    text = (folder("examples") / f"{example}.toml").read_text(encoding="utf-8")
     if fault := check_scene_name(name):
         raise SceneError(f'the name "{name}" {fault}')
     return text.replace(f'name = "{example}"', f'name = "{name}"', 1)

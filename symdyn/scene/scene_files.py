@@ -12,6 +12,7 @@ from typing import Literal
 from symdyn.arguments import check_arguments
 from symdyn.errors import SceneError
 from symdyn.graph import growing
+from symdyn.scene.binding import bind
 from symdyn.scene.declaration.reading import (
     BEGIN,
     Opened,
@@ -61,13 +62,18 @@ SceneLike = Scene | FileLike
 """What every door takes for a scene."""
 
 
-def scene_of(source: SceneLike) -> Scene:
-    """Return a scene as it is, or the one in a file, as `read` does.
+def scene_of(source: SceneLike, values: Mapping[str, object] | None = None) -> Scene:
+    """Return a scene as it is, or the one in a file, as `read` does, bound where values are given.
+
+    Args:
+        source: a scene, a path or an open file.
+        values: of parameters, as `bind` takes them: anything that has items, such as a series of pandas.
 
     Raises:
-        SceneError: with every fault of the file, one line each.
+        SceneError: with every fault of the file, or of the values, one line each.
     """
-    return source if isinstance(source, Scene) else read(source)
+    scene = source if isinstance(source, Scene) else read(source)
+    return scene if values is None or not len(values) else bind(scene, values)
 
 
 def read(
@@ -81,8 +87,8 @@ def read(
 ) -> Scene:
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
-    >>> from symdyn.resources import example_folder
-    >>> read(example_folder() / "cart_pole.toml")
+    >>> from symdyn.resources import folder
+    >>> read(folder("examples") / "cart_pole.toml")
     <Scene cart_pole: 2 bodies; coordinates x, theta; drives F>
 
     Args:

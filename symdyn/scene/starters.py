@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symdyn.errors import SceneError
-from symdyn.resources import template_folder
+from symdyn.resources import folder
 from symdyn.scene.values.names import check_scene_name, choice
 
 STARTERS: dict[str, str] = {
@@ -49,7 +49,7 @@ def starter(name: str, template: str, n: int | None = None) -> str:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
-        loader=FileSystemLoader(template_folder() / "scenes"),
+        loader=FileSystemLoader(folder("templates") / "scenes"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

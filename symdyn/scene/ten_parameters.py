@@ -13,7 +13,6 @@ from symdyn.errors import SceneError
 from symdyn.scene.values.body import Body, Particle
 from symdyn.scene.values.folding import add, mul, neg
 from symdyn.scene.values.made_names import Names
-from symdyn.scene.values.mapping import quantities_in
 from symdyn.scene.values.model import Parameter, Scene
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 
@@ -64,7 +63,7 @@ def _open(body: Body, names: list[str]) -> Body:
 def _used(scene: Scene) -> set[str]:
     """Return the symbols of everything but the bodies."""
     rest = replace(scene, bodies=(), parameters=())
-    return {name for quantity in quantities_in(rest) for name in quantity.symbols}
+    return {name for quantity in Quantity.inside(rest) for name in quantity.symbols}
 
 
 def named_body(body: Body, k: int, names: Names) -> Body:

@@ -20,7 +20,6 @@ from symdyn.scene.joints.joint_table import JOINTS
 from symdyn.scene.values.dimension import POWER, TORQUE, force_unit
 from symdyn.scene.values.dimensional_analysis import Analysis, terms
 from symdyn.scene.values.joint import Joint, acceleration_name
-from symdyn.scene.values.mapping import quantities_in
 from symdyn.scene.values.model import Letter, Scene
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.table import Faults
@@ -152,7 +151,7 @@ class SceneUnits:
         scene, letters = self.scene, self.letters
         nouns = (scene.gravity, *scene.parameters, *scene.bodies, *scene.joints, *scene.points, *scene.loops)
         told = []
-        for one in quantities_in((*nouns, *scene.elements, *scene.inputs, *scene.outputs)):
+        for one in Quantity.inside((*nouns, *scene.elements, *scene.inputs, *scene.outputs)):
             both = [name for name in re.findall(r"[^\W\d_]+", one.unit) if name in letters]
             if both:
                 value = with_unit(one, one.unit)

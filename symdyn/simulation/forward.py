@@ -12,7 +12,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, SceneLike, scene_of, with_values
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of
 from symdyn.scene.values import Faults, suggestion
 from symdyn.simulation.control import Control, control
 from symdyn.simulation.equations.projection import Projection
@@ -108,7 +108,7 @@ def simulate(
     until, every, rtol, atol = doubles(until, every, rtol, atol)
     scene = scene_of(scene)
     one_run({"start": start, "start rates": start_rates, "values": values})
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     stops, reports = ((one,) if isinstance(one, str) else tuple(one) for one in (stops, reports))
     formulas, faults, given = (*stops, *reports), Faults(""), Forces()
     with faults.noted():

@@ -18,7 +18,7 @@ import numpy as np
 from symdyn.algebra import Array
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError, UnknownNameError
-from symdyn.scene import Scene, SceneLike, scene_of, with_values
+from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import Faults, listed, suggestion
 from symdyn.shown import Shown
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, smooth_flow
@@ -132,7 +132,7 @@ def sensitivity(
     check_arguments(sensitivity, locals(), SimulateError)
     until, rtol, atol = doubles(until, rtol, atol)
     scene = scene_of(scene)
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     faults = Faults("")
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     with faults.noted():

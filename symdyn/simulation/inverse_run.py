@@ -18,7 +18,7 @@ from symdyn.algebra import Array
 from symdyn.arguments import check_arguments
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import SimulateError, quoted
-from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of, with_values
+from symdyn.scene import Scene, SceneLike, SceneUnits, scene_of
 from symdyn.scene.values import Faults, force_unit, spell, velocity_name
 from symdyn.simulation.along_path import along
 from symdyn.simulation.columns import apart
@@ -91,7 +91,7 @@ def inverse(
     """
     check_arguments(inverse, locals(), SimulateError)
     scene = scene_of(scene)
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
     t = _times(times)
     path = path if isinstance(path, ScenePath) else read_path(scene, path)

@@ -11,7 +11,7 @@ from typing import Any
 
 from symdyn.arguments import check_arguments, doubles, wholes
 from symdyn.errors import SimulateError
-from symdyn.scene import SceneLike, scene_of, with_values
+from symdyn.scene import SceneLike, scene_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import Values
 from symdyn.simulation.prescribed import Entries
@@ -116,7 +116,7 @@ def sweep(
     until, every, rtol, atol = doubles(until, every, rtol, atol)
     (count, seed, workers, block), ignore_limits = wholes(count, seed, workers, block), bool(ignore_limits)
     bound = scene_of(scene)
-    bound = with_values(bound, values)
+    bound = scene_of(bound, values)
     path = None if output is None else Path(output)
     faults = Faults("")
     if path is not None and path.suffix != SUFFIX:

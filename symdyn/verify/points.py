@@ -7,14 +7,7 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from typing import Any
 
-from symdyn.algebra import (
-    FiniteField,
-    ManyPoints,
-    Needs,
-    RealBalls,
-    Redraw,
-    Residues,
-)
+from symdyn.algebra import FiniteField, ManyPoints, Needs, RealBalls, Redraw
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 MAX_DRAWS = 200
@@ -38,7 +31,7 @@ class FirstPoints:
         fields = self._points.fields
         return [(fields[j][k], j, k) for k in range(len(fields[0])) for j in range(len(fields))]
 
-    def values(self, outputs: Sequence[Expr]) -> list[Residues]:
+    def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
         """Return the values of nodes of one graph.
 
         Raises:
@@ -54,7 +47,7 @@ class FirstPoints:
             with suppress(Redraw):
                 self._points.evaluate(order)
 
-    def at(self, values: Sequence[Residues], j: int, k: int) -> list[int]:
+    def at(self, values: Sequence[tuple[int, ...]], j: int, k: int) -> list[int]:
         """Return values at one of `places`."""
         return [self._points.at(value, j, k) for value in values]
 

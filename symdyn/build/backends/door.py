@@ -14,7 +14,7 @@ from symdyn.dynamics import LoopChoices, request_of
 from symdyn.emit.code import ShortSines
 from symdyn.errors import BuildError, EmitError, MissingProgram
 from symdyn.extras import install
-from symdyn.scene import SceneLike, bind, scene_of, with_values
+from symdyn.scene import SceneLike, bind, scene_of
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def load(
     if ShortSines.find(accuracy) and row.package:
         raise EmitError(f"accuracy {accuracy} is for NumPy's arrays, not for those of {row.title}; leave it out")
     known = scene_of(scene)
-    bound = with_values(known, parameters)
+    bound = scene_of(known, parameters)
     values = values_of(bound, names_of("free", free))
     if values and parameters is not None and bound is not known:
         # what is bound to zero is gone from formulas, and could not be given by name

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
 from symdyn.scene.joints import JOINTS, ORIENTATION, Gimbal
-from symdyn.scene.values import Joint, quantities_in
+from symdyn.scene.values import Joint
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def without_angles(scene: Scene) -> Scene:
     Velocities keep their places and names, and mean angular velocities then (and velocities in the moved frame of a
     free joint). A joint whose angles stand in a formula of a row keeps them. The same scene if there is nothing to do.
     """
-    spoken = {name for quantity in quantities_in(scene.rows) for name in quantity.symbols}
+    spoken = {name for quantity in Quantity.inside(scene.rows) for name in quantity.symbols}
     spoken |= {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
     joints = tuple(
         _turning(joint) if _has_angles(joint) and not spoken & {*joint.coordinates, *joint.rates} else joint

@@ -14,12 +14,12 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.values import FormulaError, listed, quantities_in, substituted
+from symdyn.scene.values import FormulaError, listed, substituted
 
 
 def formulas(scene: Scene) -> list[Quantity]:
     """Return what a scene says that names something, values of parameters aside."""
-    return [one for one in quantities_in(replace(scene, parameters=())) if one.symbols]
+    return [one for one in Quantity.inside(replace(scene, parameters=())) if one.symbols]
 
 
 def gone(scene: Scene) -> tuple[str, ...]:

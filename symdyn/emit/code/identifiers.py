@@ -10,7 +10,7 @@ from functools import cache
 
 from symdyn.errors import EmitError
 from symdyn.program import identifier
-from symdyn.resources import template_folder
+from symdyn.resources import folder
 from symdyn.scene.values import RESERVED
 
 C_HEADERS = """alloca assert complex ctype endian errno features fenv float inttypes iso646 limits locale math pthread
@@ -45,7 +45,7 @@ def names_of_c() -> frozenset[str]:
 
     `python -m tests.names_of_headers` made the list.
     """
-    lines = (template_folder() / "c" / "names_of_headers.txt").read_text(encoding="utf-8").splitlines()
+    lines = (folder("templates") / "c" / "names_of_headers.txt").read_text(encoding="utf-8").splitlines()
     return frozenset(name for line in lines if not line.startswith("#") for name in line.split())
 
 

@@ -19,7 +19,7 @@ from .grammar import (
 )
 from .joint import Joint as Joint, acceleration_name as acceleration_name, velocity_name as velocity_name
 from .key import TIMED as TIMED
-from .mapping import quantities_in as quantities_in, substituted as substituted
+from .mapping import substituted as substituted
 from .model import Letter as Letter, Parameter as Parameter, Point as Point
 from .names import (
     LONGEST as LONGEST,

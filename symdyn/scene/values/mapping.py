@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
@@ -28,18 +28,6 @@ def _mapped(thing: Any, change: Callable[[Quantity], Quantity]) -> Any:
     if is_dataclass(thing) and not isinstance(thing, type):
         return replace(thing, **{field.name: _mapped(getattr(thing, field.name), change) for field in fields(thing)})
     return thing
-
-
-def quantities_in(thing: object) -> Iterator[Quantity]:
-    """Return every quantity inside a noun of the scene, or a tuple of them, in declared order."""
-    if isinstance(thing, Quantity):
-        yield thing
-    elif isinstance(thing, tuple):
-        for part in thing:
-            yield from quantities_in(part)
-    elif is_dataclass(thing) and not isinstance(thing, type):
-        for field in fields(thing):
-            yield from quantities_in(getattr(thing, field.name))
 
 
 def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:

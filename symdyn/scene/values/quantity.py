@@ -7,8 +7,8 @@ tree with no graph behind it, so that two scenes compare equal when they say the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from fractions import Fraction
 from math import isqrt
 from typing import ClassVar
@@ -84,6 +84,18 @@ class Quantity:
 
     def __add__(self, other: Quantity) -> Quantity:
         return other if self == Quantity.ZERO else self if other == Quantity.ZERO else Quantity(Op.ADD, (self, other))
+
+    @staticmethod
+    def inside(thing: object) -> Iterator[Quantity]:
+        """Yield every quantity inside a noun of the scene, or a tuple of them, in declared order."""
+        if isinstance(thing, Quantity):
+            yield thing
+        elif isinstance(thing, tuple):
+            for part in thing:
+                yield from Quantity.inside(part)
+        elif is_dataclass(thing) and not isinstance(thing, type):
+            for one in fields(thing):
+                yield from Quantity.inside(getattr(thing, one.name))
 
     @property
     def symbols(self) -> tuple[str, ...]:

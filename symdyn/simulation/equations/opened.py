@@ -17,7 +17,7 @@ from symdyn.dynamics.loops import Numbers
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Quantity, Scene, without_hidden_zeros
-from symdyn.scene.values import FormulaError, Parameter, quantities_in, substituted
+from symdyn.scene.values import FormulaError, Parameter, substituted
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
 
@@ -91,7 +91,7 @@ def _formulas(free: Scene) -> tuple[Graph, list[Expr], tuple[Expr, ...]]:
 def _formulas_in(scene: Scene) -> list[Quantity]:
     """Return the formulas in parameters alone that a scene holds, and its parameters as such."""
     names = dict.fromkeys(p.name for p in scene.parameters)
-    formulas = [one for one in quantities_in(scene) if one.symbols and names.keys() >= set(one.symbols)]
+    formulas = [one for one in Quantity.inside(scene) if one.symbols and names.keys() >= set(one.symbols)]
     return list(dict.fromkeys([*map(Quantity.symbol, names), *formulas]))
 
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from hashlib import blake2b
 from math import lcm
 
-from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw, Residues
+from symdyn.algebra import FiniteField, ManyPoints, Needs, Redraw
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 PRIMES = POINTS = 2
@@ -70,7 +70,7 @@ class Everywhere:
         self._points = ManyPoints(fields, _symbol, _function)
         self._operations: dict[Expr, Operation] = {}
 
-    def values(self, outputs: Sequence[Expr]) -> list[Residues]:
+    def values(self, outputs: Sequence[Expr]) -> list[tuple[int, ...]]:
         """Return the values of nodes of one graph.
 
         Raises:

@@ -8,7 +8,7 @@ from functools import partial
 from hashlib import sha256
 from pathlib import PurePath
 
-from symdyn.algebra import Redraw, Residues
+from symdyn.algebra import Redraw
 from symdyn.graph import Expr
 from symdyn.program import Program, Routine, RowLoop, in_lines
 from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, verdict
@@ -60,7 +60,7 @@ class Written:
 class Computed:
     """What code computes: values of its entries, or of its table, at all points, and its operations at the first."""
 
-    values: tuple[Residues, ...]
+    values: tuple[tuple[int, ...], ...]
     operations: frozenset[Operation]
 
 
