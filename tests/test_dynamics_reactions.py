@@ -27,7 +27,7 @@ from symdyn.scene.forces.spring import Spring
 from symdyn.scene.toml import read_text
 from symdyn.scene.values import Load, Place
 from symdyn.teach import walkthrough
-from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
@@ -103,7 +103,7 @@ def test_recursion_solves_the_whole_system(one):
     claims = [claim for claim in laws(Workspace(one), outputs) if claim.right_name.startswith("equilibrium")]
 
     assert [claim.name for claim in claims] == ["reactions", "forward_reactions"][: 1 + bool(one.loops)]
-    assert verdicts(one, claims) == {PROVED}
+    assert verdicts(one, claims) == {Verdict.PROVED}
 
 
 @pytest.mark.long
@@ -112,7 +112,7 @@ def test_laws_of_reactions_are_proved(one):
     claims = list(laws(Workspace(one), ("reactions", "inverse_dynamics")))
 
     assert {claim.name for claim in claims} == {"reactions", "drives in reactions", "power of reactions", "momentum"}
-    assert verdicts(one, claims) == {PROVED}
+    assert verdicts(one, claims) == {Verdict.PROVED}
 
 
 def test_springs_dampers_friction_and_loads_are_in_the_reactions():
@@ -121,7 +121,10 @@ def test_springs_dampers_friction_and_loads_are_in_the_reactions():
     claims = laws(w, ("reactions", "inverse_dynamics"))
 
     assert len(claims) == 4
-    assert verdicts(one, claims) <= {PROVED, NUMERICAL}  # a distance is a root, which fields cannot always tell
+    assert verdicts(one, claims) <= {
+        Verdict.PROVED,
+        Verdict.NUMERICAL,
+    }  # a distance is a root, which fields cannot always tell
     assert [a.name for a in derive_one(w, "reactions").arguments] == ["q", "qd", "qdd", "t", "params"]
 
 
@@ -133,7 +136,7 @@ def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
     real = module.needed
     monkeypatch.setattr(module, "needed", lambda inertia, motion: real(inertia + inertia, motion))
 
-    assert verdicts(one, laws(Workspace(one), ("reactions", "inverse_dynamics"))) == {DIFFERENT}
+    assert verdicts(one, laws(Workspace(one), ("reactions", "inverse_dynamics"))) == {Verdict.DIFFERENT}
 
 
 @pytest.mark.parametrize("one", [crank_rocker(), slider_crank(), single_loop()], ids=by_name)
@@ -150,9 +153,9 @@ def test_multipliers_of_lagranges_equations_are_the_reactions_of_the_cut_joint(o
     for label, size in zip(labels, derive_one(w, "multipliers", "lagrange").entries, strict=True):
         rows.append({places[label.owner, label.number]: w.graph.one, last: size})
 
-    assert verdicts(one, [Claim.solvable("cut", "lambda", "(5.18)", rows, last)]) == {PROVED}
+    assert verdicts(one, [Claim.solvable("cut", "lambda", "(5.18)", rows, last)]) == {Verdict.PROVED}
     rows[-1][last] = 2 * rows[-1][last]
-    assert verdicts(one, [Claim.solvable("cut", "lambda", "(5.18)", rows, last)]) == {DIFFERENT}
+    assert verdicts(one, [Claim.solvable("cut", "lambda", "(5.18)", rows, last)]) == {Verdict.DIFFERENT}
 
 
 def test_nothing_goes_through_the_free_joint_of_a_rolling_disc():
@@ -163,7 +166,7 @@ def test_nothing_goes_through_the_free_joint_of_a_rolling_disc():
 
     assert any(not entry.is_zero for entry in found)  # it does not vanish at birth
     zeros = (w.graph.zero,) * 6
-    assert verdicts(w.scene, [Claim("flight", "R", "0", found, zeros)]) <= {PROVED, NUMERICAL}
+    assert verdicts(w.scene, [Claim("flight", "R", "0", found, zeros)]) <= {Verdict.PROVED, Verdict.NUMERICAL}
 
 
 def test_axes_of_body_joint_and_ground_tell_one_wrench():
@@ -174,9 +177,9 @@ def test_axes_of_body_joint_and_ground_tell_one_wrench():
     def squares(entries):
         return tuple(w.graph.total(x * x for x in entries[k : k + 3]) for k in range(0, len(entries), 3))
 
-    assert verdicts(one, [Claim("size", "body", "joint", squares(body), squares(joint))]) == {PROVED}
-    assert verdicts(one, [Claim("size", "body", "ground", squares(body), squares(ground))]) == {PROVED}
-    assert verdicts(one, [Claim("entries", "body", "ground", body, ground)]) == {DIFFERENT}
+    assert verdicts(one, [Claim("size", "body", "joint", squares(body), squares(joint))]) == {Verdict.PROVED}
+    assert verdicts(one, [Claim("size", "body", "ground", squares(body), squares(ground))]) == {Verdict.PROVED}
+    assert verdicts(one, [Claim("entries", "body", "ground", body, ground)]) == {Verdict.DIFFERENT}
 
 
 def test_a_fixed_joint_is_a_section():

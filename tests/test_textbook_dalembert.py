@@ -27,7 +27,7 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import Body
 from symdyn.scene.values.body import Particle
 from symdyn.spatial import Mat, add, cross, neg, scale, sub
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim
 from symdyn.verify.equality import prove
 
@@ -87,7 +87,7 @@ def test_equation_5_2_skew_matrix_of_a_position_vector(loop, graph):
     r, b = symbols(graph, "rx", "ry", "rz"), symbols(graph, "bx", "by", "bz")
 
     assert loop.agrees(matrix_times(Mat.skew(r), b), cross(r, b))
-    assert loop.verdict(matrix_times(Mat.skew(r), b), cross(b, r)) == DIFFERENT
+    assert loop.verdict(matrix_times(Mat.skew(r), b), cross(b, r)) == Verdict.DIFFERENT
 
 
 def test_equation_5_3_shift_of_a_bivector(loop, graph):
@@ -318,7 +318,7 @@ def test_a_planar_mechanism_needs_three_equations_a_body():
     tau = derive_one(loop.w, "inverse_dynamics").entries
     given = [{u: loop.graph.one, len(flat_system.unknowns): force} for u, force in zip(drives, tau, strict=True)]
     claim = Claim.solvable("drives", "tau", "(5.18)", [*flat_system.rows(), *given], len(flat_system.unknowns))
-    assert prove([claim])[1][0].verdict == PROVED
+    assert prove([claim])[1][0].verdict == Verdict.PROVED
 
 
 def test_a_spatial_mechanism_has_no_planar_equations():

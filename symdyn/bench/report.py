@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.emit import in_markdown, render
 from symdyn.rounding import finite, in_digits
-from symdyn.verdict import DIFFERENT, NOT_SHOWN
+from symdyn.verdict import Verdict
 
 if TYPE_CHECKING:
     from symdyn.bench.case import Stress
@@ -98,7 +98,7 @@ def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
             f"{one.generate:.2f}",
             "" if one.compile is None else f"{one.compile:.2f}",
             one.nanoseconds,
-            NOT_SHOWN if isnan(one.relative) else in_digits(one.relative, 2, "e"),
+            Verdict.NOT_SHOWN if isnan(one.relative) else in_digits(one.relative, 2, "e"),
             "yes" if one.best else "",
         )
         for one in bench.measured
@@ -230,7 +230,7 @@ def stress_rows(found: Stress) -> list[tuple[str, ...]]:
             c.metric,
             in_digits(c.bound, 2),
             "" if c.measured is None else in_digits(c.measured, 2),
-            "pass" if c.passed else "FAIL" if c.verdict == DIFFERENT else c.verdict,
+            "pass" if c.passed else "FAIL" if c.verdict == Verdict.DIFFERENT else c.verdict,
             c.worst,
         )
         for c in found.cases

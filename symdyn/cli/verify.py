@@ -28,7 +28,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.rounding import in_digits
 from symdyn.scene import Scene, SceneUnits, parse, read_bindings
 from symdyn.scene.values import Unit, UnitError, ask_for_units, fits
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Certificate, Rigorous, certify, rigorous
 
 STATES = 4
@@ -212,8 +212,10 @@ def show(certificate: Certificate) -> None:
     """Print the certificate for people."""
     rows = []
     for finding in certificate.findings:
-        sure = f"1e{finding.error_log10:.0f}" if finding.verdict == PROVED else ""
-        verdict = f"{finding.verdict} at entry {finding.where}" if finding.verdict == DIFFERENT else finding.verdict
+        sure = f"1e{finding.error_log10:.0f}" if finding.verdict == Verdict.PROVED else ""
+        verdict = (
+            f"{finding.verdict} at entry {finding.where}" if finding.verdict == Verdict.DIFFERENT else finding.verdict
+        )
         rows.append((finding.claim, verdict, str(finding.degree or ""), sure))
     print_table(f"{certificate.scene}: equations", ("claim", "verdict", "degree ", "chance of error "), rows)
     fields = certificate.fields

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import Counter
 
 from symdyn.notebook.page import Markup, folded, head, note, notes, table, verdict
-from symdyn.verdict import PROVED, Claims
+from symdyn.verdict import Claims, Verdict
 from symdyn.verify import Certificate, Finding, Rigorous
 
 
 def certificate(found: Certificate) -> list[Markup]:
     """Return the verdict of a certificate, what failed, and the rest folded."""
     counts = ", ".join(f"{n} {name}" for name, n in Counter(one.verdict for one in found.findings).items())
-    likely = max((one.error_log10 for one in found.findings if one.verdict == PROVED), default=0.0)
+    likely = max((one.error_log10 for one in found.findings if one.verdict == Verdict.PROVED), default=0.0)
     sure = f"; the chance that a false one passed is below 1e{likely:.0f}" if likely else ""
     fields = found.fields
     primes = " and ".join(map(str, fields.primes))
@@ -62,7 +62,7 @@ def _files(found: Certificate) -> Markup:
 
 
 def _finding(one: Finding) -> tuple[str, str, str, str]:
-    sure = f"1e{one.error_log10:.0f}" if one.verdict == PROVED else ""
+    sure = f"1e{one.error_log10:.0f}" if one.verdict == Verdict.PROVED else ""
     return one.claim, one.verdict, str(one.degree or ""), sure
 
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from symdyn.arguments import check_arguments, doubles
 from symdyn.errors import SimulateError
-from symdyn.scene import SceneLike, bind, scene_of, with_values
+from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.scene.values import Faults
 from symdyn.simulation import Forces, Uncertainty, Values
 from symdyn.simulation.prescribed import Entries
@@ -79,7 +79,7 @@ def uncertainty(
     check_arguments(uncertainty, locals(), SimulateError)
     until, every = doubles(until, every)
     scene = scene_of(scene)
-    scene = with_values(scene, values)
+    scene = scene_of(scene, values)
     faults = Faults("")
     spread = None
     if motion is None:

@@ -16,7 +16,7 @@ from typing import Any
 from symdyn.algebra import Bound, Bounds, FiniteField, Needs, RealBalls, Redraw
 from symdyn.errors import VerifyError
 from symdyn.graph import Algebra, Expr, Op, reachable
-from symdyn.verdict import verdict
+from symdyn.verdict import Verdict
 from symdyn.verify.elimination import eliminate
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, FirstPoints, NumberPoints, field_values
 from symdyn.verify.roots import Roots, conjugated, radicands, signed
@@ -283,7 +283,7 @@ def _found(
 ) -> Finding:
     """Return a finding: of so many pairs the first that differs, -1 for none; a chance of error is that of a proof."""
     title = f"{claim.name}: {claim.left_name} = {claim.right_name}"
-    said = verdict(entries, where >= 0, error_log10 < 0)
+    said = Verdict.of(entries, where >= 0, error_log10 < 0)
     return Finding(title, said, entries, degree, error_log10, where, why)
 
 

@@ -12,16 +12,16 @@ from symdyn.emit.print import text_of
 from symdyn.teach.languages import language_of
 from symdyn.teach.student.differences import Difference
 from symdyn.teach.student.mistakes import Mistake
-from symdyn.verdict import HOLD, NOT_SHOWN, PROVED
+from symdyn.verdict import Verdict
 
-EQUAL = HOLD
+EQUAL = Verdict.HOLD
 
 ROUNDED, HOLDS, EMPTY = "rounded", "holds", "empty"
 
 MOST = 12  # differences told
 LONGEST = 600  # characters of a formula that is told
 
-SAID = {ROUNDED: "digits", HOLDS: "holds", NOT_SHOWN: "undefined", EMPTY: "empty"}
+SAID = {ROUNDED: "digits", HOLDS: "holds", Verdict.NOT_SHOWN: "undefined", EMPTY: "empty"}
 """Verdicts that one sentence tells."""
 
 
@@ -104,7 +104,11 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
             return [say["valued"].format(name=name, symbols=", ".join(answer.valued))]
         if answer.scaled:
             return [say["scaled"].format(name=name)]
-        how = say["proved"].format(log=f"{answer.error_log10:.0f}") if answer.verdict == PROVED else say["numerical"]
+        how = (
+            say["proved"].format(log=f"{answer.error_log10:.0f}")
+            if answer.verdict == Verdict.PROVED
+            else say["numerical"]
+        )
         return [say["right"].format(name=name) + how]
     if answer.forgotten:
         return [say["forgotten"].format(name=name, q=answer.forgotten)]

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path, PurePath
 
-from symdyn.verdict import DIFFERENT
+from symdyn.verdict import Verdict
 from symdyn.verify.written.proof import Written
 
 INCLUDED = re.compile(r"^\s*#\s*include\s*[<\"]([^>\"\n]+)", re.MULTILINE)
@@ -35,7 +35,7 @@ def hiding_files(folder: Path, written: Sequence[Written], beside: Iterable[str]
         file = next(one for one in written if one.file == by)
         told = f"{by} asks for something of this name, and would be given this file"
         contents = sha256((folder / name).read_bytes()).hexdigest()
-        found.append(Written(file.target, file.option, name, contents, (), DIFFERENT, told, 0))
+        found.append(Written(file.target, file.option, name, contents, (), Verdict.DIFFERENT, told, 0))
     return tuple(found)
 
 

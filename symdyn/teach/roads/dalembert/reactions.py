@@ -18,7 +18,7 @@ from symdyn.teach.roads.dalembert.balance import Balance
 from symdyn.teach.roads.dalembert.shown_motion import determined, no_motion, solved_at
 from symdyn.teach.roads.lagrange.velocities import PAGE, folded, length
 from symdyn.teach.shown_state import Chosen
-from symdyn.verdict import DIFFERENT, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify import Claim, claims_of_reactions, prove
 
 
@@ -67,8 +67,8 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
         same = Claim.solvable("drives", "Lagrange", "D'Alembert", [*lesson.proved.rows(), *given], last)
     claims = {**({"roads.drives": same} if other else {}), **laws}
     fields, findings = prove(list(claims.values()), positive=[p.name for p in lesson.scene.parameters if p.positive])
-    assert all(one.verdict != DIFFERENT for one in findings), "the two roads differ"
-    proved = {key: one for key, one in zip(claims, findings, strict=True) if one.verdict == PROVED}
+    assert all(one.verdict != Verdict.DIFFERENT for one in findings), "the two roads differ"
+    proved = {key: one for key, one in zip(claims, findings, strict=True) if one.verdict == Verdict.PROVED}
     if not proved:
         return None
     other = other if "roads.drives" in proved else {}
