@@ -430,7 +430,7 @@ def test_a_parameter_that_is_zero_has_a_slope() -> None:
     zero = replace(
         scene,
         parameters=tuple(
-            replace(p, value=symdyn.scene.values.number(0)) if p.name == "h1" else p for p in scene.parameters
+            replace(p, value=symdyn.scene.Quantity.number(0)) if p.name == "h1" else p for p in scene.parameters
         ),
     )
     call, other = (symdyn.lambdify(one, "potential_energy_by_h1") for one in (scene, zero))

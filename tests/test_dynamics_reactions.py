@@ -329,7 +329,7 @@ def test_reactions_cost_nothing_where_nobody_asks(one):
 def test_forces_of_bodies_are_not_regrouped():
     """The mass of the last link of a PUMA is in its base parameters nowhere, and in its reaction."""
     one = replace(puma560(), parameters=(symdyn.scene.values.Parameter("load"),))
-    heavier = replace(one.bodies[-1], mass=symdyn.scene.values.symbol("load"))
+    heavier = replace(one.bodies[-1], mass=symdyn.scene.Quantity.symbol("load"))
     one = replace(one, bodies=(*one.bodies[:-1], heavier))
     (weight,) = derive(one, ["reactions:ground"]).functions
     found = call(derive(one, ["reactions:ground"]), weight.name, BIG, q=[0] * 6, qd=[0] * 6, qdd=[0] * 6, params=[7])

@@ -16,7 +16,7 @@ from symdyn.cli import main
 from symdyn.dynamics import Workspace, derive, reactions_at, unique_reactions
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.loops.partition import Block, Partition, blocks
-from symdyn.verdict import DIFFERENT, NUMERICAL, PROVED
+from symdyn.verdict import Verdict
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
 from symdyn.verify.natural import forward_findings, natural_places, reaction_findings
@@ -58,7 +58,7 @@ def test_closed_mechanisms_are_right_at_natural_positions(scene):
     findings, _ = found_naturally(scene)
 
     assert [one.claim.partition(":")[0] for one in findings] == ["forward dynamics", "forward_reactions", "reactions"]
-    assert {one.verdict for one in findings} == {NUMERICAL}
+    assert {one.verdict for one in findings} == {Verdict.NUMERICAL}
     assert all(one.entries for one in findings)
 
 
@@ -80,8 +80,8 @@ def test_rows_picked_beforehand_are_seen_at_natural_positions_and_nowhere_else(m
     findings, _ = found_naturally(scene)
     claims = [one for one in laws(Workspace(scene), ("reactions",)) if one.name == "reactions"]
 
-    assert {one.verdict for one in prove(claims)[1]} == {PROVED}  # wherever the three are independent
-    (wrong,) = [one for one in findings if one.verdict == DIFFERENT]
+    assert {one.verdict for one in prove(claims)[1]} == {Verdict.PROVED}  # wherever the three are independent
+    (wrong,) = [one for one in findings if one.verdict == Verdict.DIFFERENT]
     assert wrong.claim.startswith("reactions: at ")
     assert "q1 = 0" in wrong.claim
 
@@ -101,8 +101,8 @@ def test_a_wrench_cut_to_a_plane_is_seen_everywhere(monkeypatch, name):
         if "5.18" in one.right_name
     ]
 
-    assert [one.verdict for one in prove(claims)[1]] == [DIFFERENT, DIFFERENT]
-    assert {one.claim.partition(":")[0] for one in findings if one.verdict == DIFFERENT} == {
+    assert [one.verdict for one in prove(claims)[1]] == [Verdict.DIFFERENT, Verdict.DIFFERENT]
+    assert {one.claim.partition(":")[0] for one in findings if one.verdict == Verdict.DIFFERENT} == {
         "reactions",
         "forward_reactions",
     }
@@ -115,7 +115,7 @@ def test_a_position_without_forward_dynamics_is_told():
     w = Workspace(scene, symdyn.dynamics.LoopChoices(("x",)))
     findings, absent = findings_of(w)
 
-    assert {one.verdict for one in findings} == {NUMERICAL}
+    assert {one.verdict for one in findings} == {Verdict.NUMERICAL}
     (told,) = absent
     assert told.what.startswith("forward dynamics at ")
     assert "there x_dot do not determine the other velocities: the columns of these have rank 1 of 2" in told.why
@@ -185,7 +185,7 @@ def test_digits_that_somebody_left_out_are_no_constraint():
 def test_an_open_loop_and_a_change_point_are_told():
     far = reactions_at(crank_rocker(), [0.8, 0.1, 1.0])
     flat = n_four_bar(1)
-    joints = tuple(replace(joint, start=(symdyn.scene.values.number(0),)) for joint in flat.joints)
+    joints = tuple(replace(joint, start=(symdyn.scene.Quantity.number(0),)) for joint in flat.joints)
     folded = reactions_at(replace(flat, joints=joints), [0.0, 0.0, 0.0])
 
     assert any(line.startswith("the loops are not closed here") for line in far.words)

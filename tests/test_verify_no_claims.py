@@ -120,7 +120,7 @@ def test_a_position_where_rows_lose_rank_is_told_with_the_rank() -> None:
     from closed_mechanisms import n_four_bar
 
     flat = n_four_bar(1)
-    joints = tuple(replace(joint, start=(symdyn.scene.values.number(0),)) for joint in flat.joints)
+    joints = tuple(replace(joint, start=(symdyn.scene.Quantity.number(0),)) for joint in flat.joints)
     found = certify(replace(flat, joints=joints), ["forward_dynamics", "multipliers"])
 
     assert found.passed

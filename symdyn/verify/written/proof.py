@@ -11,7 +11,7 @@ from pathlib import PurePath
 from symdyn.algebra import Redraw
 from symdyn.graph import Expr
 from symdyn.program import Program, Routine, RowLoop, in_lines
-from symdyn.verdict import DIFFERENT, HOLD, NOT_SHOWN, verdict
+from symdyn.verdict import Verdict
 from symdyn.verify.written.field import Everywhere, Operation, everywhere
 from symdyn.verify.written.nearest import nearest
 from symdyn.verify.written.reading import Language, Read, Reading, Text, Unread, Wanted
@@ -53,7 +53,7 @@ class Written:
     @property
     def passed(self) -> bool:
         """Whether the file is what it must be."""
-        return self.verdict in (*HOLD, NO_CLAIM)
+        return self.verdict in (*Verdict.HOLD, NO_CLAIM)
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def prove_texts(
         try:
             reading, fixed = read_text(program, files, source, language)
         except Unread as fault:
-            found.append(about((), NOT_SHOWN, str(fault), 0))
+            found.append(about((), Verdict.NOT_SHOWN, str(fault), 0))
             continue
         seen |= {one.function for one in reading.functions}
         where = next(filter(None, (_difference(program, files, one) for one in reading.functions)), "")
@@ -176,14 +176,18 @@ def prove_texts(
             where = _fixed_difference(program, files, fixed, fresh.get(name), language)
         functions = tuple(one.name for one in reading.functions)
         compared = sum(len(one.entries) for one in reading.functions) + (0 if fresh is None else len(fixed))
-        said = verdict(compared, bool(where), proved=True) if compared or where else NO_CLAIM
+        said = Verdict.of(compared, bool(where), proved=True) if compared or where else NO_CLAIM
         found.append(about(() if where else functions, said, where, len(fixed)))
     for name in fresh or ():
         if name not in files.contents:
-            found.append(Written(files.target, files.option, name, "", (), NOT_SHOWN, "there is no such file", 0))
+            found.append(
+                Written(files.target, files.option, name, "", (), Verdict.NOT_SHOWN, "there is no such file", 0)
+            )
     missing = [name for name in files.functions if name not in seen]
     if missing and found and all(one.passed for one in found):
-        found[0] = replace(found[0], functions=(), verdict=DIFFERENT, where=f"no function {missing[0]} was found")
+        found[0] = replace(
+            found[0], functions=(), verdict=Verdict.DIFFERENT, where=f"no function {missing[0]} was found"
+        )
     return tuple(found)
 
 
@@ -192,7 +196,7 @@ def unshown(files: Files, fresh: Mapping[str, Contents], why: str) -> tuple[Writ
     hashes = {name: sha256(_bytes(contents)).hexdigest() for name, contents in files.contents.items()}
     names = dict.fromkeys((*hashes, *fresh))
     return tuple(
-        Written(files.target, files.option, name, hashes.get(name, ""), (), NOT_SHOWN, why, 0) for name in names
+        Written(files.target, files.option, name, hashes.get(name, ""), (), Verdict.NOT_SHOWN, why, 0) for name in names
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.algebra import Form, Number, Polynomial, Power, Symbol, product_of, sum_of
+from symdyn.algebra import Form, Number, Polynomial, Power, Symbol
 from symdyn.emit.print import Printable, latex_symbols, text_of
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene, SceneUnits
@@ -42,7 +42,7 @@ def name_forces(lesson: Constrained, right: Sequence[Form]) -> tuple[Form, ...]:
     for i, force in enumerate(right):
         carried = [(tie, node) for tie, node in zip(lesson.ties, found, strict=True) if not tie.slopes[i].is_zero]
         terms = (_long(lesson, tie, i).signed_product(multiplier(tie)) for tie, _ in carried)
-        whole.append(sum_of([force, *(term for term in terms if term.terms)]))
+        whole.append(Form.sum([force, *(term for term in terms if term.terms)]))
         if own := lesson.scene.drives[i]:
             held = graph.total(tie.slopes[i] * node for tie, node in carried)
             node = graph.symbol(own) if i in parts.dependent else lesson.plain(lesson.drives[i] - held)
@@ -68,12 +68,12 @@ def _principle(lesson: Constrained, page: Printable) -> Step:
     node = graph.total(force * graph.symbol(way.name) for force, way in zip(lesson.drives, ways, strict=True))
     node = node - graph.total(_driven(lesson, i) * graph.symbol(way.name) for i, way in enumerate(ways))
     lesson.called("delta:W", Letter(r"\delta W"), node)
-    blocks: list[Block] = [Formula("delta:W", sum_of(terms)), lesson.say("principle.allowed")]
+    blocks: list[Block] = [Formula("delta:W", Form.sum(terms)), lesson.say("principle.allowed")]
     for tie in lesson.ties:
         letter = lesson.letters.latex("c" if tie.residual is None else "f")
         moved = graph.total(a * graph.symbol(way.name) for a, way in zip(tie.slopes, ways, strict=True))
         key = lesson.called(f"delta:f{tie.number}", Letter(rf"\delta {letter}", (tie.number,)), moved).name
-        form = sum_of(_long(lesson, tie, i).signed_product(way) for i, way in enumerate(ways))
+        form = Form.sum(_long(lesson, tie, i).signed_product(way) for i, way in enumerate(ways))
         blocks.append(folded(lesson, Formula(key, form)))
     names = together([Symbol(f"delta:f{tie.number}") for tie in lesson.ties])
     blocks.append(lesson.say("principle.zero", names=names))
@@ -101,19 +101,19 @@ def _driven(lesson: Constrained, i: int) -> Expr:
 def _rest(lesson: Constrained, page: Printable, i: int, without: str | None = None) -> Form:
     """Return d/dt ∂L/∂q̇_i - ∂L/∂q_i - drive - Q_i, in print, without the drive of a name."""
     rate, q = lesson.state.qd[i].value, lesson.state.q[i].value
-    acting = (product_of((Number.MINUS_ONE, term)) for term in page.right[i].terms if term != Symbol(without or ""))
-    return sum_of((Symbol(f"d/dt dL:/d{rate}"), product_of((Number.MINUS_ONE, Symbol(f"dL:/d{q}"))), *acting))
+    acting = (Form.product((Number.MINUS_ONE, term)) for term in page.right[i].terms if term != Symbol(without or ""))
+    return Form.sum((Symbol(f"d/dt dL:/d{rate}"), Form.product((Number.MINUS_ONE, Symbol(f"dL:/d{q}"))), *acting))
 
 
 def _added(lesson: Constrained) -> Step:
     """Return why the multipliers may be chosen so that every bracket vanishes."""
     parts, u = lesson.partition, lesson.state.qd
     work = [Symbol(f"delta:f{tie.number}") for tie in lesson.ties]
-    added = sum_of(
-        product_of((Number.MINUS_ONE, multiplier(tie), way)) for tie, way in zip(lesson.ties, work, strict=True)
+    added = Form.sum(
+        Form.product((Number.MINUS_ONE, multiplier(tie), way)) for tie, way in zip(lesson.ties, work, strict=True)
     )
     places: dict[str, str | Form | Words] = {
-        "sum": sum_of((Symbol("delta:W"), added)),
+        "sum": Form.sum((Symbol("delta:W"), added)),
         "dependent": together([Symbol(f"delta:{k + 1}") for k in parts.dependent]),
         "independent": together([Symbol(f"delta:{k + 1}") for k in parts.independent]),
         "rates": together([named(u[k]) for k in parts.dependent]),
@@ -148,7 +148,7 @@ def system_step(lesson: Constrained) -> Step:
     n, m = lesson.state.n, len(lesson.ties)
     unknowns = [
         *map(named, lesson.state.qdd),
-        *(product_of((Number.MINUS_ONE, multiplier(tie))) for tie in lesson.ties),
+        *(Form.product((Number.MINUS_ONE, multiplier(tie))) for tie in lesson.ties),
     ]
     places: dict[str, str | Form | Words] = {
         "equations": str(n + m),
@@ -208,8 +208,8 @@ def reduced_steps(lesson: Constrained, page: Printable) -> list[Step]:
                 ratios[j, k] = lesson.name(f"Y:{j + 1},{k + 1}", "Y", *index, node=node)
                 blocks.append(Formula(ratios[j, k].name, form))
     for j in parts.dependent:
-        terms = [product_of((ratios[j, k], named(u[k]))) for k in parts.independent if (j, k) in ratios]
-        blocks.append(Words((named(u[j]), " = ", sum_of(terms))))
+        terms = [Form.product((ratios[j, k], named(u[k]))) for k in parts.independent if (j, k) in ratios]
+        blocks.append(Words((named(u[j]), " = ", Form.sum(terms))))
     places: dict[str, str | Form | Words] = {
         "dependent": together([named(u[k]) for k in parts.dependent]),
         "independent": together([named(u[k]) for k in parts.independent]),
@@ -219,10 +219,10 @@ def reduced_steps(lesson: Constrained, page: Printable) -> list[Step]:
     steps = [Step("ratios", lesson.say("ratios", **places), tuple(blocks), reason)]
     left: list[Block] = []
     for k in parts.independent:
-        others = [product_of((ratios[j, k], _rest(lesson, page, j))) for j in parts.dependent if (j, k) in ratios]
+        others = [Form.product((ratios[j, k], _rest(lesson, page, j))) for j in parts.dependent if (j, k) in ratios]
         own = lesson.scene.drives[k]
         mine = Symbol(own) if own else lesson.called(f"tau*:{k + 1}", Letter("tau", (str(k + 1),), above="*"))
-        form = sum_of((_rest(lesson, page, k, own), *others))
+        form = Form.sum((_rest(lesson, page, k, own), *others))
         if not own:
             lesson.called(mine.name, Letter("tau", (str(k + 1),), above="*"), valued(lesson, form))
         left.append(folded(lesson, Formula(mine.name, form)))
@@ -263,7 +263,7 @@ def _ratio(lesson: Constrained, dependent: Sequence[int], j: int, k: int) -> tup
     over, under = min(shapes, key=lambda pair: sum(len(text_of(x)) for x in pair))
     if under == Number.ONE:
         return node, over
-    return node, product_of((over, under.power(-1)))
+    return node, Form.product((over, under.power(-1)))
 
 
 def _determinant(rows: Sequence[Sequence[Polynomial]], zero: Polynomial) -> Polynomial:

@@ -22,7 +22,7 @@ from symdyn.dynamics.loops import Cut, Partition, differentiated
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute, tangents
-from symdyn.scene.values import GROUND
+from symdyn.scene import Scene
 from symdyn.spatial import Vec, sub
 from symdyn.teach.document import Block, Letter
 from symdyn.teach.lesson import Lesson, is_tied, refuse_quaternions
@@ -194,7 +194,7 @@ class Constrained(Lesson):
 
     def body(self, name: str) -> str:
         """Return a body's name in prose."""
-        return self.text("ground") if name == GROUND else name
+        return self.text("ground") if name == Scene.GROUND else name
 
     # Forms
 
