@@ -15,7 +15,7 @@ from symdyn.emit.escape import (
     in_script,
     in_script_code,
 )
-from symdyn.resources import template_folder
+from symdyn.resources import folder
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -29,7 +29,7 @@ def render(template: str, values: Mapping[str, Any]) -> str:
 @cache
 def verbatim(file: str) -> str:
     """Return the text of a file that is no template, such as a script, without its last end of line."""
-    return (template_folder() / file).read_text(encoding="utf-8").removesuffix("\n")
+    return (folder("templates") / file).read_text(encoding="utf-8").removesuffix("\n")
 
 
 @cache
@@ -48,7 +48,7 @@ def _environment() -> Environment:
 
     environment = Environment(
         bytecode_cache=Beside(),
-        loader=FileSystemLoader(template_folder()),
+        loader=FileSystemLoader(folder("templates")),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
