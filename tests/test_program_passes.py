@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import pytest
 from arms import EXAMPLES, two_link
 from formulas import argument, every_op, function, one
@@ -12,12 +10,10 @@ from mechanisms import coupled_tree, random_tree
 from symdyn.dynamics import available, derive
 from symdyn.dynamics.roads import Counts
 from symdyn.errors import DerivationError
-from symdyn.graph import Graph, Op, reachable
+from symdyn.graph import Graph, Op
 from symdyn.program import lower
 from symdyn.program.passes import PASSES, optimise
 from symdyn.program.passes.factor import factor
-from symdyn.program.passes.signs import signs
-from symdyn.program.passes.strength import strength
 from symdyn.scene import read
 from symdyn.verdict import Verdict
 from symdyn.verify.equality import Claim, prove
@@ -74,7 +70,7 @@ def test_lowering_costs_no_more_with_passes_than_without():
 
 
 def test_an_unknown_pass_is_refused():
-    with pytest.raises(DerivationError, match="there is no pass 'inline'; there are strength, factor, signs"):
+    with pytest.raises(DerivationError, match="there is no pass 'inline'; there are factor"):
         lower(every_op(), ("inline",))
 
 
@@ -117,19 +113,6 @@ def test_a_product_that_is_used_twice_keeps_its_factor():
     assert Counts.of(f) == Counts(multiplications=2, additions=1)
 
 
-@pytest.mark.parametrize(
-    ("build", "counts"),
-    [
-        (lambda g, a, b, x, y, z: Fraction(1, 2) * (g.sqrt(2) * x), Counts(1)),
-        (lambda g, a, b, x, y, z: g.sqrt(2) * x * (g.sqrt(2) * y), Counts(2)),
-        (lambda g, a, b, x, y, z: 2 * ((x / 2) * y), Counts(1)),
-        (lambda g, a, b, x, y, z: x / g.sqrt(3), Counts(1)),
-    ],
-)
-def test_constants_meet(build, counts):
-    assert rewritten(strength, build)[1] == counts
-
-
 def test_what_is_known_early_is_put_together():
     g = Graph()
     m, n, x, y = (g.symbol(name) for name in "mnxy")
@@ -144,6 +127,7 @@ def test_what_is_known_early_is_put_together():
     assert finding.verdict in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
+<<<<<<< HEAD
 def test_a_half_that_is_shared_meets_the_two_outside():
     g = Graph()
     m, x, y = (g.symbol(name) for name in "mxy")
@@ -183,6 +167,8 @@ def test_a_difference_that_is_used_elsewhere_keeps_its_sign():
     assert second.args == (first,)
 
 
+=======
+>>>>>>> 384b5feb (Passes strength and signs go: they saved 0.4 % of the operations and none that is counted)
 def test_no_line_of_a_program_is_an_alias_or_a_negation():
     program = lower(derive(read(EXAMPLES / "puma560.toml"), ("inverse_dynamics", "k_C", "coriolis_matrix")))
     lines = [step.node for routine in program.routines for step in routine.steps]

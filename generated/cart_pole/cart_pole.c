@@ -107,7 +107,7 @@ void cart_pole_forward_dynamics(const double *q, const double *qd, const double 
     const double c2 = cos(q_2);
     const double x1 = tau_2 + 0.24525 * s2;
     const double x2 = 3.0 * c2;
-    const double x3 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * (c2 * x2));
+    const double x3 = (tau_1 - 0.1 * qd_1 - s2 * (0.025 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * c2 * x2);
     out[0] = x3;
     out[1] = 120.0 * x1 + x2 * x3;
 }
@@ -128,7 +128,7 @@ void cart_pole_velocity_forces(const double *q, const double *qd, double *out)
     const double q_2 = q[1];
     const double qd_2 = qd[1];
     const double s2 = sin(q_2);
-    out[0] = 0.025 * (s2 * (qd_2 * qd_2));
+    out[0] = s2 * (0.025 * (qd_2 * qd_2));
     out[1] = 0.0;
 }
 
@@ -146,7 +146,7 @@ void cart_pole_coriolis_matrix(const double *q, const double *qd, double *out)
     const double qd_2 = qd[1];
     const double s2 = sin(q_2);
     out[0] = 0.0;
-    out[1] = 0.025 * (qd_2 * s2);
+    out[1] = qd_2 * (0.025 * s2);
     out[2] = 0.0;
     out[3] = 0.0;
 }
@@ -157,7 +157,7 @@ void cart_pole_momentum(const double *q, const double *qd, double *out)
     const double qd_1 = qd[0];
     const double qd_2 = qd[1];
     const double c2 = cos(q_2);
-    out[0] = 1.1 * qd_1 - 0.025 * (qd_2 * c2);
+    out[0] = 1.1 * qd_1 - c2 * (0.025 * qd_2);
     out[1] = 0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2);
 }
 
@@ -167,7 +167,7 @@ void cart_pole_kinetic_energy(const double *q, const double *qd, double *out)
     const double qd_1 = qd[0];
     const double qd_2 = qd[1];
     const double c2 = cos(q_2);
-    out[0] = 0.5 * (qd_1 * (1.1 * qd_1 - 0.025 * (qd_2 * c2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2)));
+    out[0] = 0.5 * (qd_1 * (1.1 * qd_1 - c2 * (0.025 * qd_2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2)));
 }
 
 void cart_pole_potential_energy(const double *q, double *out)
@@ -259,7 +259,7 @@ void cart_pole_jdot_qdot_tip(const double *q, const double *qd, double *out)
     const double qd_2 = qd[1];
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = 0.5 * (qd_2 * qd_2);
+    const double x1 = qd_2 * (0.5 * qd_2);
     out[0] = s2 * x1;
     out[1] = -(c2 * x1);
     out[2] = 0.0;

@@ -158,7 +158,7 @@ const forward_dynamics = (q, qd, tau, out = new Float64Array(2)) => {
   const c2 = Math.cos(q_2);
   const x1 = tau_2 + 0.24525 * s2;
   const x2 = 3.0 * c2;
-  const x3 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * (c2 * x2));
+  const x3 = (tau_1 - 0.1 * qd_1 - s2 * (0.025 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * c2 * x2);
   out[0] = x3;
   out[1] = 120.0 * x1 + x2 * x3;
   return out;
@@ -205,7 +205,7 @@ const velocity_forces = (q, qd, out = new Float64Array(2)) => {
   const q_2 = q[1];
   const qd_2 = qd[1];
   const s2 = Math.sin(q_2);
-  out[0] = 0.025 * (s2 * (qd_2 * qd_2));
+  out[0] = s2 * (0.025 * (qd_2 * qd_2));
   out[1] = 0.0;
   return out;
 };
@@ -249,7 +249,7 @@ const coriolis_matrix = (q, qd, out = new Float64Array(4)) => {
   const qd_2 = qd[1];
   const s2 = Math.sin(q_2);
   out[0] = 0.0; // 0, 0
-  out[1] = 0.025 * (qd_2 * s2); // 0, 1
+  out[1] = qd_2 * (0.025 * s2); // 0, 1
   out[2] = 0.0; // 1, 0
   out[3] = 0.0; // 1, 1
   return out;
@@ -274,7 +274,7 @@ const momentum = (q, qd, out = new Float64Array(2)) => {
   const qd_1 = qd[0];
   const qd_2 = qd[1];
   const c2 = Math.cos(q_2);
-  out[0] = 1.1 * qd_1 - 0.025 * (qd_2 * c2);
+  out[0] = 1.1 * qd_1 - c2 * (0.025 * qd_2);
   out[1] = 0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2);
   return out;
 };
@@ -296,7 +296,7 @@ const kinetic_energy = (q, qd) => {
   const qd_1 = qd[0];
   const qd_2 = qd[1];
   const c2 = Math.cos(q_2);
-  return 0.5 * (qd_1 * (1.1 * qd_1 - 0.025 * (qd_2 * c2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2)));
+  return 0.5 * (qd_1 * (1.1 * qd_1 - c2 * (0.025 * qd_2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2)));
 };
 
 
@@ -481,7 +481,7 @@ const jdot_qdot_tip = (q, qd, out = new Float64Array(6)) => {
   const qd_2 = qd[1];
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
-  const x1 = 0.5 * (qd_2 * qd_2);
+  const x1 = qd_2 * (0.5 * qd_2);
   out[0] = s2 * x1;
   out[1] = -(c2 * x1);
   out[2] = 0.0;

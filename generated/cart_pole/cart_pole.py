@@ -378,7 +378,7 @@ def _forward_dynamics(of, q, qd, tau):
     c2 = cos(q_2)
     x1 = tau_2 + 0.24525 * s2
     x2 = 3.0 * c2
-    x3 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * (c2 * x2))
+    x3 = (tau_1 - 0.1 * qd_1 - s2 * (0.025 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * c2 * x2)
     return (
         x3,
         120.0 * x1 + x2 * x3,
@@ -450,7 +450,7 @@ def _velocity_forces(of, q, qd):
     qd_2 = qd[1]
     s2 = sin(q_2)
     return (
-        0.025 * (s2 * (qd_2 * qd_2)),
+        s2 * (0.025 * (qd_2 * qd_2)),
         0.0,
     )
 
@@ -518,7 +518,7 @@ def _coriolis_matrix(of, q, qd):
     s2 = sin(q_2)
     return (
         0.0,  # 0, 0
-        0.025 * (qd_2 * s2),  # 0, 1
+        qd_2 * (0.025 * s2),  # 0, 1
         0.0,  # 1, 0
         0.0,  # 1, 1
     )
@@ -555,7 +555,7 @@ def _momentum(of, q, qd):
     qd_2 = qd[1]
     c2 = cos(q_2)
     return (
-        1.1 * qd_1 - 0.025 * (qd_2 * c2),
+        1.1 * qd_1 - c2 * (0.025 * qd_2),
         0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2),
     )
 
@@ -591,7 +591,7 @@ def _kinetic_energy(of, q, qd):
     qd_2 = qd[1]
     c2 = cos(q_2)
     return (
-        0.5 * (qd_1 * (1.1 * qd_1 - 0.025 * (qd_2 * c2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2))),
+        0.5 * (qd_1 * (1.1 * qd_1 - c2 * (0.025 * qd_2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2))),
     )
 
 
@@ -876,7 +876,7 @@ def _jdot_qdot_tip(of, q, qd):
     qd_2 = qd[1]
     s2 = sin(q_2)
     c2 = cos(q_2)
-    x1 = 0.5 * (qd_2 * qd_2)
+    x1 = qd_2 * (0.5 * qd_2)
     return (
         s2 * x1,
         -(c2 * x1),

@@ -12,7 +12,7 @@
  *
  *     forward_reactions_ground(q, qd, tau) -> R, shape (2, 6); N and N m
  *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
- *         recursive; 25 mul, 15 add, 1 div, 1 sincos
+ *         recursive; 26 mul, 15 add, 1 div, 1 sincos
  *
  * Arguments:
  *
@@ -36,7 +36,7 @@ void cart_pole_reactions(const double *q, const double *qd, const double *qdd, d
     const double c2 = cos(q_2);
     const double x1 = qdd_1 * c2 + 9.81 * s2;
     const double x2 = 0.1 * x1 - 0.025 * qdd_2;
-    const double x3 = 0.1 * (9.81 * c2 - qdd_1 * s2) - 0.025 * (qd_2 * qd_2);
+    const double x3 = 0.1 * (9.81 * c2 - qdd_1 * s2) - qd_2 * (0.025 * qd_2);
     const double x4 = 0.008333333333333333 * qdd_2 - 0.025 * x1;
     out[0] = qdd_1 + (c2 * x2 - s2 * x3);
     out[1] = 9.81 + (s2 * x2 + c2 * x3);
@@ -61,27 +61,26 @@ void cart_pole_forward_reactions_ground(const double *q, const double *qd, const
     const double tau_2 = tau[1];
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = qd_2 * qd_2;
-    const double x2 = tau_2 + 0.24525 * s2;
-    const double x3 = 3.0 * c2;
-    const double x4 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * x1) + x2 * x3) / (1.1 - 0.075 * (c2 * c2));
-    const double x5 = 120.0 * x2 + x3 * x4;
-    const double x6 = 9.81 * s2 + c2 * x4;
-    const double x7 = 0.1 * x6 - 0.025 * x5;
-    const double x8 = 0.1 * (9.81 * c2 - s2 * x4) - 0.025 * x1;
-    const double x9 = 0.008333333333333333 * x5 - 0.025 * x6;
-    const double x10 = c2 * x7 - s2 * x8;
-    const double x11 = s2 * x7 + c2 * x8;
-    out[0] = x4 + x10;
-    out[1] = 9.81 + x11;
+    const double x1 = tau_2 + 0.24525 * s2;
+    const double x2 = 3.0 * c2;
+    const double x3 = (tau_1 - 0.1 * qd_1 - s2 * (0.025 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * c2 * x2);
+    const double x4 = 120.0 * x1 + x2 * x3;
+    const double x5 = 9.81 * s2 + c2 * x3;
+    const double x6 = 0.1 * x5 - 0.025 * x4;
+    const double x7 = 0.1 * (9.81 * c2 - s2 * x3) - qd_2 * (0.025 * qd_2);
+    const double x8 = 0.008333333333333333 * x4 - 0.025 * x5;
+    const double x9 = c2 * x6 - s2 * x7;
+    const double x10 = s2 * x6 + c2 * x7;
+    out[0] = x3 + x9;
+    out[1] = 9.81 + x10;
     out[2] = 0.0;
     out[3] = 0.0;
     out[4] = 0.0;
-    out[5] = x9;
-    out[6] = x10;
-    out[7] = x11;
+    out[5] = x8;
+    out[6] = x9;
+    out[7] = x10;
     out[8] = 0.0;
     out[9] = 0.0;
     out[10] = 0.0;
-    out[11] = x9;
+    out[11] = x8;
 }

@@ -12,7 +12,7 @@
  *
  *     forward_reactions_ground(q, qd, tau) -> R, shape (2, 6); N and N m
  *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
- *         recursive; 25 mul, 15 add, 1 div, 1 sincos
+ *         recursive; 26 mul, 15 add, 1 div, 1 sincos
  *
  * Arguments:
  *

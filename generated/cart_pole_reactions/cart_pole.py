@@ -11,7 +11,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     forward_reactions_ground(q, qd, tau) -> R, shape (2, 6); N and N m
         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
-        recursive; 25 mul, 15 add, 1 div, 1 sincos
+        recursive; 26 mul, 15 add, 1 div, 1 sincos
 
 Arguments:
 
@@ -264,7 +264,7 @@ def _reactions(of, q, qd, qdd):
     c2 = cos(q_2)
     x1 = qdd_1 * c2 + 9.81 * s2
     x2 = 0.1 * x1 - 0.025 * qdd_2
-    x3 = 0.1 * (9.81 * c2 - qdd_1 * s2) - 0.025 * (qd_2 * qd_2)
+    x3 = 0.1 * (9.81 * c2 - qdd_1 * s2) - qd_2 * (0.025 * qd_2)
     x4 = 0.008333333333333333 * qdd_2 - 0.025 * x1
     return (
         qdd_1 + (c2 * x2 - s2 * x3),  # 0, 0
@@ -294,7 +294,7 @@ def forward_reactions_ground(q, qd, tau, out=None):
     Returns:
         R, shape (..., 2, 6); N and N m.
 
-    recursive; 25 mul, 15 add, 1 div, 1 sincos.
+    recursive; 26 mul, 15 add, 1 div, 1 sincos.
     A NaN in q[1], qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
@@ -318,28 +318,27 @@ def _forward_reactions_ground(of, q, qd, tau):
     tau_2 = tau[1]
     s2 = sin(q_2)
     c2 = cos(q_2)
-    x1 = qd_2 * qd_2
-    x2 = tau_2 + 0.24525 * s2
-    x3 = 3.0 * c2
-    x4 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * x1) + x2 * x3) / (1.1 - 0.075 * (c2 * c2))
-    x5 = 120.0 * x2 + x3 * x4
-    x6 = 9.81 * s2 + c2 * x4
-    x7 = 0.1 * x6 - 0.025 * x5
-    x8 = 0.1 * (9.81 * c2 - s2 * x4) - 0.025 * x1
-    x9 = 0.008333333333333333 * x5 - 0.025 * x6
-    x10 = c2 * x7 - s2 * x8
-    x11 = s2 * x7 + c2 * x8
+    x1 = tau_2 + 0.24525 * s2
+    x2 = 3.0 * c2
+    x3 = (tau_1 - 0.1 * qd_1 - s2 * (0.025 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * c2 * x2)
+    x4 = 120.0 * x1 + x2 * x3
+    x5 = 9.81 * s2 + c2 * x3
+    x6 = 0.1 * x5 - 0.025 * x4
+    x7 = 0.1 * (9.81 * c2 - s2 * x3) - qd_2 * (0.025 * qd_2)
+    x8 = 0.008333333333333333 * x4 - 0.025 * x5
+    x9 = c2 * x6 - s2 * x7
+    x10 = s2 * x6 + c2 * x7
     return (
-        x4 + x10,  # 0, 0
-        9.81 + x11,  # 0, 1
+        x3 + x9,  # 0, 0
+        9.81 + x10,  # 0, 1
         0.0,  # 0, 2
         0.0,  # 0, 3
         0.0,  # 0, 4
-        x9,  # 0, 5
-        x10,  # 1, 0
-        x11,  # 1, 1
+        x8,  # 0, 5
+        x9,  # 1, 0
+        x10,  # 1, 1
         0.0,  # 1, 2
         0.0,  # 1, 3
         0.0,  # 1, 4
-        x9,  # 1, 5
+        x8,  # 1, 5
     )

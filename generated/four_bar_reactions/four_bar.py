@@ -7,11 +7,11 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     reactions(q, qd, qdd) -> R, shape (4, 6); N and N m
         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
-        recursive; 68 mul, 58 add, 1 div, 3 sincos
+        recursive; 69 mul, 58 add, 1 div, 3 sincos
 
     forward_reactions_ground(q, qd, tau) -> R, shape (4, 6); N and N m
         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
-        recursive; 118 mul, 92 add, 2 div, 3 sincos
+        recursive; 120 mul, 92 add, 2 div, 3 sincos
 
 Arguments:
 
@@ -239,7 +239,7 @@ def reactions(q, qd, qdd, out=None):
     Returns:
         R, shape (..., 4, 6); N and N m.
 
-    recursive; 68 mul, 58 add, 1 div, 3 sincos.
+    recursive; 69 mul, 58 add, 1 div, 3 sincos.
     A NaN in q, qd or qdd makes what depends on it NaN, and raises nothing.
     """
     return _run(
@@ -272,64 +272,63 @@ def _reactions(of, q, qd, qdd):
     s3 = sin(q_3)
     c3 = cos(q_3)
     x1 = 9.81 * s1
-    x2 = qd_1 * qd_1
-    x3 = 9.81 * c1
-    x4 = x1 - x2
-    x5 = qdd_1 + x3
-    x6 = c2 * x5 - s2 * x4
-    x7 = qdd_1 + qdd_2
-    x8 = qd_1 + qd_2
-    x9 = c1 * c2 - s1 * s2
-    x10 = c1 * s2 + s1 * c2
-    x11 = c1 + 3.0 * x9
-    x12 = s1 + 3.0 * x10
-    x13 = x9 * x11 + x10 * x12
-    x14 = x9 * x12 - x10 * x11
-    x15 = c3 * x9 + s3 * x10
-    x16 = c3 * x10 - s3 * x9
-    x17 = 4.0 * x9 - x13
-    x18 = x14 + 4.0 * x10
-    x19 = 3.0 * (c2 * x4 + s2 * x5) - 4.5 * (x8 * x8)
-    x20 = 3.0 * x6 + 4.5 * x7
-    x21 = 9.0 * x7 + 4.5 * x6
-    x22 = s2 * x19 + c2 * x20
+    x2 = 9.81 * c1
+    x3 = x1 - qd_1 * qd_1
+    x4 = qdd_1 + x2
+    x5 = c2 * x4 - s2 * x3
+    x6 = qdd_1 + qdd_2
+    x7 = qd_1 + qd_2
+    x8 = c1 * c2 - s1 * s2
+    x9 = c1 * s2 + s1 * c2
+    x10 = c1 + 3.0 * x8
+    x11 = s1 + 3.0 * x9
+    x12 = x8 * x10 + x9 * x11
+    x13 = x8 * x11 - x9 * x10
+    x14 = c3 * x8 + s3 * x9
+    x15 = c3 * x9 - s3 * x8
+    x16 = 4.0 * x8 - x12
+    x17 = x13 + 4.0 * x9
+    x18 = 3.0 * (c2 * x3 + s2 * x4) - x7 * (4.5 * x7)
+    x19 = 3.0 * x5 + 4.5 * x6
+    x20 = 9.0 * x6 + 4.5 * x5
+    x21 = s2 * x18 + c2 * x19
+    x22 = x16 + 3.5 * x14
     x23 = x17 + 3.5 * x15
-    x24 = x18 + 3.5 * x16
-    x25 = x14 + (c1 * x10 - s1 * x9) - x24
-    x26 = x23 - x17
-    x27 = x23 - (c1 * x9 + s1 * x10 - x13)
-    x28 = x18 - x24
-    x29 = 1.0 / (x25 * x26 - x27 * x28)
-    x30 = 14.291666666666666 * qdd_3 + 60.08625 * c3
-    x31 = x29 * (x21 * x28 + x25 * x30)
-    x32 = x29 * (x21 * x26 + x27 * x30)
-    x33 = x16 * x32 + x15 * x31
-    x34 = x31 * (3.0 + x23) + x24 * x32
-    x35 = s2 * x32 + c2 * x31
-    x36 = x15 * x32 - x16 * x31
-    x37 = x19 + x32
-    x38 = x20 + x31
+    x24 = x13 + (c1 * x9 - s1 * x8) - x23
+    x25 = x22 - x16
+    x26 = x22 - (c1 * x8 + s1 * x9 - x12)
+    x27 = x17 - x23
+    x28 = 1.0 / (x24 * x25 - x26 * x27)
+    x29 = 14.291666666666666 * qdd_3 + 60.08625 * c3
+    x30 = x28 * (x20 * x27 + x24 * x29)
+    x31 = x28 * (x20 * x25 + x26 * x29)
+    x32 = x15 * x31 + x14 * x30
+    x33 = x30 * (3.0 + x22) + x23 * x31
+    x34 = s2 * x31 + c2 * x30
+    x35 = x14 * x31 - x15 * x30
+    x36 = x18 + x31
+    x37 = x19 + x30
     return (
-        x1 - 0.5 * x2 + c2 * x37 - s2 * x38,  # 0, 0
-        x35 + (x22 + (x3 + 0.5 * qdd_1)),  # 0, 1
+        x1 - qd_1 * (0.5 * qd_1) + c2 * x36 - s2 * x37,  # 0, 0
+        x34 + (x21 + (x2 + 0.5 * qdd_1)),  # 0, 1
         0.0,  # 0, 2
         0.0,  # 0, 3
         0.0,  # 0, 4
-        0.3333333333333333 * qdd_1 + 4.905 * c1 + (x21 + x22) + (x34 + x35),  # 0, 5
-        x37,  # 1, 0
-        x38,  # 1, 1
+        0.3333333333333333 * qdd_1 + 4.905 * c1 + (x20 + x21) + (x33 + x34),  # 0, 5
+        x36,  # 1, 0
+        x37,  # 1, 1
         0.0,  # 1, 2
         0.0,  # 1, 3
         0.0,  # 1, 4
-        x21 + x34,  # 1, 5
-        34.335 * s3 - 6.125 * (qd_3 * qd_3) - x36,  # 2, 0
-        34.335 * c3 + 6.125 * qdd_3 - x33,  # 2, 1
+        x20 + x33,  # 1, 5
+        34.335 * s3 - qd_3 * (6.125 * qd_3) - x35,  # 2, 0
+        34.335 * c3 + 6.125 * qdd_3 - x32,  # 2, 1
         0.0,  # 2, 2
         0.0,  # 2, 3
         0.0,  # 2, 4
-        x30 - 3.5 * x33,  # 2, 5
-        x36,  # 3, 0
-        x33,  # 3, 1
+        x29 - 3.5 * x32,  # 2, 5
+        x35,  # 3, 0
+        x32,  # 3, 1
         0.0,  # 3, 2
         0.0,  # 3, 3
         0.0,  # 3, 4
@@ -349,7 +348,7 @@ def forward_reactions_ground(q, qd, tau, out=None):
     Returns:
         R, shape (..., 4, 6); N and N m.
 
-    recursive; 118 mul, 92 add, 2 div, 3 sincos.
+    recursive; 120 mul, 92 add, 2 div, 3 sincos.
     A NaN in q, qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
@@ -382,87 +381,86 @@ def _forward_reactions_ground(of, q, qd, tau):
     s3 = sin(q_3)
     c3 = cos(q_3)
     x1 = 9.81 * s1
-    x2 = qd_1 * qd_1
-    x3 = 9.81 * c1
-    x4 = x1 - x2
-    x5 = s2 * x4
-    x6 = qd_1 + qd_2
-    x7 = c1 * c2 - s1 * s2
-    x8 = c1 * s2 + s1 * c2
-    x9 = c1 + 3.0 * x7
-    x10 = s1 + 3.0 * x8
-    x11 = c3 * x7 + s3 * x8
-    x12 = c3 * x8 - s3 * x7
+    x2 = 9.81 * c1
+    x3 = x1 - qd_1 * qd_1
+    x4 = s2 * x3
+    x5 = qd_1 + qd_2
+    x6 = c1 * c2 - s1 * s2
+    x7 = c1 * s2 + s1 * c2
+    x8 = c1 + 3.0 * x6
+    x9 = s1 + 3.0 * x7
+    x10 = c3 * x6 + s3 * x7
+    x11 = c3 * x7 - s3 * x6
+    x12 = 4.0 * x6
     x13 = 4.0 * x7
-    x14 = 4.0 * x8
-    x15 = x6 * x6
-    x16 = 3.5 * x11
-    x17 = 3.5 * x12
-    x18 = 60.08625 * c3
-    x19 = qd_2 * qd_2
-    x20 = qd_3 - x6
-    x21 = x20 * x20
-    x22 = x13 + x16
-    x23 = x14 + x17
-    x24 = s2 - x23
-    x25 = x22 - c2
-    x26 = 1.0 / (x16 * x24 + x17 * x25)
-    x27 = c2 * x19 - x13 * x15 - x16 * x21
-    x28 = x14 * x15 - s2 * x19 + x17 * x21
-    x29 = x26 * (x16 * x23 - x17 * x22)
-    x30 = 9.0 + 4.5 * c2
-    x31 = x26 * (x23 * x25 + x22 * x24)
-    x32 = x26 * (x17 * x28 - x16 * x27)
-    x33 = x26 * (x25 * x27 + x24 * x28)
-    x34 = 9.0 * x32 + 4.5 * (c2 * x3 - x5)
-    x35 = tau_1 - 34.335 * c1 - x34 + x29 * (tau_2 - x34) + x31 * (tau_3 - (x18 - 14.291666666666666 * x33))
-    x36 = 12.333333333333334 + (9.0 * c2 + x31 * (14.291666666666666 * x31) + x29 * (x30 + (x30 + 9.0 * x29)))
-    x37 = (x35 + 4.5 * (s2 * x15 - c2 * x32)) / x36
-    x38 = x3 + x37
-    x39 = x37 + (x32 + x29 * x37)
-    x40 = c2 * x38 - x5
-    x41 = x31 * x37 - x33
-    x42 = 9.0 * x39 + 4.5 * x40
-    x43 = x18 + 14.291666666666666 * x41
-    x44 = x42 - tau_2
-    x45 = x43 - tau_3
-    x46 = x26 * (x24 * x45 - x17 * x44)
-    x47 = x26 * (x16 * x44 + x25 * x45)
-    x48 = x12 * x47 + x11 * x46
-    x49 = (3.0 + (x13 - (x7 * x9 + x8 * x10) + x16)) * x46
-    x50 = x49 + (x7 * x10 - x8 * x9 + x14 + x17) * x47
-    x51 = s2 * x47 + c2 * x46
-    x52 = x11 * x47 - x12 * x46
-    x53 = 34.335 * s3 - 6.125 * (qd_3 * qd_3) - x52
-    x54 = 3.0 * (c2 * x4 + s2 * x38) - 4.5 * x15
-    x55 = 4.5 * x39 + 3.0 * x40
-    x56 = s2 * x54 + c2 * x55
-    x57 = x47 + x54
-    x58 = x46 + x55
-    x59 = x1 - 0.5 * x2 + c2 * x57 - s2 * x58
-    x60 = x51 + (x56 + (x3 + 0.5 * x37))
-    x61 = 34.335 * c3 + 6.125 * x41 - x48
+    x14 = 3.5 * x10
+    x15 = 3.5 * x11
+    x16 = 60.08625 * c3
+    x17 = qd_2 * qd_2
+    x18 = x5 * x5
+    x19 = qd_3 - x5
+    x20 = x19 * x19
+    x21 = x12 + x14
+    x22 = x13 + x15
+    x23 = s2 - x22
+    x24 = x21 - c2
+    x25 = 1.0 / (x14 * x23 + x15 * x24)
+    x26 = c2 * x17 - x12 * x18 - x14 * x20
+    x27 = x13 * x18 - s2 * x17 + x15 * x20
+    x28 = x25 * (x14 * x22 - x15 * x21)
+    x29 = 9.0 + 4.5 * c2
+    x30 = x25 * (x22 * x24 + x21 * x23)
+    x31 = x25 * (x15 * x27 - x14 * x26)
+    x32 = x25 * (x24 * x26 + x23 * x27)
+    x33 = 9.0 * x31 + 4.5 * (c2 * x2 - x4)
+    x34 = tau_1 - 34.335 * c1 - x33 + x28 * (tau_2 - x33) + x30 * (tau_3 - (x16 - 14.291666666666666 * x32))
+    x35 = 12.333333333333334 + (9.0 * c2 + x30 * (14.291666666666666 * x30) + x28 * (x29 + (x29 + 9.0 * x28)))
+    x36 = (x34 + 4.5 * (s2 * x18 - c2 * x31)) / x35
+    x37 = x2 + x36
+    x38 = x36 + (x31 + x28 * x36)
+    x39 = c2 * x37 - x4
+    x40 = x30 * x36 - x32
+    x41 = 9.0 * x38 + 4.5 * x39
+    x42 = x16 + 14.291666666666666 * x40
+    x43 = x41 - tau_2
+    x44 = x42 - tau_3
+    x45 = x25 * (x23 * x44 - x15 * x43)
+    x46 = x25 * (x14 * x43 + x24 * x44)
+    x47 = x11 * x46 + x10 * x45
+    x48 = (3.0 + (x12 - (x6 * x8 + x7 * x9) + x14)) * x45
+    x49 = x48 + (x6 * x9 - x7 * x8 + x13 + x15) * x46
+    x50 = s2 * x46 + c2 * x45
+    x51 = x10 * x46 - x11 * x45
+    x52 = 34.335 * s3 - qd_3 * (6.125 * qd_3) - x51
+    x53 = 3.0 * (c2 * x3 + s2 * x37) - x5 * (4.5 * x5)
+    x54 = 4.5 * x38 + 3.0 * x39
+    x55 = s2 * x53 + c2 * x54
+    x56 = x46 + x53
+    x57 = x45 + x54
+    x58 = x1 - qd_1 * (0.5 * qd_1) + c2 * x56 - s2 * x57
+    x59 = x50 + (x55 + (x2 + 0.5 * x36))
+    x60 = 34.335 * c3 + 6.125 * x40 - x47
     return (
-        c1 * x59 - s1 * x60,  # 0, 0
-        s1 * x59 + c1 * x60,  # 0, 1
+        c1 * x58 - s1 * x59,  # 0, 0
+        s1 * x58 + c1 * x59,  # 0, 1
         0.0,  # 0, 2
         0.0,  # 0, 3
         0.0,  # 0, 4
-        x50 + x51 + (4.905 * c1 + 0.3333333333333333 * x37 + (x42 + x56)),  # 0, 5
-        x7 * x57 - x8 * x58,  # 1, 0
-        x8 * x57 + x7 * x58,  # 1, 1
+        x49 + x50 + (4.905 * c1 + 0.3333333333333333 * x36 + (x41 + x55)),  # 0, 5
+        x6 * x56 - x7 * x57,  # 1, 0
+        x7 * x56 + x6 * x57,  # 1, 1
         0.0,  # 1, 2
         0.0,  # 1, 3
         0.0,  # 1, 4
-        x42 + x50,  # 1, 5
-        c3 * x53 - s3 * x61,  # 2, 0
-        s3 * x53 + c3 * x61,  # 2, 1
+        x41 + x49,  # 1, 5
+        c3 * x52 - s3 * x60,  # 2, 0
+        s3 * x52 + c3 * x60,  # 2, 1
         0.0,  # 2, 2
         0.0,  # 2, 3
         0.0,  # 2, 4
-        x43 - 3.5 * x48,  # 2, 5
-        c3 * x52 - s3 * x48,  # 3, 0
-        s3 * x52 + c3 * x48,  # 3, 1
+        x42 - 3.5 * x47,  # 2, 5
+        -(s3 * x47 - c3 * x51),  # 3, 0
+        s3 * x51 + c3 * x47,  # 3, 1
         0.0,  # 3, 2
         0.0,  # 3, 3
         0.0,  # 3, 4

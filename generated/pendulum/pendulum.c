@@ -147,7 +147,7 @@ void pendulum_kinetic_energy(const double *q, const double *qd, double *out)
 {
     const double qd_1 = qd[0];
     (void)q;
-    out[0] = 0.125 * (qd_1 * qd_1);
+    out[0] = qd_1 * (0.125 * qd_1);
 }
 
 void pendulum_potential_energy(const double *q, double *out)
@@ -220,7 +220,7 @@ void pendulum_jdot_qdot_tip(const double *q, const double *qd, double *out)
     const double qd_1 = qd[0];
     const double s1 = sin(q_1);
     const double c1 = cos(q_1);
-    const double x1 = 0.5 * (qd_1 * qd_1);
+    const double x1 = qd_1 * (0.5 * qd_1);
     out[0] = -(s1 * x1);
     out[1] = c1 * x1;
     out[2] = 0.0;

@@ -554,7 +554,7 @@ def kinetic_energy(q, qd, out=None):
 def _kinetic_energy(of, q, qd):
     qd_1 = qd[0]
     return (
-        0.125 * (qd_1 * qd_1),
+        qd_1 * (0.125 * qd_1),
     )
 
 
@@ -813,7 +813,7 @@ def _jdot_qdot_tip(of, q, qd):
     qd_1 = qd[0]
     s1 = sin(q_1)
     c1 = cos(q_1)
-    x1 = 0.5 * (qd_1 * qd_1)
+    x1 = qd_1 * (0.5 * qd_1)
     return (
         -(s1 * x1),
         c1 * x1,

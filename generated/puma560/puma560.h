@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (6,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 262 mul, 207 add, 10 div, 4 sincos
+ *         crba; 263 mul, 207 add, 10 div, 4 sincos
  *
  *     mass_matrix(q) -> M, shape (6, 6); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -20,7 +20,7 @@
  *
  *     velocity_forces(q, qd) -> c, shape (6,); N m (revolute) or N (prismatic)
  *         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
- *         rnea; 138 mul, 95 add, 4 sincos
+ *         rnea; 139 mul, 95 add, 4 sincos
  *
  *     gravity_forces(q) -> g, shape (6,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
@@ -28,7 +28,7 @@
  *
  *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
- *         crba; 285 mul, 212 add, 4 sincos
+ *         crba; 283 mul, 212 add, 4 sincos
  *
  *     momentum(q, qd) -> p, shape (6,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
@@ -48,11 +48,11 @@
  *
  *     k_C(q) -> k_C, shape (6, 15); N m or N per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
- *         crba; 145 mul, 109 add, 4 sincos
+ *         crba; 146 mul, 109 add, 4 sincos
  *
  *     k_D(q) -> k_D, shape (6, 6); N m or N per unit of velocity squared
  *         centrifugal coefficients k_D of qd_j^2
- *         crba; 115 mul, 71 add, 4 sincos
+ *         crba; 116 mul, 71 add, 4 sincos
  *
  *     k_G(q) -> k_G, shape (6,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)

@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 22 mul, 14 add, 3 div, 2 sincos
+ *         aba; 29 mul, 13 add, 2 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -135,20 +135,18 @@ void two_link_forward_dynamics(const double *q, const double *qd, const double *
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
     const double x1 = s1 * p_g;
-    const double x2 = p_h1 * (p_m1 + p_m2);
+    const double x2 = c1 * p_g;
     const double x3 = qd_1 + qd_2;
     const double x4 = p_m2 * p_h2;
-    const double x5 = p_h1 * x4;
-    const double x6 = p_m2 * (p_h2 * p_h2);
-    const double x7 = c2 * x5;
-    const double x8 = x6 + x7;
-    const double x9 = x8 / x6;
-    const double x10 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1);
-    const double x11 = tau_2 - x10;
-    const double x12 = tau_1 - x1 * x2 - x10 + x3 * (x3 * (s2 * x5)) - x9 * x11;
-    const double x13 = x12 / (2.0 * x7 - x8 * x9 + (x6 + p_h1 * x2));
-    out[0] = x13;
-    out[1] = x11 / x6 - x9 * x13;
+    const double x5 = 1.0 / (p_m2 * (p_h2 * p_h2));
+    const double x6 = x4 * x5;
+    const double x7 = c2 * (x4 * x6);
+    const double x8 = p_h1 * (p_m1 + p_m2 - c2 * x7);
+    const double x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)));
+    const double x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6));
+    const double x11 = 1.0 / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10);
+    out[0] = x11;
+    out[1] = x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11)));
 }
 
 void two_link_mass_matrix(const double *q, const double *params, double *out)
@@ -198,8 +196,8 @@ void two_link_gravity_forces(const double *q, const double *params, double *out)
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
     const double x1 = s1 * p_g;
-    const double x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
-    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+    const double x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+    out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
     out[1] = x2;
 }
 
@@ -270,7 +268,7 @@ void two_link_potential_energy(const double *q, const double *params, double *ou
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
     const double x1 = p_m2 * p_h2;
-    out[0] = p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1));
+    out[0] = -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1)));
 }
 
 void two_link_k_z(const double *q, const double *params, double *out)
@@ -329,8 +327,8 @@ void two_link_k_G(const double *q, const double *params, double *out)
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
     const double x1 = s1 * p_g;
-    const double x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
-    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+    const double x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+    out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
     out[1] = x2;
 }
 
@@ -375,7 +373,7 @@ void two_link_jacobian_tool(const double *q, const double *params, double *out)
     const double x3 = x1 + p_h2 * (c1 * s2 + s1 * c2);
     const double x4 = x2 + p_h2 * (c1 * c2 - s1 * s2);
     out[0] = x4;
-    out[1] = x4 - x2;
+    out[1] = -(x2 - x4);
     out[2] = x3;
     out[3] = x3 - x1;
     out[4] = 0.0;

@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 22 mul, 14 add, 3 div, 2 sincos
+ *         aba; 29 mul, 13 add, 2 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -173,20 +173,18 @@ void forward_dynamics(const T *q, const T *qd, const T *tau, const T *params, T 
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = s1 * p_g;
-    const T x2 = p_h1 * (p_m1 + p_m2);
+    const T x2 = c1 * p_g;
     const T x3 = qd_1 + qd_2;
     const T x4 = p_m2 * p_h2;
-    const T x5 = p_h1 * x4;
-    const T x6 = p_m2 * (p_h2 * p_h2);
-    const T x7 = c2 * x5;
-    const T x8 = x6 + x7;
-    const T x9 = x8 / x6;
-    const T x10 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1);
-    const T x11 = tau_2 - x10;
-    const T x12 = tau_1 - x1 * x2 - x10 + x3 * (x3 * (s2 * x5)) - x9 * x11;
-    const T x13 = x12 / (T(2.0) * x7 - x8 * x9 + (x6 + p_h1 * x2));
-    out[0] = x13;
-    out[1] = x11 / x6 - x9 * x13;
+    const T x5 = T(1.0) / (p_m2 * (p_h2 * p_h2));
+    const T x6 = x4 * x5;
+    const T x7 = c2 * (x4 * x6);
+    const T x8 = p_h1 * (p_m1 + p_m2 - c2 * x7);
+    const T x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)));
+    const T x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6));
+    const T x11 = T(1.0) / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10);
+    out[0] = x11;
+    out[1] = x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11)));
 }
 
 template <class T>
@@ -243,8 +241,8 @@ void gravity_forces(const T *q, const T *params, T *out)
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = s1 * p_g;
-    const T x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
-    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+    const T x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+    out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
     out[1] = x2;
 }
 
@@ -324,7 +322,7 @@ void potential_energy(const T *q, const T *params, T *out)
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = p_m2 * p_h2;
-    out[0] = p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1));
+    out[0] = -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1)));
 }
 
 template <class T>
@@ -392,8 +390,8 @@ void k_G(const T *q, const T *params, T *out)
     const T s2 = sin(q_2);
     const T c2 = cos(q_2);
     const T x1 = s1 * p_g;
-    const T x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
-    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+    const T x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+    out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
     out[1] = x2;
 }
 
@@ -444,7 +442,7 @@ void jacobian_tool(const T *q, const T *params, T *out)
     const T x3 = x1 + p_h2 * (c1 * s2 + s1 * c2);
     const T x4 = x2 + p_h2 * (c1 * c2 - s1 * s2);
     out[0] = x4;
-    out[1] = x4 - x2;
+    out[1] = -(x2 - x4);
     out[2] = x3;
     out[3] = x3 - x1;
     out[4] = T(0.0);
@@ -512,7 +510,7 @@ std::array<T, 2> inverse_dynamics(const std::array<T, 2> &q, const std::array<ty
 /**
  * Returns the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q) [rad/s^2 (revolute) or m/s^2 (prismatic)].
  *
- * crba; 22 mul, 14 add, 3 div, 2 sincos.
+ * aba; 29 mul, 13 add, 2 div, 2 sincos.
  *
  * @param q joint positions, 2 entries; rad
  * @param qd joint velocities, 2 entries; rad/s

@@ -12,7 +12,7 @@
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 22 mul, 14 add, 3 div, 2 sincos
+ *         aba; 29 mul, 13 add, 2 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -159,7 +159,7 @@ const inverse_dynamics = (q, qd, qdd, params, out = new Float64Array(2)) => {
 /**
  * Returns the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q).
  *
- * crba; 22 mul, 14 add, 3 div, 2 sincos.
+ * aba; 29 mul, 13 add, 2 div, 2 sincos.
  *
  * @param {ArrayLike<number>} q joint positions, shape (2,); rad
  * @param {ArrayLike<number>} qd joint velocities, shape (2,); rad/s
@@ -190,20 +190,18 @@ const forward_dynamics = (q, qd, tau, params, out = new Float64Array(2)) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = s1 * p_g;
-  const x2 = p_h1 * (p_m1 + p_m2);
+  const x2 = c1 * p_g;
   const x3 = qd_1 + qd_2;
   const x4 = p_m2 * p_h2;
-  const x5 = p_h1 * x4;
-  const x6 = p_m2 * (p_h2 * p_h2);
-  const x7 = c2 * x5;
-  const x8 = x6 + x7;
-  const x9 = x8 / x6;
-  const x10 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1);
-  const x11 = tau_2 - x10;
-  const x12 = tau_1 - x1 * x2 - x10 + x3 * (x3 * (s2 * x5)) - x9 * x11;
-  const x13 = x12 / (2.0 * x7 - x8 * x9 + (x6 + p_h1 * x2));
-  out[0] = x13;
-  out[1] = x11 / x6 - x9 * x13;
+  const x5 = 1.0 / (p_m2 * (p_h2 * p_h2));
+  const x6 = x4 * x5;
+  const x7 = c2 * (x4 * x6);
+  const x8 = p_h1 * (p_m1 + p_m2 - c2 * x7);
+  const x9 = tau_2 - qd_1 * (qd_1 * (s2 * (p_h1 * x4)));
+  const x10 = p_h1 * (s2 * (x3 * (x3 * x4) + x2 * x7) - x9 * (c2 * x6));
+  const x11 = 1.0 / (p_h1 * x8) * (tau_1 - tau_2 - x1 * x8 + x10);
+  out[0] = x11;
+  out[1] = x5 * x9 - (x11 + x6 * (s2 * x2 + c2 * (x1 + p_h1 * x11)));
   return out;
 };
 
@@ -297,8 +295,8 @@ const gravity_forces = (q, params, out = new Float64Array(2)) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = s1 * p_g;
-  const x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
-  out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+  const x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+  out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
   out[1] = x2;
   return out;
 };
@@ -426,7 +424,7 @@ const potential_energy = (q, params) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = p_m2 * p_h2;
-  return p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1));
+  return -(p_g * (c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1) - s1 * (s2 * x1)));
 };
 
 
@@ -540,8 +538,8 @@ const k_G = (q, params, out = new Float64Array(2)) => {
   const s2 = Math.sin(q_2);
   const c2 = Math.cos(q_2);
   const x1 = s1 * p_g;
-  const x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
-  out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+  const x2 = p_m2 * p_h2 * (s2 * (c1 * p_g) + c2 * x1);
+  out[0] = x2 + x1 * (p_h1 * (p_m1 + p_m2));
   out[1] = x2;
   return out;
 };
@@ -614,7 +612,7 @@ const jacobian_tool = (q, params, out = new Float64Array(12)) => {
   const x3 = x1 + p_h2 * (c1 * s2 + s1 * c2);
   const x4 = x2 + p_h2 * (c1 * c2 - s1 * s2);
   out[0] = x4; // 0, 0
-  out[1] = x4 - x2; // 0, 1
+  out[1] = -(x2 - x4); // 0, 1
   out[2] = x3; // 1, 0
   out[3] = x3 - x1; // 1, 1
   out[4] = 0.0; // 2, 0

@@ -11,7 +11,7 @@
 //
 //     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
 //         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
-//         crba; 22 mul, 14 add, 3 div, 2 sincos
+//         aba; 29 mul, 13 add, 2 div, 2 sincos
 //
 //     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
 //         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -136,7 +136,7 @@ pub fn inverse_dynamics(q: &[f64; 2], qd: &[f64; 2], qdd: &[f64; 2], params: &[f
 
 /// Computes the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q) \[rad/s^2 (revolute) or m/s^2 (prismatic)\].
 ///
-/// crba; 22 mul, 14 add, 3 div, 2 sincos.
+/// aba; 29 mul, 13 add, 2 div, 2 sincos.
 ///
 /// * `q`: joint positions, 2 entries; rad
 /// * `qd`: joint velocities, 2 entries; rad/s
@@ -162,21 +162,19 @@ pub fn forward_dynamics(q: &[f64; 2], qd: &[f64; 2], tau: &[f64; 2], params: &[f
     let c1 = cosine1[0];
     let s2 = sine1[1];
     let c2 = cosine1[1];
-    let x2 = p_h1 * (p_m1 + p_m2);
     let x4 = p_m2 * p_h2;
-    let x5 = p_h1 * x4;
-    let x6 = p_m2 * (p_h2 * p_h2);
+    let x5 = 1.0 / (p_m2 * (p_h2 * p_h2));
+    let x6 = x4 * x5;
     let x1 = s1 * p_g;
+    let x2 = c1 * p_g;
     let x3 = qd_1 + qd_2;
-    let x7 = c2 * x5;
-    let x10 = x4 * fma(c2, x1, s2 * fma(p_h1, qd_1 * qd_1, c1 * p_g));
-    let x8 = x6 + x7;
-    let x9 = x8 / x6;
-    let x11 = tau_2 - x10;
-    let x12 = fma(-x9, x11, fma(x3, x3 * (s2 * x5), fma(-x1, x2, tau_1) - x10));
-    let x13 = x12 / (fma(-x8, x9, 2.0 * x7) + fma(p_h1, x2, x6));
-    out[0] = x13;
-    out[1] = fma(-x9, x13, x11 / x6);
+    let x7 = c2 * (x4 * x6);
+    let x8 = p_h1 * fma(-c2, x7, p_m1 + p_m2);
+    let x9 = fma(-qd_1, qd_1 * (s2 * (p_h1 * x4)), tau_2);
+    let x10 = p_h1 * fma(-x9, c2 * x6, s2 * fma(x2, x7, x3 * (x3 * x4)));
+    let x11 = 1.0 / (p_h1 * x8) * (fma(-x1, x8, tau_1 - tau_2) + x10);
+    out[0] = x11;
+    out[1] = fma(x5, x9, -fma(x6, fma(c2, fma(p_h1, x11, x1), s2 * x2), x11));
 }
 
 /// Computes the mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 \[kg m^2, kg m or kg\].
@@ -254,7 +252,7 @@ pub fn gravity_forces(q: &[f64; 2], params: &[f64; 5], out: &mut [f64; 2]) {
     let s2 = sine1[1];
     let c2 = cosine1[1];
     let x1 = s1 * p_g;
-    let x2 = p_m2 * p_h2 * fma(s2, c1 * p_g, c2 * x1);
+    let x2 = p_m2 * p_h2 * fma(c2, x1, s2 * (c1 * p_g));
     out[0] = fma(x1, p_h1 * (p_m1 + p_m2), x2);
     out[1] = x2;
 }
@@ -363,7 +361,7 @@ pub fn potential_energy(q: &[f64; 2], params: &[f64; 5]) -> f64 {
     let s2 = sine1[1];
     let c2 = cosine1[1];
     let x1 = p_m2 * p_h2;
-    p_g * fma(-c1, fma(c2, x1, p_h1 * (p_m1 + p_m2)), s1 * (s2 * x1))
+    -(p_g * fma(-s1, s2 * x1, c1 * fma(c2, x1, p_h1 * (p_m1 + p_m2))))
 }
 
 /// Computes the inertia coefficients k\_z of qdd\_j, which is M(q) \[kg m^2, kg m or kg\].
@@ -458,7 +456,7 @@ pub fn k_G(q: &[f64; 2], params: &[f64; 5], out: &mut [f64; 2]) {
     let s2 = sine1[1];
     let c2 = cosine1[1];
     let x1 = s1 * p_g;
-    let x2 = p_m2 * p_h2 * fma(s2, c1 * p_g, c2 * x1);
+    let x2 = p_m2 * p_h2 * fma(c2, x1, s2 * (c1 * p_g));
     out[0] = fma(x1, p_h1 * (p_m1 + p_m2), x2);
     out[1] = x2;
 }
@@ -522,7 +520,7 @@ pub fn jacobian_tool(q: &[f64; 2], params: &[f64; 5], out: &mut [f64; 12]) {
     let x3 = fma(p_h2, fma(s1, c2, c1 * s2), x1);
     let x4 = fma(p_h2, fma(-s1, s2, c1 * c2), x2);
     out[0] = x4;
-    out[1] = x4 - x2;
+    out[1] = -(x2 - x4);
     out[2] = x3;
     out[3] = x3 - x1;
     out[4] = 0.0;

@@ -168,7 +168,7 @@ class Christoffel:
         n = range(self.n)
         zero = qd[0].graph.zero
         return [
-            [sum(((self.twice(i, j, k) + self._turned(k, j, i)) * qd[k] for k in n), zero) / 2 for j in n] for i in n
+            [sum(((self.twice(i, j, k) + self._turned(k, j, i)) / 2 * qd[k] for k in n), zero) for j in n] for i in n
         ]
 
     def _turned(self, j: int, i: int, k: int) -> Expr:

@@ -1,4 +1,4 @@
-"""What every pass needs: how often a node is used, what is constant, and what is known early."""
+"""What a pass needs: how often a node is used, and what is known early."""
 
 from __future__ import annotations
 
@@ -23,15 +23,6 @@ def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:
         for arg in node.args:
             uses[arg] += more
     return uses
-
-
-def fixed(needed: Sequence[Expr]) -> set[Expr]:
-    """Return the nodes without a symbol below them, which cost nothing; `needed` has arguments first."""
-    found: set[Expr] = set()
-    for node in needed:
-        if node.op is not SYMBOL and all(arg in found for arg in node.args):
-            found.add(node)
-    return found
 
 
 class Early:
