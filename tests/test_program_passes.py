@@ -127,48 +127,6 @@ def test_what_is_known_early_is_put_together():
     assert finding.verdict in (Verdict.PROVED, Verdict.NUMERICAL)
 
 
-<<<<<<< HEAD
-def test_a_half_that_is_shared_meets_the_two_outside():
-    g = Graph()
-    m, x, y = (g.symbol(name) for name in "mxy")
-    half = m / 2
-    (f,) = one(strength([2 * (half * x), 2 * (half * y)], Graph()), [x]).functions
-
-    assert Counts.of(f) == Counts(2)
-
-
-@pytest.mark.parametrize(
-    "build",
-    [
-        lambda g, a, b, x, y, z: -(a - b),
-        lambda g, a, b, x, y, z: -(x * (a - b)),
-        lambda g, a, b, x, y, z: -((a - b) / x * y),
-        lambda g, a, b, x, y, z: -(y * (x * (a - b))),
-    ],
-)
-def test_a_negation_ends_in_a_difference(build):
-    g = Graph()
-    expression = build(g, *(g.symbol(name) for name in "abxyz"))
-    assert expression.op is Op.NEG
-    (result,) = signs([expression], Graph())
-
-    assert all(node.op is not Op.NEG for node in reachable([result]))
-    _, (finding,) = prove([Claim("sign", "after", "before", (result,), (expression,))])
-    assert finding.verdict in (Verdict.PROVED, Verdict.NUMERICAL)
-
-
-def test_a_difference_that_is_used_elsewhere_keeps_its_sign():
-    g = Graph()
-    a, b = g.symbol("a"), g.symbol("b")
-    first, second = signs([a - b, -(a - b)], Graph())
-
-    assert first.op is Op.SUB
-    assert second.op is Op.NEG
-    assert second.args == (first,)
-
-
-=======
->>>>>>> 384b5feb (Passes strength and signs go: they saved 0.4 % of the operations and none that is counted)
 def test_no_line_of_a_program_is_an_alias_or_a_negation():
     program = lower(derive(read(EXAMPLES / "puma560.toml"), ("inverse_dynamics", "k_C", "coriolis_matrix")))
     lines = [step.node for routine in program.routines for step in routine.steps]
