@@ -15,6 +15,7 @@ from running import agreements, call, matrix, random_fractions, workspace
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, roads_of
 from symdyn.dynamics.recursive.crba import crba
+from symdyn.dynamics.recursive.crba_in_runs import crba_in_runs
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import Quantity, Scene, body, prismatic, read_text, revolute, scene
@@ -378,15 +379,14 @@ def test_a_run_of_parallel_axes_may_have_a_shift_along_them():
     assert not lean.link[k].shift[2].is_zero
 
 
-@pytest.mark.parametrize("keeping", [False, True])
-@pytest.mark.parametrize("leaping", [False, True])
+@pytest.mark.parametrize("way", [crba, crba_in_runs])
 @pytest.mark.parametrize(
     "one", [read_text(SHELF), read_text(SWIVEL), stairs(), fork()], ids=["shelf", "swivel", "stairs", "fork"]
 )
-def test_every_variant_of_the_composite_body_algorithm_is_right(one, leaping, keeping):
+def test_every_variant_of_the_composite_body_algorithm_is_right(one, way):
     """Not only the cheapest: parallel axes beside and above each other, a slide, a branch or another axis at an end."""
     w = workspace(one)
-    entries = [entry for row in crba(w.lean, leaping, keeping) for entry in row]
+    entries = [entry for row in way(w.lean) for entry in row]
     other = derive_one(w, "mass_matrix", "lagrange").entries
 
     assert {f.verdict for f in prove([Claim("M", "crba", "lagrange", entries, other)])[1]} == {Verdict.PROVED}

@@ -18,9 +18,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ("recursive/link_motion.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
-    ("recursive/rnea.py", "wrench[i] = (sub(wrench[i][0], n),", "wrench[i] = (add(wrench[i][0], n),"),
+    ("recursive/rnea.py", "f[i] = (sub(f[i][0], moment),", "f[i] = (add(f[i][0], moment),"),
     ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
-    ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
+    ("recursive/articulated.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
     ("lagrange/second_kind.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
     ("recursive/wrenches.py", "return carried[2] - still[2]", "return carried[2] + still[2]"),
     (
@@ -34,7 +34,7 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
         "size = size - (dry.static.express(graph) - size)",
     ),
     ("loops/constraint_rows.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
-    ("../spatial.py", "add(wrench[1], cross(way, wrench[0]))", "sub(wrench[1], cross(way, wrench[0]))"),
+    ("../spatial.py", "add(self[1], cross(way, self[0]))", "sub(self[1], cross(way, self[0]))"),
 )
 
 

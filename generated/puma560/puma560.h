@@ -8,11 +8,11 @@
  *
  *     inverse_dynamics(q, qd, qdd) -> tau, shape (6,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 159 mul, 124 add, 4 sincos
+ *         rnea; 157 mul, 145 add, 4 sincos
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (6,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 263 mul, 207 add, 10 div, 4 sincos
+ *         crba; 269 mul, 228 add, 10 div, 4 sincos
  *
  *     mass_matrix(q) -> M, shape (6, 6); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -20,7 +20,7 @@
  *
  *     velocity_forces(q, qd) -> c, shape (6,); N m (revolute) or N (prismatic)
  *         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
- *         rnea; 139 mul, 95 add, 4 sincos
+ *         rnea; 140 mul, 114 add, 4 sincos
  *
  *     gravity_forces(q) -> g, shape (6,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq

@@ -152,19 +152,19 @@ def _inverse_dynamics_derivatives(q, qd, qdd, params):
     x7 = s2 * (2.0 * x6)
     x8 = p_m2 * (p_h2 * p_h2)
     x9 = c2 * x6
-    x10 = x5 * (s2 * x1 - c2 * x3)
+    x10 = x5 * (c2 * x3 - s2 * x1)
     x11 = x5 * (c2 * (x3 + p_h1 * (qd_1 * qd_1)) - s2 * (x1 + qdd_1 * p_h1))
     x12 = qd_1 * x7
     x13 = x4 * x7
     x14 = x8 + x9
     return (
-        x2 * x3 - x10,  # 0, 0
+        x10 + x2 * x3,  # 0, 0
         x11 - x6 * (x4 * (c2 * x4) + s2 * (qdd_1 + qdd_2)),  # 0, 1
         x12 - x13,  # 0, 2
         -x13,  # 0, 3
         x9 + x14 + p_h1 * x2,  # 0, 4
         x14,  # 0, 5
-        -x10,  # 1, 0
+        x10,  # 1, 0
         x11,  # 1, 1
         x12,  # 1, 2
         0.0,  # 1, 3

@@ -28,7 +28,7 @@ As at other joints the parent's own turning does not enter: that would be a roto
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.state import joint_motion, vector
@@ -121,6 +121,23 @@ class Topology:
             for k, x in self.A[i]:
                 total[k] = total[k] + x * forces[i]
         return total
+
+    def gather_matrix(self, entries: Mapping[tuple[int, int], Expr]) -> list[list[Expr]]:
+        """Return Σ_ij A_ik x_ij A_jl, shape (n, n), for x_ij of pairs of moves."""
+        matrix = [[self.graph.zero] * self.n for _ in range(self.n)]
+        for (i, j), value in entries.items():
+            for k, x in self.A[i]:
+                for m, y in self.A[j]:
+                    matrix[k][m] = matrix[k][m] + x * y * value
+        return matrix
+
+    def ball_forces(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
+        """Return what the rotors of balls need, shape (n,); N m."""
+        forces = [self.graph.zero] * self.n
+        for ball in self.balls:
+            for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
+                forces[k] = forces[k] + moment
+        return forces
 
     def velocity_parents(self, kept: Sequence[int] | None = None) -> list[int]:
         """Return the tree of velocities 1..n for `ldl.solve`: that of the moves, or a chain where moves share.

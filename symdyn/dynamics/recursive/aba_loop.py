@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
-from symdyn.dynamics.recursive.aba import Articulated, along_z, articulated, at_rest, given_way
+from symdyn.dynamics.recursive.articulated import Articulated, across, along_z, articulated, given_way
 from symdyn.dynamics.recursive.joint_table import JointTable
-from symdyn.dynamics.recursive.link_motion import carried, moving
+from symdyn.dynamics.recursive.link_motion import at_rest, carried
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.row_kinds import (
     RowKind,
@@ -50,9 +50,9 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     zero = graph.zero
     still = zero_vector(graph)
     link, body = link_of(kind, graph), body_of(kind, graph)
-    moved = carried(motion_of(graph, "motion"), link, kind.slides, graph.symbol("qd"), zero, ends=False)
+    moved = carried(motion_of(graph, "motion"), link, kind.slides, graph.symbol("qd"), zero)
     own = articulated(body, moved)
-    A = _inertia(symbols(graph, "inertia", INERTIA)) + articulated(body, moving(still, still, still))
+    A = _inertia(symbols(graph, "inertia", INERTIA)) + articulated(body, at_rest(still))
     A = replace(A, bias=plus(A.bias, _pair(symbols(graph, "bias", BESIDES))))
     along, rest = _apart(link)
     A = A.seen_from(along)
@@ -64,7 +64,7 @@ def forward_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     late = f[2] * v[2], n[2] * w[2]  # what the parent's own acceleration is in
     early = n[0] * w[0] + n[1] * w[1] + (f[0] * v[0] + f[1] * v[1])
     qdd = graph.symbol(f"share{BESIDES}") - early - late[not kind.slides] - late[kind.slides]
-    beyond = plus(at_rest(before, link), along_z(qdd, kind.slides))
+    beyond = plus(across(before, link), along_z(qdd, kind.slides))
     motion = flat(moved.w, moved.dw, moved.a, *moved.U)
     inertia = _flat_inertia(left.seen_from(rest))
     return (

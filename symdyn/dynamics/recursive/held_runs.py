@@ -56,11 +56,11 @@ class Held:
 
 def held_runs(tree: LeanTree) -> dict[int, Held]:
     """Return the joints of runs of two and more parallel axes at a right angle to a joint of the ground."""
-    held = held_joints(tree)
+    held = _held_joints(tree)
     return held if any(tree.parent[i] in held for i in held) else {}
 
 
-def held_joints(tree: LeanTree) -> dict[int, Held]:
+def _held_joints(tree: LeanTree) -> dict[int, Held]:
     """Return the joints at a right angle to a joint of the ground, and runs of joints parallel to them."""
     held: dict[int, Held] = {}
     zero, one = tree.graph.zero, tree.graph.one

@@ -32,6 +32,12 @@ stays in the ground's own moments, so that energies keep their values.
 
 Reference: Gautier and Khalil, Direct calculation of minimum set of inertial parameters of serial robots, IEEE
 Transactions on Robotics and Automation 6 (1990); here by second moments J in place of the inertia I = tr(J) 1 - J.
+
+Gain of regrouping (operations; ns one state a call, a state of a batch):
+
+                          puma560                 arm7                   chain8
+    inverse dynamics       -12 %; -5 %, -11 %      -12 %; -7 %, -5 %      -13 %; -9 %, -8 %
+    forward dynamics      -7.1 %; -2 %,  -5 %     -6.7 %; -4 %, -5 %     -7.3 %; -6 %, -7 %
 """
 
 from __future__ import annotations
@@ -68,12 +74,14 @@ class LeanTree(Topology):
     moved: tuple[Transform, ...]
 
     @property
-    def ends(self) -> list[bool]:
-        """Whether all links beyond a frame turn about axes parallel to its own."""
-        ends = [True] * len(self.parent)
-        for i in self.outward():
-            ends[self.parent[i]] &= not (self.slides[i] or self.link[i].fixed)
-        return ends
+    def weightless(self) -> LeanTree:
+        """The tree without gravity."""
+        return replace(self, gravity=zero_vector(self.graph))
+
+    def along_axis(self, i: int, wrench: tuple[Vec, Vec]) -> Expr:
+        """Return Sᵀ f, what joint i feels of a wrench (moment, force) in frame i."""
+        n, f = wrench
+        return f[2] if self.slides[i] else n[2]
 
 
 @dataclass(frozen=True)

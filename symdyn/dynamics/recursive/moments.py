@@ -5,6 +5,10 @@ a revolute joint cannot feel stands in it by itself: everything on the joint's a
 
     shift by p    h' = h + m p,    J' = J + p (h + ½ m p)ᵀ + (h + ½ m p) pᵀ
     turn by R     h' = R h,        J' = R J Rᵀ
+
+Where points r of the body accelerate by a + U r, Newton's and Euler's equations about the frame's origin are
+
+    f = m a + U h,    n = h × a + axis of (U J - J Uᵀ),    its x being U_y·J_z - U_z·J_y and so on
 """
 
 from __future__ import annotations
@@ -12,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.graph import Expr, Op
-from symdyn.spatial import Inertia, Mat, Vec, add, scale
+from symdyn.spatial import Inertia, Mat, Vec, add, cross, scale
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,20 @@ class Moments:
         )
         x, y, z = scale(self.m, p)
         return Moments(self.m, (_plus(self.h[0], x), _plus(self.h[1], y), _plus(self.h[2], z)), J)
+
+    def wrench(self, a: Vec, U: Mat) -> tuple[Vec, Vec]:
+        """Return the moment and force (n, f) that give the body its motion; N m and N."""
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.J
+        plane = U[0][1] is -U[1][0]  # it turns about z alone
+        turning = (
+            U[2][0] * xy - U[1][0] * xz + (U[2][2] - U[1][1]) * yz + U[2][1] * yy - U[1][2] * zz,
+            U[0][1] * yz - U[2][1] * xy + (U[0][0] - U[2][2]) * xz + U[0][2] * zz - U[2][0] * xx,
+            U[1][2] * xz
+            - U[0][2] * yz
+            + (U[1][1] - U[0][0]) * xy
+            + (U[1][0] * self.polar if plane else U[1][0] * xx - U[0][1] * yy),
+        )
+        return add(turning, cross(self.h, a)), add(scale(self.m, a), U @ self.h)
 
 
 @dataclass(frozen=True)

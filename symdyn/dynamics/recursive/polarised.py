@@ -14,19 +14,16 @@ Reference: the recursion is that of `rnea`; Slotine and Li (1987), Niemeyer and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
-from symdyn.dynamics.recursive.link_motion import LinkMotion, moving, turning_with, with_products
+from symdyn.dynamics.recursive.link_motion import LinkMotion, at_rest, raised, with_column, with_products, z_column
 from symdyn.dynamics.recursive.links import Link
-from symdyn.dynamics.recursive.rnea import transmitted
+from symdyn.dynamics.recursive.rnea import joint_forces
 from symdyn.graph import Expr, tangents
-from symdyn.spatial import Vec, add, neg, scale, zero_vector
+from symdyn.spatial import Vec, add, neg, zero_vector
 
 
-def polarised(
-    tree: LeanTree, qd: Sequence[Expr], v: Sequence[Expr], acceleration: Sequence[Expr], gravity: bool = True
-) -> list[Expr]:
+def polarised(tree: LeanTree, qd: Sequence[Expr], v: Sequence[Expr], acceleration: Sequence[Expr]) -> list[Expr]:
     """Return M(q) a + c(q; q̇, v) + g(q), shape (n,); N m or N. c(q; q̇, v) = C(q, q̇) v for rates of coordinates.
 
     Args:
@@ -34,30 +31,26 @@ def polarised(
         qd: velocities, shape (n,).
         v: other velocities, shape (n,); both may be swapped.
         acceleration: a, shape (n,).
-        gravity: whether weight is among the forces.
     """
     graph, still = tree.graph, zero_vector(tree.graph)
     half, rate = [x / 2 for x in tree.rates(qd)], tree.rates(v)
     along = dict(zip(qd, v, strict=True))
     bias = [x / 2 for x in tangents(tree.bias(qd), along)]
     moved = [a + b for a, b in zip(tree.rates(acceleration), bias, strict=True)]
-    ends = tree.ends
     w, r = [still], [still]
-    motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
+    motion = [at_rest(neg(tree.gravity))]
     for i in tree.outward():
         p, link = tree.parent[i], tree.link[i]
-        carried = link.out(w[p]), link.out(r[p])
-        w.append(carried[0] if tree.slides[i] else _plus(carried[0], half[i]))
-        r.append(carried[1] if tree.slides[i] else _plus(carried[1], rate[i]))
-        turned = _across(carried[0], rate[i], carried[1], half[i])
+        turned = link.out(w[p]), link.out(r[p])
+        w.append(turned[0] if tree.slides[i] else _plus(turned[0], half[i]))
+        r.append(turned[1] if tree.slides[i] else _plus(turned[1], rate[i]))
+        across = _across(turned[0], rate[i], turned[1], half[i])
         after = _sliding if tree.slides[i] else _turning
-        motion.append(after(motion[p], link, turned, (w[i], r[i]), moved[i], ends[i]))
-    forces = transmitted(tree, motion, moved)
-    for ball in tree.balls:
-        at_rest, moving_ = ball.forces([graph.zero] * tree.n, acceleration), ball.forces(qd, [graph.zero] * tree.n)
-        for k, one, other in zip(ball.velocities, at_rest, tangents(moving_, along), strict=True):
-            forces[k] = forces[k] + one + other / 2
-    return forces
+        motion.append(raised(after(motion[p], link, across, (w[i], r[i]), moved[i]), link))
+    none = [graph.zero] * tree.n
+    mixed = [x / 2 for x in tangents(tree.ball_forces(qd, none), along)]
+    balls = [a + b for a, b in zip(tree.ball_forces(none, acceleration), mixed, strict=True)]
+    return joint_forces(tree, motion, moved, (), balls)
 
 
 def _plus(x: Vec, z: Expr) -> Vec:
@@ -76,30 +69,19 @@ def _products(w: Vec, r: Vec) -> tuple[Expr, ...]:
 
 
 def _sliding(
-    parent: LinkMotion, link: Link, turned: tuple[Expr, Expr], rates: tuple[Vec, Vec], acceleration: Expr, ends: bool
+    parent: LinkMotion, link: Link, across: tuple[Expr, Expr], rates: tuple[Vec, Vec], acceleration: Expr
 ) -> LinkMotion:
     a = link.out(add(parent.a, parent.U @ link.shift))
-    a = (a[0] + turned[0] * 2, a[1] + turned[1] * 2, a[2] + acceleration)
-    moved = with_products(rates[0], _products(*rates), link.out(parent.dw), a)
-    return _raised(moved, link)
+    a = (a[0] + across[0] * 2, a[1] + across[1] * 2, a[2] + acceleration)
+    return with_products(rates[0], _products(*rates), link.out(parent.dw), a)
 
 
 def _turning(
-    parent: LinkMotion, link: Link, turned: tuple[Expr, Expr], rates: tuple[Vec, Vec], acceleration: Expr, ends: bool
+    parent: LinkMotion, link: Link, across: tuple[Expr, Expr], rates: tuple[Vec, Vec], acceleration: Expr
 ) -> LinkMotion:
     a, dw = link.out(add(parent.a, parent.U @ link.shift)), link.out(parent.dw)
-    if link.is_right:
-        xx, _, zz, xy, xz, yz = _products(*rates)
-        column = link.out(parent.U @ link.axis)
-        moved = turning_with(
-            rates[0], (xx, zz, xy, xz, yz), lambda: (xz * 2, yz * 2), dw[2] + acceleration, a, column, ends
-        )
-    else:
-        dw = (dw[0] + turned[0], dw[1] + turned[1], dw[2] + acceleration)
-        moved = with_products(rates[0], _products(*rates), dw, a)
-    return _raised(moved, link)
-
-
-def _raised(moved: LinkMotion, link: Link) -> LinkMotion:
-    rise = scale(link.rise, (moved.U[0][2], moved.U[1][2], moved.U[2][2]))
-    return replace(moved, a=add(moved.a, rise))
+    dw = (dw[0] + across[0], dw[1] + across[1], dw[2] + acceleration)
+    column = z_column(parent, link)
+    if column is None:
+        return with_products(rates[0], _products(*rates), dw, a)
+    return with_column(rates[0], _products(*rates), dw[2], a, column)

@@ -6,8 +6,13 @@ the next link is shifted along z as well:
 
     Rz(θ) Tz(r) | Tx(d) Rx(α)        Rz(θ) | Tz(r) Tx(d) Rx(α)
 
-Gravity alone accelerates such an origin, and nobody asks for the force there: 4 multiplications and 4 additions of
-inverse dynamics, 2 additions of M(q).
+Gravity alone accelerates such an origin, and nobody asks for the force there.
+
+Gain (operations; ns one state a call, a state of a batch), where first axes meet in a point:
+
+                          arm7                    chain8             puma560
+    inverse dynamics      -1.5 %; -2 %, -1 %      -1.2 %; -1 %,  0     0
+    forward dynamics      -1.0 %; -3 %, -1 %      -0.7 %; +1 %, +1 %   0
 """
 
 from __future__ import annotations

@@ -31,10 +31,6 @@ rise that is nearer to the ground, where all that it brings goes next.
 Where several moves share one joint that is described by velocities of its own (a ball, a free body), they are one
 block: S is constant in the frame of its last move, what is below is the parent's motion, and the sum of S' and of the
 rate of S stands for 2 S' in F₁ and beside A.
-
-Two things may be spared on the way inwards. What comes into a run of parallel axes from outside may keep its axes: S',
-S" and the ways of all joints of the run are the same there for all that come in, most of them already known. And the
-joint on the ground may be seen from frames further out, for its S moves out more cheaply than A, G, F₁ and F₀ move in.
 """
 
 from __future__ import annotations
@@ -43,9 +39,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
-from symdyn.dynamics.recursive.link_motion import LinkMotion, carried, moving
-from symdyn.dynamics.recursive.links import Link, PlanarTurn
-from symdyn.dynamics.recursive.rnea import balance
+from symdyn.dynamics.recursive.link_motion import LinkMotion, at_rest, carried
+from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.variations import (
     Brought,
     Subspace,
@@ -80,30 +75,20 @@ class MoveDerivatives:
     by_acceleration: dict[Pair, Expr] = field(default_factory=dict)
 
 
-def rnea_derivatives(
-    tree: LeanTree,
-    qd: Sequence[Expr],
-    qdd: Sequence[Expr],
-    gravity: bool = True,
-    leaping: bool = False,
-    far: int = 0,
-) -> MoveDerivatives:
+def rnea_derivatives(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr]) -> MoveDerivatives:
     """Return the derivatives of the forces that bodies need, before they are gathered on the velocities.
 
     Args:
         tree: the mechanism; the moves of a block but the last carry no body.
         qd: velocities, shape (n,).
         qdd: their rates, shape (n,).
-        gravity: whether gravity acts.
-        leaping: keep axes in runs of parallel axes.
-        far: from how many frames further out a joint on the ground is seen.
     """
-    return _Recursion(tree, 2, leaping).run(qd, qdd, gravity, far)
+    return _Recursion(tree, 2).run(qd, qdd)
 
 
-def halves_by_rate(tree: LeanTree, qd: Sequence[Expr], leaping: bool = False, far: int = 0) -> MoveDerivatives:
+def halves_by_rate(tree: LeanTree, qd: Sequence[Expr]) -> MoveDerivatives:
     """Return half of the derivatives by rates, and the mass matrix of the moves: nothing is doubled for them."""
-    found = _Recursion(tree, 1, leaping).run(qd, [tree.graph.zero] * len(qd), False, far)
+    found = _Recursion(tree.weightless, 1).run(qd, [tree.graph.zero] * len(qd))
     return MoveDerivatives(by_rate=found.by_rate, by_acceleration=found.by_acceleration)
 
 
@@ -114,30 +99,25 @@ class _Recursion:
     Attributes:
         tree: the mechanism.
         times: 2, or 1 where what stands for twice of a velocity is to stand for itself.
-        leaping: as for `rnea_derivatives`.
         motion: of every frame, as `rnea` has it.
         rise, shift: the ways of every frame's origin: back along its rise, and on along its shift to the parent's.
         S: of every move, at the foot of its rise or, in a block of several, in the frame at its end.
-        ground: by frames not far from the ground: the joint on the ground that carries them, as they see it.
     """
 
     tree: LeanTree
     times: int
-    leaping: bool
     motion: list[LinkMotion] = field(default_factory=list)
     rise: list[Way] = field(default_factory=list)
     shift: list[Way] = field(default_factory=list)
     S: dict[int, Subspace] = field(default_factory=dict)
-    ground: dict[int, tuple[int, Subspace]] = field(default_factory=dict)
 
-    def run(self, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool, far: int) -> MoveDerivatives:
+    def run(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> MoveDerivatives:
         """Return the derivatives: motion outwards, then what each move brings inwards."""
         tree, found = self.tree, MoveDerivatives()
-        self._move(qd, qdd, gravity)
+        self._move(qd, qdd)
         for block in filter(None, tree.block):
             self.S.update(self._alone(block[0]) if len(block) == 1 else self._together(block))
-        self._see_the_ground(far)
-        wrench = [balance(body, moved) for body, moved in zip(tree.body, self.motion, strict=True)]
+        wrench = [body.wrench(moved.a, moved.U) for body, moved in zip(tree.body, self.motion, strict=True)]
         beyond = [body_alone(body, self._spin(i)) for i, body in enumerate(tree.body)]
         for i in tree.inward():
             p, (n, f), foot = tree.parent[i], wrench[i], beyond[i].moved(self.rise[i])
@@ -160,16 +140,16 @@ class _Recursion:
         """Return twice the angular velocity of frame i."""
         return scale(self.times, self.motion[i].w)
 
-    def _move(self, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool) -> None:
+    def _move(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> None:
         """Find the motion of every frame, and the ways."""
         tree, still, zero = self.tree, zero_vector(self.tree.graph), self.tree.graph.zero
-        rate, acceleration, ends = tree.rates(qd), tree.accelerations(qd, qdd), tree.ends
-        self.motion.append(moving(still, still, neg(tree.gravity) if gravity else still))
+        rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
+        self.motion.append(at_rest(neg(tree.gravity)))
         self.rise.append(Way(still, still))
         self.shift.append(Way(still, still))
         for i in tree.outward():
             p, link, slides = tree.parent[i], tree.link[i], tree.slides[i]
-            self.motion.append(carried(self.motion[p], link, slides, rate[i], acceleration[i], ends[i]))
+            self.motion.append(carried(self.motion[p], link, slides, rate[i], acceleration[i]))
             up = (zero, zero, link.rise)
             sliding = (zero, zero, rate[i] * self.times if slides else zero)
             self.rise.append(Way(up, add(cross(self._spin(i), up), sliding)))
@@ -196,7 +176,7 @@ class _Recursion:
         for i in block:
             link, up = tree.link[i], self.rise[i]
             v = link.out(add(v, sub(cross(below.w, link.shift), scale(part, self.shift[i].u))))
-            below = carried(below, link, tree.slides[i], zero, zero, False)
+            below = carried(below, link, tree.slides[i], zero, zero)
             v = add(v, sub(cross(below.w, up.p), scale(part, up.u)))
             S = {k: _out(link, twist) for k, twist in S.items()}
             S[i] = (still, z) if tree.slides[i] else (z, still)
@@ -211,57 +191,28 @@ class _Recursion:
             found[k] = Subspace(own, first, second, (scale(half, turned), scale(half, slid)))
         return found
 
-    def _see_the_ground(self, far: int) -> None:
-        """Find how a joint on the ground looks from up to `far` frames further out."""
-        tree, depth = self.tree, [0] * len(self.tree.parent)
-        for i in tree.outward():
-            p = tree.parent[i]
-            depth[i] = depth[p] + 1
-            if not p or not self._plain(p) or not self._plain(i) or depth[i] > far + 1:
-                continue
-            carrier = (p, self.S[p]) if not tree.parent[p] else self.ground.get(p)
-            if carrier:
-                joint, S = carrier[0], carrier[1].before(self.rise[p]).before(self.shift[i])
-                for turn in tree.link[i].turns:
-                    S = S.out(turn)
-                self.ground[i] = joint, S
-
-    def _enter(self, found: MoveDerivatives, k: int, last: int, now: Brought) -> None:
+    def _enter(self, found: MoveDerivatives, k: int, last: int, brought: Brought) -> None:
         """Read what move k brings, where its block ends, to itself and to all that carry it."""
-        tree, upright = self.tree, PlanarTurn(2, self.tree.graph.one, self.tree.graph.zero)
-        j, held, entered, done = last, upright, False, False  # held: turn from the axes of what comes to those of j
-
-        def read(m: int, S: Subspace) -> None:
-            S = S if held is upright else S.out(held)
-            found.by_acceleration[k, m] = found.by_acceleration[m, k] = work(now.A, S.own)
-            if m != k or not self._plain(last):
-                found.by_rate[k, m] = dot(now.G, S.own[0]) + work(now.A, S.twice)
-                found.by_position[k, m] = dot(now.G, S.first[0]) + work(now.A, S.second)
-            if m not in tree.block[last] or self._plain(last):
-                found.by_rate[m, k] = work(now.F1, S.own)
-                found.by_position[m, k] = work(now.F0, S.own)
-
+        tree, j, plain = self.tree, last, self._plain(last)
         while j:
-            p, link, up, plain = tree.parent[j], tree.link[j], self.rise[j], self._plain(j)
-            if plain and j != last:
-                now = now.moved(up if held is upright else up.out(held))
+            if self._plain(j) and j != last:
+                brought = brought.moved(self.rise[j])
             for m in tree.block[j]:
-                read(m, self.S[m])
-            if j in self.ground and not done:
-                done = True
-                read(*self.ground[j])
-            if not p or (done and not tree.parent[p]):
+                S = self.S[m]
+                found.by_acceleration[k, m] = found.by_acceleration[m, k] = work(brought.A, S.own)
+                if m != k or not plain:
+                    found.by_rate[k, m] = dot(brought.G, S.own[0]) + work(brought.A, S.twice)
+                    found.by_position[k, m] = dot(brought.G, S.first[0]) + work(brought.A, S.second)
+                if m not in tree.block[last] or plain:
+                    found.by_rate[m, k] = work(brought.F1, S.own)
+                    found.by_position[m, k] = work(brought.F0, S.own)
+            if not tree.parent[j]:
                 return
-            if not plain:
-                now = now.moved(up)
-            turn = link.turn if held is upright else link.turn.after(held)
-            if self.leaping and entered and not link.fixed and plain and self._plain(p):
-                held, now = turn, now.moved(self.shift[j].out(turn))
-            else:
-                for one in (turn, *reversed(link.fixed)):
-                    now = now.turned(one)
-                held, entered, now = upright, bool(link.fixed), now.moved(self.shift[j])
-            j = p
+            if not self._plain(j):
+                brought = brought.moved(self.rise[j])
+            for turn in reversed(tree.link[j].turns):
+                brought = brought.turned(turn)
+            brought, j = brought.moved(self.shift[j]), tree.parent[j]
 
 
 def _out(link: Link, twist: Twist) -> Twist:

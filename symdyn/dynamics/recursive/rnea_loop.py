@@ -13,7 +13,6 @@ from functools import cache
 
 from symdyn.dynamics.recursive.joint_table import JointTable
 from symdyn.dynamics.recursive.link_motion import carried
-from symdyn.dynamics.recursive.rnea import balance
 from symdyn.dynamics.recursive.row_kinds import (
     ORIGIN,
     RowKind,
@@ -44,8 +43,8 @@ def inverse_sweeps(kind: RowKind) -> tuple[Sweep, ...]:
     graph = Graph()
     link, slides = link_of(kind, graph), kind.slides
     qdd = graph.symbol("qdd")
-    moved = carried(motion_of(graph, "motion"), link, slides, graph.symbol("qd"), qdd, ends=False)
-    takes = balance(body_of(kind, graph), moved)
+    moved = carried(motion_of(graph, "motion"), link, slides, graph.symbol("qd"), qdd)
+    takes = body_of(kind, graph).wrench(moved.a, moved.U)
     own, beyond = (vectors(symbols(graph, name, WRENCH)) for name in ("own", "beyond"))
     n, f = plus((own[0], own[1]), (beyond[0], beyond[1]))
     tau = (f[2] if slides else n[2]) + rotor_of(kind, graph) * qdd

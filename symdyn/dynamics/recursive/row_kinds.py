@@ -11,10 +11,10 @@ A right angle, no shift, no rotor are no symbols but written out; what else a ro
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from symdyn.dynamics.recursive.joint_table import JointRow, JointTable
-from symdyn.dynamics.recursive.link_motion import LinkMotion, moving
+from symdyn.dynamics.recursive.link_motion import LinkMotion
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr, Graph
@@ -109,7 +109,7 @@ def rotor_of(kind: RowKind, graph: Graph) -> Expr:
 def motion_of(graph: Graph, name: str) -> LinkMotion:
     """Return the motion of a parent, of symbols with this name."""
     w, dw, a, *U = vectors(symbols(graph, name, MOTION))
-    return replace(moving(w, dw, a), U=Mat(U))
+    return LinkMotion(w, dw, a, Mat(U))
 
 
 def symbols(graph: Graph, name: str, many: int) -> list[Expr]:

@@ -24,10 +24,6 @@ class Way:
     p: Vec
     u: Vec
 
-    def out(self, turn: PlanarTurn) -> Way:
-        """Return it in the axes that `turn` leads to."""
-        return Way(turn.out(self.p), turn.out(self.u))
-
 
 @dataclass(frozen=True)
 class Subspace:
@@ -37,20 +33,6 @@ class Subspace:
     first: Twist
     second: Twist
     twice: Twist
-
-    def out(self, turn: Turn) -> Subspace:
-        """Return it in the axes that `turn` leads to."""
-        return Subspace(*((turn.out(w), turn.out(v)) for w, v in (self.own, self.first, self.second, self.twice)))
-
-    def before(self, way: Way) -> Subspace:
-        """Return what reads the same from a wrench whose origin has not moved back yet; of S' the angular part."""
-        (w, _), (turned, _) = self.own, self.first
-        own, second, twice = ((d, add(v, cross(d, way.p))) for d, v in (self.own, self.second, self.twice))
-        return Subspace(own, self.first, _slid(second, cross(turned, way.u)), _slid(twice, cross(w, way.u)))
-
-
-def _slid(twist: Twist, more: Vec) -> Twist:
-    return twist[0], add(twist[1], more)
 
 
 @dataclass(frozen=True)

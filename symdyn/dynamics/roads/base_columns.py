@@ -149,7 +149,7 @@ def grouped(w: Workspace) -> BaseColumns:
 def felt(w: Workspace) -> tuple[tuple[str, ...], list[list[Expr]]]:
     """Return names and columns of all base parameters, then of what is no inertia of a body; by recursion."""
     found: Base = w.once(base)
-    forces = rnea(found.tree, w.state.qd, w.state.qdd, holding=False, summing=False)
+    forces = rnea(found.tree, w.state.qd, w.state.qdd)
     rows = [gradient(force, found.symbols) for force in forces]
     names, more = w.once(others)
     suffix = ""

@@ -19,7 +19,6 @@ which they are proved do not.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 
 from symdyn.dynamics.mechanism.cost import cost
@@ -41,7 +40,6 @@ from symdyn.dynamics.roads.turns import turns
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Slopes, operands, substitute, tangents
-from symdyn.spatial import zero_vector
 
 Ways = Sequence[str]
 """Arguments along which an output is differentiated."""
@@ -139,7 +137,7 @@ def solved_vjp(w: Workspace, row: Output, along: Ways) -> list[Expr]:
 def _accelerated(w: Workspace, forces: Sequence[Expr]) -> list[Expr]:
     """Return M⁻¹ f as forward dynamics finds it; 0 where a motion is prescribed."""
     if w.once(tree_roads.cheaper_forward) == "aba":
-        return aba(replace(w.lean, gravity=zero_vector(w.graph)), w.still, forces)
+        return aba(w.held.weightless, w.still, forces)
     free, found = w.prescribed.free, [w.graph.zero] * w.state.n
     M = [[w.composite_mass[i][j] for j in free] for i in free]
     for k, x in zip(free, solve(w.tree.velocity_parents(free), M, [forces[k] for k in free]), strict=True):

@@ -100,7 +100,7 @@ def _slopes(forces: Sequence[Expr], symbols: dict[str, Expr]) -> list[tuple[str,
 
 def driving(w: Workspace) -> list[Expr]:
     """Return the driving forces by recursion, shape (n,); N m or N."""
-    return w.forces(list(w.state.qdd), summing=False)
+    return w.forces(list(w.state.qdd))
 
 
 def lagrange_driving(w: Workspace) -> list[Expr]:

@@ -50,7 +50,7 @@ def _sum(*lists: Sequence[Expr]) -> list[Expr]:
 
 def coriolis_times(w: Workspace) -> list[Expr]:
     """Return C(q, q̇) v, shape (n,), by recursion."""
-    return polarised(w.lean, w.state.qd, _reference(w), _turned(w), gravity=False)
+    return polarised(w.lean.weightless, w.state.qd, _reference(w), _turned(w))
 
 
 def _by_matrix(w: Workspace) -> list[Expr]:
@@ -61,7 +61,7 @@ def _by_matrix(w: Workspace) -> list[Expr]:
 
 def _rest(w: Workspace) -> list[Expr]:
     """Return k_E - Q, what does not come from inertia or weight."""
-    loads = rnea(w.lean, w.still, w.still, gravity=False, acting=w.loads)
+    loads = rnea(w.lean.weightless, w.still, w.still, w.loads)
     return [pull - push + load for pull, push, load in zip(w.elastic.forces, w.pushes, loads, strict=True)]
 
 

@@ -24,16 +24,16 @@ Reference: Carpentier and Mansard, Analytical derivatives of rigid body dynamics
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain, product
+from itertools import chain
 from operator import mul
 
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.ldl import Factored, Singular, factored
 from symdyn.dynamics.mechanism.row_solve import RowSolve, RowStep
 from symdyn.dynamics.recursive.rnea import rnea
-from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, Pair, halves_by_rate, rnea_derivatives
+from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, halves_by_rate, rnea_derivatives
 from symdyn.dynamics.roads.workspace import Matrix, Workspace
 from symdyn.graph import Expr, gradient, substitute, tangents
 
@@ -41,7 +41,7 @@ Slopes = dict[str, Matrix]
 """Derivatives along each argument, shape (nv, nv)."""
 
 COUNTED = 16
-"""Velocities up to which variants are compared by counting."""
+"""Velocities up to which M⁻¹ times the right sides is compared with solving, by counting."""
 
 
 def inverse_derivatives(w: Workspace, along: Sequence[str]) -> list[Expr]:
@@ -86,16 +86,11 @@ def forward_solve(w: Workspace, along: Sequence[str]) -> RowSolve | None:
 def coriolis_matrix(w: Workspace) -> list[Expr]:
     """Return C(q, u), row by row."""
     tree, u, n = w.whole, w.state.qd, range(w.state.n)
-    moves = _cheapest(
-        w,
-        lambda leaping, far: halves_by_rate(tree, u, leaping, far),
-        lambda one: one.by_rate.values(),
-        (*w.state.q, *u),
-    )
+    moves = halves_by_rate(tree, u)
     half = w.graph.one / 2
     bent, _ = _curved(w, moves)
     rotors = _rotors(w, w.still)
-    C = _gathered(w, moves.by_rate)
+    C = tree.gather_matrix(moves.by_rate)
     for j in n:
         own = tangents(rotors, {u[j]: w.graph.one})
         for i in n:
@@ -116,14 +111,9 @@ def _beside(slopes: Slopes, along: Sequence[str]) -> list[Expr]:
 def _inverse(w: Workspace) -> Slopes:
     """Return the derivatives of inverse dynamics."""
     tree, state = w.whole, w.state
-    moves = _cheapest(
-        w,
-        lambda leaping, far: rnea_derivatives(tree, state.qd, state.qdd, leaping=leaping, far=far),
-        lambda one: chain(one.by_position.values(), one.by_rate.values(), one.by_acceleration.values()),
-        (*state.q, *state.qd, *state.qdd),
-    )
+    moves = rnea_derivatives(tree, state.qd, state.qdd)
     kinds = {"q": moves.by_position, "qd": moves.by_rate, "qdd": moves.by_acceleration}
-    found = {name: _gathered(w, by_move) for name, by_move in kinds.items()}
+    found = {name: tree.gather_matrix(by_move) for name, by_move in kinds.items()}
     by_rate, by_position = _curved(w, moves)
     rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
     for k in range(state.n):
@@ -141,29 +131,6 @@ def _directions(w: Workspace) -> dict[str, Sequence[dict[Expr, Expr]]]:
     """Return the directions of the arguments of inverse dynamics."""
     one = w.graph.one
     return {"q": w.directions.along, "qd": [{x: one} for x in w.state.qd], "qdd": [{x: one} for x in w.state.qdd]}
-
-
-def _cheapest(
-    w: Workspace,
-    derive: Callable[[bool, int], MoveDerivatives],
-    wanted: Callable[[MoveDerivatives], Iterable[Expr]],
-    state: Collection[Expr],
-) -> MoveDerivatives:
-    """Return the variant of the recursion of which what is wanted costs least; see `rnea_derivatives`."""
-    if w.state.n > COUNTED:
-        return derive(True, 1)
-    variants = [derive(*choices) for choices in product((False, True), (0, 1, 2))]
-    return min(variants, key=lambda one: cost(wanted(one), state))
-
-
-def _gathered(w: Workspace, by_move: dict[Pair, Expr]) -> Matrix:
-    """Return Σ_ij A_ik x_ij A_jl."""
-    matrix = _zeros(w)
-    for (i, j), value in by_move.items():
-        for k, x in w.whole.A[i]:
-            for m, y in w.whole.A[j]:
-                matrix[k][m] = matrix[k][m] + x * y * value
-    return matrix
 
 
 def _zeros(w: Workspace) -> Matrix:
@@ -195,7 +162,7 @@ def _curved(w: Workspace, moves: MoveDerivatives) -> tuple[Matrix, Matrix]:
 
 def _beside_bodies(w: Workspace) -> list[list[Expr]]:
     """Return what inverse dynamics finds beside what bodies need, shape (nv,) each."""
-    loads = rnea(w.whole, w.still, w.still, gravity=False, acting=w.loads)
+    loads = rnea(w.whole.weightless, w.still, w.still, w.loads)
     return [w.elastic.forces, loads, [-push for push in w.pushes], _rotors(w, w.state.qdd)]
 
 
@@ -204,10 +171,7 @@ def _rotors(w: Workspace, qdd: Sequence[Expr]) -> list[Expr]:
     tree, u = w.whole, w.state.qd
     accelerations = tree.accelerations(u, qdd)
     forces = tree.gather([a * inertia for a, inertia in zip(accelerations, tree.armature, strict=True)])
-    for ball in tree.balls:
-        for k, moment in zip(ball.velocities, ball.forces(u, qdd), strict=True):
-            forces[k] = forces[k] + moment
-    return forces
+    return [own + ball for own, ball in zip(forces, tree.ball_forces(u, qdd), strict=True)]
 
 
 # Forward dynamics
@@ -242,7 +206,7 @@ def _forward(w: Workspace) -> Forward:
     free = given.free
     _factored(w, w.once(_inverse))  # sees that a branch has no mass, whatever sweeps have made of M
     factors = _factored(w, slopes)
-    bias = w.forces(given.entered(w.still), summing=False)
+    bias = w.forces(given.entered(w.still))
     accelerations = given.entered(w.still)
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
         accelerations[i] = value

@@ -17,6 +17,8 @@ from symdyn.dynamics.mechanism.prescribed import Prescribed, inputs_of, prescrib
 from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba
+from symdyn.dynamics.recursive.crba_in_runs import crba_in_runs
+from symdyn.dynamics.recursive.held_tips import held_tips, in_held_axes
 from symdyn.dynamics.recursive.joint_table import JointTable, joint_table
 from symdyn.dynamics.recursive.lean_tree import LeanTree, potential_energy, reframe, regroup
 from symdyn.dynamics.recursive.resting import resting
@@ -129,6 +131,11 @@ class Workspace:
         return resting(regroup(framed) if self.regrouped else framed)
 
     @cached_property
+    def held(self) -> LeanTree:
+        """The lean tree with last bodies in axes that do not turn, which forces and accelerations are found along."""
+        return held_tips(self.lean)
+
+    @cached_property
     def joint_table(self) -> JointTable:
         """The lean tree as rows of numbers, of a scene that lacks nothing of `joint_table.lacking`."""
         return joint_table(self.lean, self.state.q)
@@ -167,10 +174,14 @@ class Workspace:
         return body_wrenches(self.scene, self.tree, self.lean)
 
     @cached_property
+    def held_loads(self) -> list[Wrench]:
+        """The same in the axes of the held tree."""
+        return in_held_axes(self.lean, self.loads)
+
+    @cached_property
     def composite_mass(self) -> Matrix:
-        """M by the composite-rigid-body algorithm, shape (n, n): by the variant that costs least."""
-        choices = [(False, False, False), (False, True, False), (True, False, False), (True, True, True)]
-        variants = [crba(self.lean, *choice) for choice in choices]
+        """M by the composite-rigid-body algorithm, shape (n, n): plain or along runs, what costs less."""
+        variants = crba(self.lean), crba_in_runs(self.lean)
         zero = self.graph.zero
         return min(variants, key=lambda M: cost([x for row in M for x in row if x is not zero], self.state.q))
 
@@ -182,12 +193,12 @@ class Workspace:
     @cached_property
     def gravity_forces(self) -> list[Expr]:
         """Return g(q), shape (n,), by recursion."""
-        return rnea(self.lean, self.still, self.still)
+        return rnea(self.held, self.still, self.still)
 
     @cached_property
     def momentum(self) -> list[Expr]:
         """Return p = M q̇, shape (n,): inverse dynamics at q̈ = q̇, without velocity and gravity."""
-        return rnea(self.lean, self.still, self.state.qd, gravity=False)
+        return rnea(self.held.weightless, self.still, self.state.qd)
 
     def energies_by_momentum(self) -> tuple[Expr, Expr]:
         """Return K and P by recursion, J."""
@@ -196,10 +207,10 @@ class Workspace:
 
     def velocity_forces(self, qd: list[Expr], qdd: list[Expr] | None = None) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,); M q̈ + c where accelerations are given too."""
-        return rnea(self.lean, qd, self.still if qdd is None else qdd, gravity=False)
+        return rnea(self.held.weightless, qd, self.still if qdd is None else qdd)
 
-    def forces(self, qdd: list[Expr], summing: bool = True) -> list[Expr]:
+    def forces(self, qdd: list[Expr]) -> list[Expr]:
         """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion; see `rnea`."""
-        motion = rnea(self.lean, self.state.qd, qdd, acting=self.loads, summing=summing)
+        motion = rnea(self.held, self.state.qd, qdd, self.held_loads)
         rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
         return [force + pull - push for force, pull, push in rest]

@@ -10,6 +10,12 @@ is a sum and is read again. What is known early, parameters and constants, is ad
     p + x + p' = (p + p') + x          p (x p') = (p p') x
 
 A sum or product in which nothing is found keeps its shape, and with it its rounding.
+
+Gain (operations; ns one state a call, a state of a batch); of all functions of the examples, 2 % of the operations:
+
+                          puma560                 arm7                   chain8
+    inverse dynamics      -0.3 %; -4 %, -2 %      -0.2 %; +1 %,  0       -0.6 %; 0, -1 %
+    forward dynamics      -2.4 %;  0,   -1 %      -0.9 %; +1 %, -4 %     -0.9 %; 0, +2 %
 """
 
 from __future__ import annotations

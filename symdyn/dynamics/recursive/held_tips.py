@@ -1,0 +1,52 @@
+"""Last bodies of branches in axes that do not turn with their joints.
+
+The recursions turn ω, U z and the acceleration into a body's axes and its wrench out of them again, for 20
+multiplications, and five products of ω are new there. In axes that stay with the parent's, h and J of the last body
+turn in their place, for 12, and three products are new. Where a turn would fill more than one pair of zeros among both,
+as with diagonal inertias and a mass centre on an axis, it costs more: such a body is left as it is.
+
+Gain (operations; ns one state a call, a state of a batch):
+
+                          puma560                  arm7                 chain8
+    inverse dynamics      -5.9 %; -18 %, -14 %     -2.5 %; -3 %, -1 %   -1.9 %;  0,   -1 %
+    forward dynamics      -3.9 %; -22 %, -10 %     -3.7 %; -3 %, -1 %   -2.5 %; -5 %,  0
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from symdyn.dynamics.recursive.lean_tree import LeanTree
+from symdyn.dynamics.recursive.moments import Moments
+from symdyn.spatial import Wrench
+
+
+def held_tips(tree: LeanTree) -> LeanTree:
+    """Return the tree with last bodies in axes that do not turn with their joints, where that pays."""
+    body, link = list(tree.body), list(tree.link)
+    for i in _tips(tree):
+        body[i], link[i] = link[i].turn.moments_back(body[i]), link[i].at_rest(False)
+    return replace(tree, body=tuple(body), link=tuple(link))
+
+
+def in_held_axes(tree: LeanTree, acting: Sequence[Wrench]) -> list[Wrench]:
+    """Return what acts on the bodies of a tree in the axes of `held_tips`."""
+    found = list(acting)
+    for i in _tips(tree):
+        (force, moment), turn = found[i], tree.link[i].turn
+        found[i] = Wrench(turn.back(force), turn.back(moment))
+    return found
+
+
+def _tips(tree: LeanTree) -> list[int]:
+    """Return the last bodies that pay."""
+    tips = sorted(set(tree.outward()).difference(tree.parent))
+    return [i for i in tips if not tree.slides[i] and _turns_lightly(tree.body[i])]
+
+
+def _turns_lightly(body: Moments) -> bool:
+    """Tell whether a turn about z fills at most one pair of zeros among h and J."""
+    (x, y, _), ((xx, xy, xz), (_, yy, yz), _) = body.h, body.J
+    filled = (x.is_zero != y.is_zero, xz.is_zero != yz.is_zero, xy.is_zero and xx is not yy)
+    return sum(filled) < 2
