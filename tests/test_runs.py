@@ -18,7 +18,7 @@ from symdyn.simulation import Trajectory, inverse, simulate
 from symdyn.simulation.columns import columns
 from symdyn.simulation.panels import panels
 from symdyn.simulation.plot import _label, draw
-from symdyn.simulation.prescribed.numbers_in_time import read_columns
+from symdyn.simulation.prescribed.numbers_in_time import Columns
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "cart_pole.toml"
@@ -84,7 +84,7 @@ def test_csv_reads_back_to_the_same_digits_here_and_where_it_is_given_as_a_motio
     assert (tmp_path / "run.csv").read_text() == text == run.to_csv()
     run.to_csv(held := io.StringIO())
     assert held.getvalue() == text
-    back = read_columns(tmp_path / "run.csv")
+    back = Columns.read(tmp_path / "run.csv")
     assert np.array_equal(back.values["theta"], run["theta"])
     assert np.abs(inverse(ARM, str(tmp_path / "run.csv"), run.t)["F"] - run["F"]).max() < 1e-9
     with pytest.raises(SymdynError, match=r"cannot write run\.csv there"):

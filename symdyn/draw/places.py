@@ -148,6 +148,11 @@ class Places:
         return spots + [frame.p for _, frame in self.points.values()]
 
     @property
+    def reach(self) -> float:
+        """The largest distance of joints, masses and points along an axis at all positions, m; 1 if there is none."""
+        return float(np.ptp(np.concatenate(self.spots), axis=0).max()) or 1.0 if self.spots else 1.0
+
+    @property
     def extent(self) -> float:
         """The largest width of the mechanism along an axis of the ground frame at the first position, m; 0 of a point.
 

@@ -72,7 +72,7 @@ def pose(
     q = _start(scene, values)
     if not declared:
         angle = min(ANGLE, CURL / max(1, SceneUnits(scene).coordinates.count("rad")))
-        seen = {"rad": angle, "m": SHARE * extent_of(scene, q, values)}
+        seen = {"rad": angle, "m": SHARE * places(scene, q[None, :], values).reach}
         moved = zip(SceneUnits(scene).each_coordinate(), q, strict=True)
         q = np.array([_within(joint, seen.get(unit, x), values) for (joint, _, unit), x in moved])
     return _with(scene, q, given), values
@@ -105,12 +105,6 @@ def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:
     for name, value in given.items():
         q[scene.coordinates.index(name)] = value
     return q
-
-
-def extent_of(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
-    """Return the largest distance of joints, masses and points in the mechanism, 1 m if there is none."""
-    spots = places(scene, q[None, :], values).spots
-    return float(np.ptp(np.concatenate(spots), axis=0).max()) or 1.0 if spots else 1.0
 
 
 def _within(joint: Joint, at: float, values: Mapping[str, float]) -> float:

@@ -21,7 +21,7 @@ from symdyn.identification.families import FAMILIES, Basis
 from symdyn.identification.motion_search import Functions, Motion, Search
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.values import Faults, suggestion
-from symdyn.simulation import Trajectory, read_guess
+from symdyn.simulation import Start, Trajectory
 from symdyn.simulation.prescribed import drive_names
 
 DRAWN = 256
@@ -180,7 +180,7 @@ def _noise(scene: Scene, noise: Mapping[str, float], faults: Faults) -> Array:
 def _bounds(scene: Scene, box: Box, faults: Faults) -> tuple[Bound, ...]:
     """Return what must be kept."""
     try:
-        return read_bounds(scene, read_guess(scene).tolist(), box, faults)
+        return read_bounds(scene, Start.guess(scene).tolist(), box, faults)
     except SimulateError as fault:
         faults.lines += fault.faults
         return ()

@@ -15,7 +15,7 @@ from symdyn.bounds import BOUNDS
 from symdyn.errors import LinearizeError
 from symdyn.scene import Scene
 from symdyn.simulation import Trajectory
-from symdyn.simulation.prescribed import drive_names, read_columns
+from symdyn.simulation.prescribed import Columns, drive_names
 
 NUMBERS, NAMES = ("t", "q", "qd", "tau"), ("coordinates", "velocities")
 """Arrays of a .npz file that simulate writes: those of numbers, and those of names."""
@@ -54,7 +54,7 @@ def read_run(scene: Scene, path: Path) -> Trajectory:
 
 
 def _csv(path: Path, inputs: Sequence[str]) -> tuple[Array, Mapping[str, Array]]:
-    found = read_columns(path)
+    found = Columns.read(path)
     return found.t, found.values
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from symdyn.draw import HtmlText, SvgText
 from symdyn.notebook.page import Markup, frame, picture
 
 
-def svg(found: SvgText) -> list[Markup]:
+def svg(found: str) -> list[Markup]:
     """Return a picture."""
     return [picture(found, "svg", "picture of a mechanism")]
 
 
-def html(found: HtmlText) -> list[Markup]:
+def html(found: str) -> list[Markup]:
     """Return a page in a frame."""
     return [frame(found, "animation of a mechanism")]

@@ -3,7 +3,7 @@
 from .columns import read_output as read_output
 from .ensemble.door import ensemble as ensemble
 from .ensemble.ensemble import Ensemble as Ensemble
-from .ensemble.measures import Measure as Measure, read_measure as read_measure
+from .ensemble.measures import Measure as Measure
 from .ensemble.one_by_one import measure_slopes as measure_slopes
 from .equations.compiled_routines import compiled_entries as compiled_entries, points as points
 from .equations.opened import opened as opened
@@ -13,7 +13,7 @@ from .feedback.controller import Feedback as Feedback, feedback_of as feedback_o
 from .feedback.gains import state_names as state_names
 from .forward import check_run as check_run, simulate as simulate
 from .gradients import Sensitivity as Sensitivity, sensitivity as sensitivity
-from .initial import Start as Start, Values as Values, read_guess as read_guess, read_start as read_start
+from .initial import Start as Start, Values as Values, read_start as read_start
 from .integrate import METHODS as METHODS
 from .inverse_run import AskedMotion as AskedMotion, inverse as inverse
 from .panels import check_columns as check_columns

@@ -49,6 +49,18 @@ class Start:
     notes: tuple[str, ...] = ()
     formulas: tuple[Quantity, ...] = ()
 
+    @classmethod
+    def guess(cls, scene: Scene, start: Values | None = None) -> Array:
+        """Return coordinates as the scene and the user say, loops open or closed, shape (nq,).
+
+        Raises:
+            SimulateError: with every fault, one line each.
+        """
+        faults = Faults("")
+        q, _, _ = _position(scene, start, parameter_values(scene), faults)
+        faults.close(SimulateError)
+        return opened(scene).numbers().normalised(q)
+
 
 Values: TypeAlias = Mapping[str, Any] | str
 """Formulas or numbers by name, or as in a shell, "q1=0.3,q2=pi/2"."""
@@ -127,18 +139,6 @@ def beyond_doubles(scene: Scene, start: Start, size: int) -> Array:
         off = known[number] - Fraction(float(double))
         low[k] = float(off) if abs(off) <= NEAR * abs(known[number]) else 0.0
     return low
-
-
-def read_guess(scene: Scene, start: Values | None = None) -> Array:
-    """Return coordinates as the scene and the user say, loops open or closed, shape (nq,).
-
-    Raises:
-        SimulateError: with every fault, one line each.
-    """
-    faults = Faults("")
-    q, _, _ = _position(scene, start, parameter_values(scene), faults)
-    faults.close(SimulateError)
-    return opened(scene).numbers().normalised(q)
 
 
 def _position(

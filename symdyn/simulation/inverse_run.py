@@ -26,7 +26,7 @@ from symdyn.simulation.equations.crossings import SLACK
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.followed import Followed, followed
 from symdyn.simulation.following import Tied
-from symdyn.simulation.initial import Values, no_equations, read_guess
+from symdyn.simulation.initial import Start, Values, no_equations
 from symdyn.simulation.inverse_functions import InverseFunctions
 from symdyn.simulation.joint_limits import passages, passed
 from symdyn.simulation.prescribed.entries import Entries
@@ -100,7 +100,7 @@ def inverse(
     told = {places_of(scene)[name]: table for name, table in motion.inputs.items()}
     forces = replace(forces, tables={k: told[k] for k in told if k not in forces.formulas} | {**forces.tables})
     functions = InverseFunctions(scene, path)
-    guess = read_guess(scene, start)
+    guess = Start.guess(scene, start)
     laws = _laws(scene, motion, guess)
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
     finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)

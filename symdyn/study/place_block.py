@@ -19,7 +19,7 @@ from symdyn.graph import Expr, Graph, evaluate
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.values import Faults
-from symdyn.simulation import Measure, read_measure
+from symdyn.simulation import Measure
 from symdyn.simulation.prescribed import drive_names
 from symdyn.study.found import Found, impossible
 from symdyn.study.job import Job
@@ -121,7 +121,7 @@ class Reading:
 @lru_cache(maxsize=4)
 def reading(scene: Scene, formulas: tuple[str, ...], letters: tuple[str, ...], free: tuple[str, ...]) -> Reading:
     """Return formulas of measures; those that can be read."""
-    found = [read_measure(scene, formula, Faults(""), more=letters) for formula in formulas]
+    found = [Measure.read(scene, formula, Faults(""), more=letters) for formula in formulas]
     measures = tuple(one for one in found if one is not None)
     expressed = {}
     for formula in (one for measure in measures for one in (*measure.insides, measure.formula)):

@@ -14,8 +14,8 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene, SceneUnits, bind
 from symdyn.scene.values import Faults, split_commas, suggestion
-from symdyn.simulation import read_measure, read_start
-from symdyn.simulation.prescribed import number_of, parameter_values, read_columns, read_formula, words
+from symdyn.simulation import Measure, read_start
+from symdyn.simulation.prescribed import Columns, number_of, parameter_values, read_formula, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
 from symdyn.study.over import Over, read_over
@@ -106,7 +106,7 @@ def _entries(scene: Scene, function: str, faults: Faults) -> tuple[str, ...]:
 def _checked(scene: Scene, one: Measured, call: Called, places: int, faults: Faults) -> Measured | None:
     """Return a measure that can be read, with a fold round it where there is but one place."""
     known = {*call.letters, *(p.name for p in scene.parameters)}
-    found = read_measure(scene, one.formula, faults, more=call.letters, alone="end" if places == 1 else "")
+    found = Measure.read(scene, one.formula, faults, more=call.letters, alone="end" if places == 1 else "")
     for name in [] if found is None else dict.fromkeys(n for inside in found.insides for n in inside.symbols):
         if name not in known:
             faults.add("measure", f"{one.name}: {call.name} neither takes nor gives {name}; {suggestion(name, known)}")
@@ -138,7 +138,7 @@ def _given(scene: Scene, at: At, faults: Faults) -> tuple[dict[str, Array], str]
     """Return what is given by name, and the same in words that are equal where the numbers are."""
     if isinstance(at, Path) or (isinstance(at, str) and at.strip().endswith(TABLE)):
         with faults.noted():
-            table = read_columns(Path(at.strip() if isinstance(at, str) else at))
+            table = Columns.read(Path(at.strip() if isinstance(at, str) else at))
             return _told({TIME: table.t, **table.values})
         return {}, ""
     entries: Mapping[str, Any] = words(split_commas(at), "at", faults) if isinstance(at, str) else dict(at or {})

@@ -16,7 +16,7 @@ import numpy as np
 from symdyn.errors import SimulateError, spoken
 from symdyn.scene import Scene, bind
 from symdyn.scene.values import Faults, Parameter, split_commas
-from symdyn.simulation import Forces, Values, check_run, read_forces, read_measure, read_start
+from symdyn.simulation import Forces, Measure, Values, check_run, read_forces, read_start
 from symdyn.simulation.prescribed import Entries, words
 from symdyn.study.design import read_design
 from symdyn.study.job import Job, Measured, check_names, read_measured
@@ -114,7 +114,7 @@ def usual_block(count: int) -> int:
 
 def _checked(scene: Scene, one: Measured, faults: Faults) -> Measured:
     """Return a measure with its unit; what is wrong with it is among the faults."""
-    read = read_measure(scene, one.formula, faults)
+    read = Measure.read(scene, one.formula, faults)
     called = one.name if one.name.isidentifier() else ""  # what has no name is called as it is written
     return one if read is None else replace(one, unit=read.unit(scene, called))
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.draw import extent_of, pose
+from symdyn.draw import Stage, pose
 from symdyn.dynamics.loops import Numbers
 from symdyn.dynamics.mechanism import quaternions
 from symdyn.errors import DerivationError, DrawError, SymdynError, printable
@@ -101,7 +101,7 @@ def standing(scene: Scene, at: dict[str, float]) -> Standing:
         DrawError: it has none.
     """
     q, values = pose(scene, at)
-    wide = {"rad": math.pi, "m": extent_of(scene, q, values) if scene.coordinates else 1.0, "1": 1.0}
+    wide = {"rad": math.pi, "m": Stage(scene, q[None], values).found.reach if scene.coordinates else 1.0, "1": 1.0}
     spans = []
     for joint, name, unit in SceneUnits(scene).each_coordinate():
         low, high = joint.range(values)

@@ -123,6 +123,57 @@ class Measure:
             (found,) = evaluate([self.formula.express(graph)], Batches(), known)  # type: ignore[arg-type]
         return np.asarray(found, dtype=np.float64)
 
+    @classmethod
+    def read(
+        cls, scene: Scene, text: object, faults: Faults, more: Sequence[str] = (), alone: str = ""
+    ) -> Measure | None:
+        """Return a measure of runs of a scene, which may name `more` than what runs show; None after a fault.
+
+        `alone` is the fold of a formula that has none, where it may have none.
+
+        >>> import symdyn
+        >>> measure = Measure.read(symdyn.example("cart_pole"), "max(abs(F)) - 2*end(x)", Faults(""))
+        >>> [fold for _, fold, _ in measure.folds]
+        ['max', 'end']
+        """
+        said, count, where = str(text), len(faults.lines), "measure"
+        if alone and not any(f"{fold}(" in said.replace(" ", "") for fold in FOLDS):
+            said = f"{alone}({said})"
+        folds: list[tuple[str, str, Quantity]] = []
+        left, rest = "", said
+        while (match := _FOLDED.search(rest)) is not None:
+            close = _closing(rest, match.end())
+            if close is None:
+                faults.add(where, f'"{said}" has a bracket that is not closed')
+                return None
+            inside = rest[match.end() : close]
+            if (inner := _FOLDED.search(inside)) is not None:
+                faults.add(where, f'"{said}" folds what is a number already: {inner[1]}(...) inside {match[1]}(...)')
+                return None
+            formula = read_inside(scene, inside, where, faults, more)
+            letter = _letter(scene, len(folds), said)
+            if formula is not None:
+                folds.append((letter, match[1], formula))
+            left, rest = f"{left}{rest[: match.start()]}{letter}", rest[close + 1 :]
+        if len(faults.lines) > count:
+            return None
+        known = [*(letter for letter, _, _ in folds), *(one.name for one in scene.parameters)]
+        seen = {*_seen(scene, said), *more, *(one.name for one in scene.outputs)}
+        own = Faults("")
+        found = read_formula(left + rest, [*known, *seen], where, own)
+        loose = [name for name in (found.symbols if found else ()) if name not in known]
+        for one in loose:
+            own.add(where, f'"{said}" takes {one} at no time; write max({one}), end({one}) or another of {_listed()}')
+        if found is not None and not loose and not folds:
+            first = next(iter(scene.coordinates), "t")
+            own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({first}))')
+        if found is not None and not own.lines:
+            SceneUnits(scene).check(found, where, own, fold_units(scene, folds))
+        for letter, fold, folded in folds:
+            own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shorten(spell(folded))})", line) for line in own.lines]
+        faults.lines += own.lines
+        return None if own.lines or found is None else cls(said, tuple(folds), found)
+
 
 def sums_of(t: Array, y: Array) -> Sums:
     """Return what is kept of formulas over samples: times (T,), values (..., T), all finite or the sums are NaN."""
@@ -148,56 +199,6 @@ def fold_over(fold: str, t: Array, y: Array) -> Array:
 
 _FOLDED = re.compile(rf"\b({'|'.join(FOLDS)})\s*\(")
 _LETTER = "fold_{}"
-
-
-def read_measure(
-    scene: Scene, text: object, faults: Faults, where: str = "measure", more: Sequence[str] = (), alone: str = ""
-) -> Measure | None:
-    """Return a measure of runs of a scene, which may name `more` than what runs show; None after a fault.
-
-    `alone` is the fold of a formula that has none, where it may have none.
-
-    >>> import symdyn
-    >>> measure = read_measure(symdyn.example("cart_pole"), "max(abs(F)) - 2*end(x)", Faults(""))
-    >>> [fold for _, fold, _ in measure.folds]
-    ['max', 'end']
-    """
-    said, count = str(text), len(faults.lines)
-    if alone and not any(f"{fold}(" in said.replace(" ", "") for fold in FOLDS):
-        said = f"{alone}({said})"
-    folds: list[tuple[str, str, Quantity]] = []
-    left, rest = "", said
-    while (match := _FOLDED.search(rest)) is not None:
-        close = _closing(rest, match.end())
-        if close is None:
-            faults.add(where, f'"{said}" has a bracket that is not closed')
-            return None
-        inside = rest[match.end() : close]
-        if (inner := _FOLDED.search(inside)) is not None:
-            faults.add(where, f'"{said}" folds what is a number already: {inner[1]}(...) inside {match[1]}(...)')
-            return None
-        formula = read_inside(scene, inside, where, faults, more)
-        letter = _letter(scene, len(folds), said)
-        if formula is not None:
-            folds.append((letter, match[1], formula))
-        left, rest = f"{left}{rest[: match.start()]}{letter}", rest[close + 1 :]
-    if len(faults.lines) > count:
-        return None
-    known = [*(letter for letter, _, _ in folds), *(one.name for one in scene.parameters)]
-    seen = {*_seen(scene, said), *more, *(one.name for one in scene.outputs)}
-    own = Faults("")
-    found = read_formula(left + rest, [*known, *seen], where, own)
-    loose = [name for name in (found.symbols if found else ()) if name not in known]
-    for name in loose:
-        own.add(where, f'"{said}" takes {name} at no time; write max({name}), end({name}) or another of {_listed()}')
-    if found is not None and not loose and not folds:
-        own.add(where, f'"{said}" folds nothing of a run; write such as max(abs({next(iter(scene.coordinates), "t")}))')
-    if found is not None and not own.lines:
-        SceneUnits(scene).check(found, where, own, fold_units(scene, folds))
-    for letter, fold, folded in folds:
-        own.lines[:] = [re.sub(rf"\b{letter}\b", f"{fold}({shorten(spell(folded))})", line) for line in own.lines]
-    faults.lines += own.lines
-    return None if own.lines or found is None else Measure(said, tuple(folds), found)
 
 
 def fold_units(scene: Scene, folds: Sequence[tuple[str, str, Quantity]]) -> dict[str, str]:
@@ -231,7 +232,7 @@ def read_measures(scene: Scene, texts: Sequence[object], faults: Faults) -> tupl
         elif str(text) in [str(one) for one in texts[:k]]:
             faults.add("measure", f'"{text}" is given twice')
         else:
-            found += [one for one in (read_measure(scene, text, faults),) if one is not None]
+            found += [one for one in (Measure.read(scene, text, faults),) if one is not None]
     return tuple(found)
 
 

@@ -8,4 +8,4 @@ from .formulas_in_time import (
     read_formula as read_formula,
     words as words,
 )
-from .numbers_in_time import Columns as Columns, read_columns as read_columns
+from .numbers_in_time import Columns as Columns

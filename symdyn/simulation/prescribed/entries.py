@@ -27,7 +27,7 @@ from symdyn.errors import quoted
 from symdyn.scene import Quantity, tables_of
 from symdyn.scene.values import Faults, show, spell
 from symdyn.simulation.prescribed.formulas_in_time import read_file, words
-from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, read_columns
+from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of
 
 
 class Tabular(Protocol):
@@ -62,7 +62,7 @@ class Said:
 
 
 def read_entries(entries: Entries, what: str, faults: Faults, needed: Collection[str] | None = None) -> Said:
-    """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `read_columns`."""
+    """Return what entries say; `what` is the option, "forces" or "motion"; `needed` as of `Columns.read`."""
     found, plain = Said(), list[str]()
     alone = isinstance(entries, (str, Path, Mapping)) or callable(entries) or _is_table(entries)
     for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
@@ -89,7 +89,7 @@ def _words(
     """Sort what a shell says: a file, or name=formula."""
     suffix = "" if "=" in entry else Path(entry).suffix.lower()
     if suffix == ".csv":
-        found.tables.append(read_columns(Path(entry), needed))
+        found.tables.append(Columns.read(Path(entry), needed))
     elif suffix == ".toml":
         found.texts += [(entry, name, text) for name, text in _toml(Path(entry), what, faults)]
     else:

@@ -43,46 +43,46 @@ class Columns:
     values: Mapping[str, Array]
     every: bool = False
 
+    @classmethod
+    def read(cls, path: Path, needed: Collection[str] | None = None) -> Columns:
+        """Return the columns of a CSV file.
 
-def read_columns(path: Path, needed: Collection[str] | None = None) -> Columns:
-    """Return the columns of a CSV file.
+        Args:
+            path: of the file.
+            needed: columns that have to be numbers; others that are not are left out. None: all have to be.
 
-    Args:
-        path: of the file.
-        needed: columns that have to be numbers; others that are not are left out. None: all have to be.
-
-    Raises:
-        SimulateError: with every fault of the file, one line each.
-    """
-    faults = Faults(str(path))
-    text, most = read_file(path), BOUNDS["numbers of a file of columns"]
-    if (cells := text.count(",") + text.count("\n")) > most:
-        raise SimulateError(f"{path}: holds some {cells} numbers; {most} are the most that is read: give fewer rows")
-    try:
-        rows = [row for row in csv.reader(io.StringIO(text)) if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise SimulateError(f"{path}: is no CSV: {error}") from None
-    names = [cell.strip() for cell in rows[0]] if rows else []
-    if TIME not in names:
-        faults.add("", f"has no column t; {_first_row(names)}")
-    for name in [name for name, count in Counter(names).items() if count > 1][:MOST]:
-        faults.add("", f"has the column {name} twice")
-    if len(rows) < 3:
-        faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
-    faults.close(SimulateError)
-    try:
-        must = set(names if needed is None else {TIME, *needed})
-        table = np.array([_numbers(row, names, number, must, faults) for number, row in enumerate(rows[1:], start=2)])
-        t = table[:, names.index(TIME)]
-        for k in np.nonzero(np.diff(t) <= 0)[0]:
-            faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
-    except SceneError as error:  # so many that reading ended
-        raise SimulateError([*error.faults[:MOST], f"{path}: and more faults than are counted"]) from None
-    if len(faults.lines) > MOST:
-        faults.lines[MOST:] = [f"{path}: and {len(faults.lines) - MOST} faults more"]
-    faults.close(SimulateError)
-    told = {name: table[:, k] for k, name in enumerate(names) if name != TIME}
-    return Columns(str(path), t, {name: x for name, x in told.items() if name in must or np.isfinite(x).all()})
+        Raises:
+            SimulateError: with every fault of the file, one line each.
+        """
+        faults = Faults(str(path))
+        text, most = read_file(path), BOUNDS["numbers of a file of columns"]
+        if (many := text.count(",") + text.count("\n")) > most:
+            raise SimulateError(f"{path}: holds some {many} numbers; {most} are the most that is read: give fewer rows")
+        try:
+            rows = [row for row in csv.reader(io.StringIO(text)) if any(cell.strip() for cell in row)]
+        except csv.Error as error:
+            raise SimulateError(f"{path}: is no CSV: {error}") from None
+        names = [cell.strip() for cell in rows[0]] if rows else []
+        if TIME not in names:
+            faults.add("", f"has no column t; {_first_row(names)}")
+        for name in [name for name, count in Counter(names).items() if count > 1][:MOST]:
+            faults.add("", f"has the column {name} twice")
+        if len(rows) < 3:
+            faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
+        faults.close(SimulateError)
+        try:
+            must = set(names if needed is None else {TIME, *needed})
+            table = np.array([_numbers(row, names, k, must, faults) for k, row in enumerate(rows[1:], start=2)])
+            t = table[:, names.index(TIME)]
+            for k in np.nonzero(np.diff(t) <= 0)[0]:
+                faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
+        except SceneError as error:  # so many that reading ended
+            raise SimulateError([*error.faults[:MOST], f"{path}: and more faults than are counted"]) from None
+        if len(faults.lines) > MOST:
+            faults.lines[MOST:] = [f"{path}: and {len(faults.lines) - MOST} faults more"]
+        faults.close(SimulateError)
+        told = {name: table[:, k] for k, name in enumerate(names) if name != TIME}
+        return cls(str(path), t, {name: x for name, x in told.items() if name in must or np.isfinite(x).all()})
 
 
 def _first_row(names: Sequence[str]) -> str:

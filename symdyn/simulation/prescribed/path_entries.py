@@ -13,7 +13,7 @@ from symdyn.scene.values import Faults, split_commas, suggestion
 from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
-from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, counted, read_columns
+from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, counted
 from symdyn.simulation.prescribed.point_path import TURNS, PointPath, ScenePath
 
 FREE = "_"
@@ -120,7 +120,7 @@ def _takes(way: str) -> str:
 
 def _from_file(name: str, text: str, faults: Faults) -> PointPath | None:
     try:
-        table = read_columns(Path(text))
+        table = Columns.read(Path(text))
     except SimulateError as error:
         faults.lines += error.faults
         return None

@@ -19,7 +19,7 @@ from symdyn.simulation.prescribed.forces import Table
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 from symdyn.simulation.prescribed.function_laws import read_function
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
-from symdyn.simulation.prescribed.numbers_in_time import Columns, read_columns, sample_times
+from symdyn.simulation.prescribed.numbers_in_time import Columns, sample_times
 
 
 @dataclass(frozen=True)
@@ -95,9 +95,9 @@ def motion_times(entries: Sequence[str], paths: Sequence[str], until: float | No
     named = [(entry.partition("=")[2] or entry).strip() for entry in paths]  # points have tables too, after their names
     tables = [entry for entry in (*entries, *named) if "=" not in entry and Path(entry).suffix.lower() == ".csv"]
     if until is None and len(tables) == 1 and every is None:
-        return read_columns(Path(tables[0])).t
+        return Columns.read(Path(tables[0])).t
     if until is None and len(tables) == 1:
-        until = float(read_columns(Path(tables[0])).t[-1])
+        until = float(Columns.read(Path(tables[0])).t[-1])
     if until is None:
         faults.add("", "until when? give --until, the time of the end in seconds")
         faults.close(SimulateError)

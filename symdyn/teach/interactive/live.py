@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.draw import Sheet
 from symdyn.dynamics import OUTPUTS, Equations, Function, LoopChoices, Workspace, coefficients
 from symdyn.errors import DerivationError, TeachError
 from symdyn.graph import Expr, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
-from symdyn.teach.interactive.marks import Mark, Measured, Sheet
 from symdyn.teach.interactive.reduced import ACTING, STATE, Held, function, held, reduced_functions
 from symdyn.teach.interactive.vectors import Vectors, vectors
 from symdyn.teach.languages import language_of
@@ -64,10 +64,7 @@ class Live:
         program: coefficients of the rows; "inverse_dynamics", "forward_dynamics" and, where something acts beside
             drives, "applied_forces", shape (nv,); the energies; "drawn_points", shape (K, 3); with quaternions
             "coordinate_rates"; with loops or rows what `reduced_functions` says.
-        marks: in the order of drawing.
-        coordinates: those that are drawn.
-        points: rows of `drawn_points` that are points and no directions.
-        gravity: row of `drawn_points` that is the acceleration of free fall.
+        sheet: what is drawn, and the rows of `drawn_points` that it uses.
         rows: velocities that the rows are about.
         terms: those that do not vanish.
         held: how loops and rows tie the state together; None for a tree.
@@ -78,10 +75,7 @@ class Live:
     """
 
     program: Program
-    marks: tuple[Mark, ...]
-    coordinates: tuple[Measured, ...]
-    points: tuple[int, ...]
-    gravity: int
+    sheet: Sheet
     rows: tuple[int, ...]
     terms: tuple[Term, ...]
     held: Held | None
@@ -139,9 +133,7 @@ def live(
     equations = Equations(free, workspace.graph, (*functions, *arrows.functions))
     rows = tied.velocities if tied else tuple(range(workspace.state.n))
     terms = _lasting(equations, _terms(equations, rows))
-    marks, points = tuple(sheet.marks), tuple(sheet.points)
-    drawn = tuple(sheet.coordinates)
-    return Live(lower(equations), marks, drawn, points, sheet.gravity, rows, terms, tied, led, arrows, stuck)
+    return Live(lower(equations), sheet, rows, terms, tied, led, arrows, stuck)
 
 
 def by_hand(scene: Scene) -> Scene:

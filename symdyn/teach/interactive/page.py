@@ -151,7 +151,7 @@ def _ticks(computed: Live) -> list[str]:
     """Return the words of what the reader may have shown."""
     arrows = computed.arrows
     lacking = {
-        "angles": computed.coordinates,
+        "angles": computed.sheet.coordinates,
         "coriolis": len(computed.rows) > 1,
         "forces": arrows.actions,
         "reactions": arrows.joints,
@@ -179,7 +179,7 @@ def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, st
         "total": "inverse_dynamics" if tied is None else "row_forces",
         "marks": [
             [m.kind, list(m.rows), m.body, Text.of_part(m.text).svg() if m.text else "", m.joint]
-            for m in computed.marks
+            for m in computed.sheet.marks
         ],
         "bodies": [body.name for body in scene.bodies],
         "rows": list(computed.rows),
@@ -190,10 +190,10 @@ def _data(scene: Scene, computed: Live, stage: Stage, sentences: Mapping[str, st
         },
         "coordinates": [
             [c.slides, names.index(c.name), Text.of_latex(latex_symbols(scene)[c.name]).svg(), c.at, c.axis, c.tips]
-            for c in computed.coordinates
+            for c in computed.sheet.coordinates
         ],
-        "points": list(computed.points),
-        "gravity": computed.gravity,
+        "points": computed.sheet.points,
+        "gravity": computed.sheet.gravity,
         "plotted": plotted(scene),
         "pairs": pairs(scene),
         "view": (np.round([seen.right, seen.up, seen.toward], 9) + 0.0).tolist(),

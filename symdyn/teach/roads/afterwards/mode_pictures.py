@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symdyn.algebra import Array
-from symdyn.draw import Stage, extent_of, swing
+from symdyn.draw import Stage, swing
 from symdyn.teach.document import Picture
 from symdyn.teach.lesson import Prose
 from symdyn.teach.shown_state import Chosen
@@ -21,7 +21,7 @@ def mode_picture(
 ) -> Picture:
     """Return the picture of one shape about a place of rest; q and shape have shape (nq,)."""
     scene, values = lesson.scene, chosen.parameters
-    length = extent_of(scene, rest, values)
+    length = Stage(scene, rest[None], values).found.reach
     limits = np.array([ANGLE if unit == "rad" else PART * length for unit in units])
     away = shape / float((np.abs(shape) / limits).max())
     title = lesson.text("near.shape.alt", number=str(number), scene=scene.name)

@@ -1,11 +1,13 @@
-"""What the page draws: points and directions as functions of the position, and the marks that use them."""
+"""What a page draws: points and directions as functions of the position, and the marks that use them."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.draw import drawn, from_zero, outline
+from symdyn.draw.drawn import drawn
+from symdyn.draw.force_arrows import from_zero
+from symdyn.draw.outlines import outline
 from symdyn.dynamics.mechanism import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -58,7 +60,15 @@ class Measured:
 
 
 class Sheet:
-    """Rows of `drawn_points` and the marks that use them."""
+    """Rows of `drawn_points` and the marks that use them.
+
+    Attributes:
+        rows: points and directions, ground frame.
+        points: rows that are points and no directions.
+        gravity: row that is the acceleration of free fall.
+        marks: in the order of drawing.
+        coordinates: those that are drawn.
+    """
 
     def __init__(self, scene: Scene, graph: Graph, values: Mapping[str, float], outlined: Collection[str]) -> None:
         """Collect everything of a scene; what is drawn is what pictures show.
