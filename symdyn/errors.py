@@ -1,4 +1,4 @@
-"""Every error that symdyn raises on purpose; the command line prints its text and nothing else.
+"""The errors that packages raise in common; the command line prints the text of every one and nothing else.
 
 A message says where, what was found and what would work. It may quote a stranger's file, so it is made printable here,
 at one place for all: a terminal that shows it obeys nothing that the file says.
@@ -115,20 +115,12 @@ class ArgumentError(SymdynError, TypeError, ValueError):
     """A call of a function with a value that is missing, or that it does not take."""
 
 
-class ProgramError(SymdynError):
-    """A file of a program that cannot be read; says where, and what was found."""
-
-
 class EmitError(SymdynError):
     """A target that cannot express what was asked."""
 
 
 class BuildError(SymdynError):
     """A compiler that is missing or that refused; carries the compiler's own words."""
-
-
-class CompilerFault(BuildError):  # noqa: N818  that of a program, not of ours
-    """A compiler that is there and fails, or whose library the system does not load."""
 
 
 class MissingProgram(BuildError):  # noqa: N818  what is missing, not what went wrong

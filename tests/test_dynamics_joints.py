@@ -15,10 +15,10 @@ from running import agreements, call, workspace
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import derive, expected, roads_of
-from symdyn.dynamics.mechanism.state import joint_motion, quaternions
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.joints import JOINTS, JointMotion
+from symdyn.scene.joints import JOINTS, JointMotion, joint_motion
 from symdyn.scene.joints.start import resting
 from symdyn.scene.values import Body, Joint, Pose, folding
 from symdyn.spatial import Transform, Vec, add, cross, dot, scale, sub, zero_vector

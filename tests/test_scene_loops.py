@@ -9,11 +9,11 @@ import pytest
 from mechanisms import AXES, shape
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Quantity, ReadOptions, read_noting, read_text, write_text
 from symdyn.scene.declaration.spanning import turned
+from symdyn.scene.joints import joint_motion
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.values import Joint, Pose
 

@@ -5,7 +5,6 @@ from .big import (
     AllRoundingError as AllRoundingError,
     BigFloats as BigFloats,
     Bounded as Bounded,
-    LooseErrors as LooseErrors,
     RunningErrors as RunningErrors,
 )
 from .collect import rounded as rounded

@@ -106,6 +106,11 @@ class RunningErrors:
     beyond 1e308, is as big a float as the value.
     """
 
+    @staticmethod
+    def of_parts(parts: int) -> type[RunningErrors]:
+        """Return the arithmetic of numbers that are sums of so many floats."""
+        return RunningErrors if parts == 1 else LooseErrors
+
     def __init__(
         self, numbers: BigFloats | Midpoints, roundoff: float, function_roundoff: float, sines: float = 0.0
     ) -> None:

@@ -18,7 +18,7 @@ from typing import IO
 
 from symdyn.build.commands import stop_command, waiting
 from symdyn.build.dialects import GNU, NVCC, RUST, Dialect, Needs, candidates, cpp_dialect_of, dialect_of
-from symdyn.errors import BuildError, CompilerFault, MissingCompiler
+from symdyn.errors import BuildError, MissingCompiler
 from symdyn.extras import install
 
 CANDIDATES = candidates()
@@ -34,6 +34,10 @@ NOTHING = Needs()
 
 PATIENCE = 300.0
 """Seconds that one compilation may take."""
+
+
+class CompilerFault(BuildError):  # noqa: N818  that of a program, not of ours
+    """A compiler that is there and fails, or whose library the system does not load."""
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,12 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.build.commands import threads
-from symdyn.build.compiler import NOTHING, PATIENCE, Compiler, compile_library, find_compiler
+from symdyn.build.compiler import NOTHING, PATIENCE, Compiler, CompilerFault, compile_library, find_compiler
 from symdyn.build.dialects import Needs
 from symdyn.build.entry import Damaged, load_entry, seal
 from symdyn.build.folder import folder_aside, instead, private_folder, trusted_folder
 from symdyn.build.warned import warn
-from symdyn.errors import BuildError, CompilerFault, MissingCompiler
+from symdyn.errors import BuildError, MissingCompiler
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 

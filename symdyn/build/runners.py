@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from symdyn.build.c_module import build, run_cpp, run_rust
-from symdyn.build.compiler import COMPILER_VARIABLE
+from symdyn.build.compiler import COMPILER_VARIABLE, CompilerFault
 from symdyn.build.extension import build_extension
 from symdyn.build.run_casadi import run_casadi
 from symdyn.build.run_heyoka import run_heyoka
@@ -19,7 +19,7 @@ from symdyn.build.run_octave import run_matlab
 from symdyn.build.run_opencl import run_opencl
 from symdyn.build.warned import check_target, warn_once
 from symdyn.emit import Sources, emit
-from symdyn.errors import CompilerFault, MissingProgram
+from symdyn.errors import MissingProgram
 
 Call = Callable[..., Any]
 T = TypeVar("T")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Any
 
-from symdyn.dynamics.mechanism import body_placements, joint_motion, vector
+from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES, in_plane
-from symdyn.scene.joints import JOINTS, JointMotion, unit
+from symdyn.scene.joints import JOINTS, joint_motion, unit
 from symdyn.scene.values import Body, Contact, Element, Joint, Load
 from symdyn.spatial import Transform
 
@@ -76,7 +75,8 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     for own, way in JOINTS[joint.type].directions(joint):
         wanted["way", name, own.name] = vector(way, graph)
     at = fixed
-    for k, move in enumerate((_anywhere if closes else joint_motion)(joint, graph).moves):
+    motion = JOINTS[joint.type].anywhere if closes else joint_motion
+    for k, move in enumerate(motion(joint, graph).moves):
         at = at @ move.before
         wanted["move", name, k, move.slides] = at.R @ move.axis
         if joint.coordinates and not move.amount.is_zero:
@@ -84,13 +84,6 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
             wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *at.R @ move.axis)
         at = at @ move.placement
     return wanted
-
-
-def _anywhere(joint: Joint, graph: Graph) -> JointMotion:
-    """Return the motion that a joint of a loop allows, at a position without meaning: directions that never change."""
-    kind = JOINTS[joint.type]
-    q = tuple(graph.constant(Fraction(1, k + 2)) for k in range(len(kind.coordinates(joint))))
-    return kind.motion(joint, graph, q, (graph.zero,) * len(kind.velocities(joint)))
 
 
 def _flat(T: Transform) -> tuple[Expr, ...]:

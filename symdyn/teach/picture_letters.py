@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.draw import Lettered
-from symdyn.dynamics.mechanism import body_placements, joint_motion, vector
+from symdyn.dynamics.mechanism import body_placements, vector
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Graph, Op
 from symdyn.scene import Quantity, Scene
+from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Pose
 from symdyn.spatial import Transform, Vec, add, scale
 from symdyn.teach.shown_state import Chosen

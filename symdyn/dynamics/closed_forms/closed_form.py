@@ -22,13 +22,13 @@ from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.mechanism.placements import body_placements, moved_placements
-from symdyn.dynamics.mechanism.state import State, joint_motion, vector
+from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import listed
 from symdyn.shown import Shown
 from symdyn.spatial import Inertia, Mat, Transform, dot, zero_vector

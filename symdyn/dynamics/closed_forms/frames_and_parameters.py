@@ -35,7 +35,6 @@ from itertools import islice
 
 from symdyn.algebra import Form, Number
 from symdyn.dynamics.mechanism.exact import has_symbols, in_fractions, settle, turns_of
-from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, settled, slides_along_all_turns
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn
@@ -45,6 +44,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Op, evaluate, gradient, reachable, substitute
 from symdyn.rounding import digits_or
 from symdyn.scene import Scene
+from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import Inertia, Mat, Transform
 

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.directions import Directions, directions
 from symdyn.dynamics.mechanism.loads import elastic_energy, elastic_slopes, generalized_forces
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import State, joint_motion, vector
+from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import Scene
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import Body, Joint
 from symdyn.spatial import Mat, Transform, Vec, cross, dot
 

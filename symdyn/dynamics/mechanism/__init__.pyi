@@ -15,5 +15,5 @@ from .loads import (
 from .placements import body_placements as body_placements, ends_apart as ends_apart, joint_placement as joint_placement
 from .prescribed import TIME as TIME, has_motion as has_motion, prescribed as prescribed
 from .row_solve import RowSolve as RowSolve
-from .state import State as State, joint_motion as joint_motion, quaternions as quaternions, vector as vector
+from .state import State as State, quaternions as quaternions, vector as vector
 from .tree import body_inertia as body_inertia

@@ -39,11 +39,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.dynamics.mechanism.state import State, joint_motion
+from symdyn.dynamics.mechanism.state import State
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import Scene
-from symdyn.scene.joints import JOINTS, Block
-from symdyn.spatial import Mat
+from symdyn.scene.joints import JOINTS, joint_motion
 
 Brackets = Mapping[tuple[int, int], tuple[tuple[int, int], ...]]
 
@@ -117,20 +116,8 @@ def rates_of_placements(scene: Scene, graph: Graph) -> list[Expr]:
         for block in JOINTS[joint.type].blocks(joint):
             here, q = q[: len(block.coordinates)], q[len(block.coordinates) :]
             moving, u = u[: len(block.velocities)], u[len(block.velocities) :]
-            result += _rates(block, here, moving) if block.letters else moving
+            result += block.quaternion_rates(here, moving) if block.letters else moving
     return result
-
-
-def _rates(block: Block, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> list[Expr]:
-    """Return the rates of a quaternion, behind those of a position if the block has one."""
-    X = block.motion(u[0].graph, q, u).placement
-    S = X.R @ Mat.skew((u[-3], u[-2], u[-1]))
-    w, *vector = q[-4:]
-    turning = (S[0][0] + S[1][1] + S[2][2]) / (8 * w)
-    twisting = (S[2][1] - S[1][2], S[0][2] - S[2][0], S[1][0] - S[0][1])
-    bending = [(twist / 4 - turning * x) / w for twist, x in zip(twisting, vector, strict=True)]
-    sliding = X.R @ (u[0], u[1], u[2]) if len(u) == 6 else ()
-    return [*sliding, turning, *bending]
 
 
 Matrix = list[list[Expr]]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from symdyn.dynamics.mechanism.state import joint_motion, vector
+from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Graph
 from symdyn.scene import Scene
+from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint, Place
 from symdyn.spatial import Transform, Vec, sub
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Quantity, Scene
-from symdyn.scene.joints import JOINTS, JointMotion
-from symdyn.scene.values import Joint, acceleration_name, velocity_name
+from symdyn.scene.joints import JOINTS, joint_motion
+from symdyn.scene.values import acceleration_name
 from symdyn.spatial import Vec
 
 
@@ -72,14 +72,3 @@ def vector(quantities: tuple[Quantity, Quantity, Quantity], graph: Graph) -> Vec
     """Return a declared vector as nodes."""
     x, y, z = quantities
     return (x.express(graph), y.express(graph), z.express(graph))
-
-
-def joint_motion(joint: Joint, graph: Graph) -> JointMotion:
-    """Return the motion of the moved joint frame in the joint frame; velocities count from the joint's first."""
-    if joint.coupling is not None:
-        ratio = joint.coupling.ratio.express(graph)
-        leader = graph.symbol(velocity_name(joint.coupling.coordinate))
-        position = joint.position(graph)
-        return JOINTS[joint.type].motion(joint, graph, (position,), (ratio * leader,))
-    q = tuple(graph.symbol(name) for name in joint.coordinates)
-    return JOINTS[joint.type].motion(joint, graph, q, tuple(graph.symbol(name) for name in joint.rates))

@@ -31,10 +31,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.state import joint_motion, vector
+from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.scene.joints import JOINTS, JointMotion
+from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import Body, Joint, velocity_name
 from symdyn.spatial import (
     Inertia,
@@ -235,7 +235,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         ball = ball_rotor(joint, [velocities[name] for name in names], graph)
         balls += [] if ball is None else [ball]
         rotor = joint.armature.express(graph) if ball is None else graph.zero
-        block += _blocks(motion, len(block))
+        block += motion.blocks(len(block))
         for move in motion.moves:
             here = place @ move.before
             T, S = here @ move.placement, (still.p, move.axis) if move.slides else (move.axis, still.p)
@@ -262,17 +262,6 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         joint=ends,
         **dict(columns),
     )
-
-
-def _blocks(motion: JointMotion, first: int) -> list[tuple[int, ...]]:
-    """Return `Topology.block` of a joint's moves, whose numbers begin with `first`."""
-    together = [{j, i, m} for j, i, m, _ in motion.brackets]
-    found: list[tuple[int, ...]] = []
-    for i in range(len(motion.moves)):
-        pair = {k for one in motion.moves[max(0, i - 1) : i + 1] for k, _ in one.rate}
-        before = found.pop() if found and any(pair <= one for one in together) else ()
-        found += [()] * bool(before) + [(*before, first + i)]
-    return found
 
 
 def body_inertia(body: Body, graph: Graph) -> Inertia:

@@ -29,10 +29,9 @@ from symdyn.algebra import vanishes
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
-from symdyn.dynamics.mechanism.state import joint_motion
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import Joint, velocity_name
 from symdyn.spatial import (
     Transform,

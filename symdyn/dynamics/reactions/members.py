@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.mechanism.loads import joint_resistance, load_vectors, pull
-from symdyn.dynamics.mechanism.state import State, joint_motion, vector
+from symdyn.dynamics.mechanism.state import State, vector
 from symdyn.dynamics.mechanism.tree import Tree, TreeMotion, ball_rotor, body_inertia
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
 from symdyn.scene.forces import FORCES
+from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Place, Strut
 from symdyn.spatial import (
     Inertia,

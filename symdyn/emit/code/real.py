@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
-from symdyn.algebra import BigFloats, LooseErrors, RunningErrors
+from symdyn.algebra import BigFloats, RunningErrors
 from symdyn.emit.code.short_sines import bound_of_sines
 from symdyn.errors import EmitError
 from symdyn.graph import Op
@@ -70,7 +70,7 @@ class Real:
 
     def rounding(self, numbers: BigFloats | Midpoints, accuracy: str = "") -> RunningErrors:
         """Return the analysis of what rounding may leave in this type, and in sines of an accuracy, a key of them."""
-        kind = RunningErrors if self.parts == 1 else LooseErrors
+        kind = RunningErrors.of_parts(self.parts)
         return kind(numbers, self.roundoff, self.function_error, bound_of_sines(accuracy))
 
 

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 from symdyn.bounds import BOUNDS
 from symdyn.dynamics import Argument, Function
 from symdyn.emit.targets.json_graph import FORMAT
-from symdyn.errors import ProgramError, SymdynError
+from symdyn.errors import SymdynError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.program import Program, assemble
 from symdyn.scene import Scene, read_text
@@ -42,6 +42,10 @@ LEFT_OUT = ("unique", "labels")
 """Keys of a function that may be missing."""
 
 KINDS = {str: "a text", list: "a list", bool: "true or false", dict: "an object", int: "an integer"}
+
+
+class ProgramError(SymdynError):
+    """A file of a program that cannot be read; says where, and what was found."""
 
 
 def read_program(text: str, source: str = "graph.json") -> Program:

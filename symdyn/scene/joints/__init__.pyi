@@ -7,4 +7,5 @@ from .blocks import (
 from .joint_kind import Block as Block, Gimbal as Gimbal, JointMotion as JointMotion
 from .joint_mark import MarkPart as MarkPart
 from .joint_table import JOINTS as JOINTS
+from .moved import joint_motion as joint_motion
 from .start import start_of as start_of

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 from symdyn.graph import Expr, Graph
@@ -84,6 +85,16 @@ class JointMotion:
             result = step if result is None else result @ step
         return self.tail if result is None else result @ self.tail
 
+    def blocks(self, first: int) -> list[tuple[int, ...]]:
+        """Return the numbers of moves that belong together, in order; those of the joint's moves begin with `first`."""
+        together = [{j, i, m} for j, i, m, _ in self.brackets]
+        found: list[tuple[int, ...]] = []
+        for i in range(len(self.moves)):
+            pair = {k for one in self.moves[max(0, i - 1) : i + 1] for k, _ in one.rate}
+            before = found.pop() if found and any(pair <= one for one in together) else ()
+            found += [()] * bool(before) + [(*before, first + i)]
+        return found
+
 
 @dataclass(frozen=True)
 class Block:
@@ -102,6 +113,17 @@ class Block:
     motion: Callable[[Graph, tuple[Expr, ...], tuple[Expr, ...]], JointMotion]
     letters: tuple[str, ...] = ()
     axis: Vector | None = None
+
+    def quaternion_rates(self, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> list[Expr]:
+        """Return the rates of a quaternion, behind those of a position if the block has one."""
+        X = self.motion(u[0].graph, q, u).placement
+        S = X.R @ Mat.skew((u[-3], u[-2], u[-1]))
+        w, *vector = q[-4:]
+        turning = (S[0][0] + S[1][1] + S[2][2]) / (8 * w)
+        twisting = (S[2][1] - S[1][2], S[0][2] - S[2][0], S[1][0] - S[0][1])
+        bending = [(twist / 4 - turning * x) / w for twist, x in zip(twisting, vector, strict=True)]
+        sliding = X.R @ (u[0], u[1], u[2]) if len(u) == 6 else ()
+        return [*sliding, turning, *bending]
 
 
 @dataclass(frozen=True)
@@ -228,6 +250,11 @@ class JointKind:
             parts.append((k, block.motion(graph, q[i : i + nq], u[k : k + nv])))
             i, k = i + nq, k + nv
         return _joined(parts, graph)
+
+    def anywhere(self, joint: Joint, graph: Graph) -> JointMotion:
+        """Return the motion that the joint of a loop allows, at a position without meaning: fixed directions."""
+        q = tuple(graph.constant(Fraction(1, k + 2)) for k in range(len(self.coordinates(joint))))
+        return self.motion(joint, graph, q, (graph.zero,) * len(self.velocities(joint)))
 
 
 def _joined(parts: Sequence[tuple[int, JointMotion]], graph: Graph) -> JointMotion:

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 from symdyn.algebra import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.mechanism import TIME, joint_motion, quaternions
+from symdyn.dynamics.mechanism import TIME, quaternions
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
 from symdyn.scene import Scene
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints import JOINTS, joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import add, cross
 from symdyn.unlocked import cached_property

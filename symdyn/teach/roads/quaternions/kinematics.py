@@ -5,10 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 
 from symdyn.algebra import Form, Number, Symbol
-from symdyn.dynamics.mechanism import joint_motion
 from symdyn.emit.print import latex_symbols
 from symdyn.graph import Expr, tangents
 from symdyn.scene import SceneUnits
+from symdyn.scene.joints import joint_motion
 from symdyn.scene.values import Joint
 from symdyn.spatial import Mat
 from symdyn.teach.document import Block, Formula, Letter, Matrix, Name, Step, Words
