@@ -11,11 +11,7 @@ from .collect import rounded as rounded
 from .compact import Compactor as Compactor
 from .constants import constants as constants, is_simple as is_simple
 from .degree import Bound as Bound, Bounds as Bounds
-from .finite_field import (
-    FiniteField as FiniteField,
-    Needs as Needs,
-    Redraw as Redraw,
-)
+from .finite_field import FiniteField as FiniteField, Needs as Needs, Redraw as Redraw
 from .form import (
     Form as Form,
     Function as Function,
